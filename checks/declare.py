@@ -1,0 +1,126 @@
+"""How a check declares itself, once: its inputs, its quantities and the function that measures.
+
+The reader of `unit.toml`, the form in the workflow, the validation of a spec and the documentation all come from here.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.quantity import Outcome
+from checks.record import Record
+from specs.spec import CheckSpec
+from specs.units import unit_of
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One number in the unit that its name says. lo, hi: what is plausible at all; outside it the entry is refused."""
+
+    name: str
+    label: str
+    lo: float = -np.inf
+    hi: float = np.inf
+    optional: bool = False
+    default: float | None = None
+
+    @property
+    def unit(self) -> str:
+        return unit_of(self.name)
+
+
+@dataclass(frozen=True)
+class Vector:
+    """A fixed number of values in the unit that the name says, typed or taken in a stated order."""
+
+    name: str
+    label: str
+    size: int
+    optional: bool = False
+
+    @property
+    def unit(self) -> str:
+        return unit_of(self.name)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file with these columns and at least `min_rows` rows."""
+
+    name: str
+    label: str
+    columns: tuple[str, ...]
+    min_rows: int = 1
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Series:
+    """A record file with these channels (name -> unit). `step`: the name of a scalar that holds the sampling time
+    when the file has no time vector. `optional_channels` are read where the file has them."""
+
+    name: str
+    label: str
+    channels: Mapping[str, str]
+    optional: bool = False
+    optional_channels: Mapping[str, str] = field(default_factory=dict)
+    step: str | None = None
+
+
+Input = Scalar | Vector | Table | Series
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A typed value with the expanded uncertainty stated beside it (None: the spec states it)."""
+
+    value: float
+    U: float | None = None
+
+
+Value = Measured | NDArray[np.float64] | Mapping[str, NDArray[np.float64]] | Record
+Values = Mapping[str, Any]
+"""What a check receives: input name -> Measured (Scalar), (size,) array (Vector), column -> (N,) array (Table), Record
+(Series). An input that was not given is absent."""
+
+
+@dataclass(frozen=True)
+class Form:
+    """One way of giving a check its data; a section of `unit.toml` must fit exactly one form of its check."""
+
+    name: str
+    inputs: tuple[Input, ...]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A number or list that a spec may set for a check under `settings`, with its default and its meaning."""
+
+    name: str
+    default: Any
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """One acceptance check. `name` is its section in `unit.toml` and in a spec.
+
+    measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
+    be measured is present with its reason); raises NoResult when nothing could be measured.
+    """
+
+    name: str
+    title: str
+    kinds: tuple[str, ...]
+    forms: tuple[Form, ...]
+    quantities: tuple[str, ...]
+    measure: Callable[[Values, CheckSpec], Outcome]
+    settings: tuple[Setting, ...] = ()
+    stated: tuple[str, ...] = ()  # names whose uncertainty a spec may state
+
+    @property
+    def inputs(self) -> dict[str, Input]:
+        return {i.name: i for form in self.forms for i in form.inputs}

@@ -1,0 +1,61 @@
+"""What a check returns: quantities, each with its expanded uncertainty and the budget behind it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from checks.picture import Panel
+from specs.units import unit_of
+
+COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere (JCGM 100, 6.3)
+
+
+class NoResult(Exception):
+    """The data do not carry an answer; the text says why, in words for the technician."""
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """One standard uncertainty of a budget, in the quantity's unit. kind: "A" scatter, "B" stated (JCGM 100, 4)."""
+
+    source: str
+    u: float
+    kind: str = "B"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measured value in the unit its name says. U: expanded uncertainty (k = 2); None is unknown, which is not zero.
+
+    A quantity without a value (`value` NaN) carries the reason.
+    """
+
+    name: str
+    value: float
+    U: float | None = None
+    budget: tuple[Contribution, ...] = ()
+    reason: str | None = None
+    note: str | None = None
+
+    @property
+    def unit(self) -> str:
+        return unit_of(self.name)
+
+    @classmethod
+    def of(cls, name: str, value: float, *budget: Contribution, note: str | None = None) -> "Quantity":
+        """Quantity whose U is twice the root of the sum of squares of its budget; no budget: U unknown."""
+        U = COVERAGE_FACTOR * math.hypot(*(c.u for c in budget)) if budget else None
+        return cls(name, float(value), U, budget, note=note)
+
+    @classmethod
+    def missing(cls, name: str, reason: str) -> "Quantity":
+        return cls(name, math.nan, reason=reason)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that a check found: quantities, remarks in words, and pictures as data."""
+
+    quantities: tuple[Quantity, ...]
+    notes: tuple[str, ...] = ()
+    panels: Mapping[str, Panel] = field(default_factory=dict)

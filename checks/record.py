@@ -1,0 +1,45 @@
+"""A record: channels sampled together on one time base."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class RecordError(ValueError):
+    """A record that must not be used; the text names the file, the channel, what was found and what was expected."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """Uniformly sampled channels.
+
+    t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`.
+    name : where it came from, for messages; sha256 : hash of the source file ("" if it came from no file).
+    """
+
+    t: Array
+    channels: Mapping[str, Array]
+    units: Mapping[str, str]
+    name: str = "record"
+    sha256: str = ""
+
+    def __getitem__(self, channel: str) -> Array:
+        try:
+            return self.channels[channel]
+        except KeyError:
+            have = ", ".join(sorted(self.channels)) or "none"
+            raise RecordError(f"{self.name}: no channel '{channel}' (has: {have})") from None
+
+    @property
+    def fs(self) -> float:
+        """Sampling frequency [Hz], from the whole length so that one jittered sample does not matter."""
+        return float((self.t.size - 1) / (self.t[-1] - self.t[0]))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return float(self.t[-1] - self.t[0])

@@ -1,0 +1,172 @@
+"""Verdicts that fail closed: a quantity against a limit under a decision rule.
+
+Sources: ISO 14253-1:2017 (guard bands), JCGM 106:2012 (decision rules, 8; specific risk, 9.3).
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from specs.spec import Limit
+
+
+class Verdict(StrEnum):
+    """Of one finding."""
+
+    PASS = "pass"
+    CONDITIONAL = "conditional"
+    FAIL = "fail"
+    NO_RESULT = "no_result"
+
+
+class UnitVerdict(StrEnum):
+    """Of a whole unit."""
+
+    ACCEPTED = "accepted"
+    CONDITIONAL = "conditional"
+    REJECTED = "rejected"
+    INCOMPLETE = "incomplete"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One judged quantity. value, U: None where unknown; p_false_accept: see `probability_of_false_acceptance`."""
+
+    check: str
+    quantity: str
+    value: float | None
+    unit: str
+    U: float | None
+    lower: float | None
+    upper: float | None
+    rule: str
+    verdict: Verdict
+    p_false_accept: float | None
+    reason: str | None
+    required: bool = True
+    source: str = ""
+    assumed: bool = False
+    budget: tuple[Contribution, ...] = ()
+    note: str | None = None
+
+
+def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:
+    """Finding of a quantity against its limit. Anything that is not a finite value with the limit's unit is no result;
+    an unknown or infinite U never passes, whatever the rule."""
+    verdict, reason = _decide(quantity, limit)
+    usable = verdict is not Verdict.NO_RESULT
+    U = quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None
+    risk = probability_of_false_acceptance(quantity.value, quantity.U, limit, verdict) if usable else None
+    return Finding(
+        check=check,
+        quantity=quantity.name,
+        value=quantity.value if math.isfinite(quantity.value) else None,
+        unit=quantity.unit,
+        U=U,
+        lower=limit.lower,
+        upper=limit.upper,
+        rule=limit.rule,
+        verdict=verdict,
+        p_false_accept=risk,
+        reason=reason,
+        required=required,
+        source=limit.source,
+        assumed=limit.assumed,
+        budget=quantity.budget,
+        note=quantity.note,
+    )
+
+
+def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, str | None]:
+    value, U = quantity.value, quantity.U
+    if quantity.reason is not None:
+        return Verdict.NO_RESULT, quantity.reason
+    if not math.isfinite(value):
+        return Verdict.NO_RESULT, f"the value is {value}"
+    if quantity.unit != limit.unit:
+        return Verdict.NO_RESULT, f"the value is in {quantity.unit}, the limit in {limit.unit}"
+    if U is not None and (math.isnan(U) or U < 0):
+        return Verdict.NO_RESULT, f"the uncertainty is {U}"
+    return _apply_rule(value, math.inf if U is None else U, limit)
+
+
+def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, str | None]:
+    lower, upper = bounds(limit)
+    inside = lower <= value <= upper
+    outside = Verdict.FAIL, outside_reason(value, limit)
+    if math.isinf(U):
+        unknown = Verdict.CONDITIONAL, "inside the limits, but the uncertainty is unknown"
+        return unknown if inside else outside
+    if limit.rule == "guarded":
+        if lower <= value - U and value + U <= upper:
+            return Verdict.PASS, None
+        if value + U < lower or value - U > upper:
+            return outside
+        return Verdict.CONDITIONAL, f"a limit lies within the uncertainty ({value:.6g} ± {U:.3g} {limit.unit})"
+    if not inside:
+        return outside
+    if limit.rule == "shared" and U > (limit.U_max or 0.0):
+        return Verdict.CONDITIONAL, f"U = {U:.3g} {limit.unit} is above the {limit.U_max:g} that shared risk allows"
+    return Verdict.PASS, None
+
+
+def bounds(limit: Limit) -> tuple[float, float]:
+    """(lower, upper) of a limit, infinite where it has none."""
+    return (
+        -math.inf if limit.lower is None else limit.lower,
+        math.inf if limit.upper is None else limit.upper,
+    )
+
+
+def outside_reason(value: float, limit: Limit) -> str:
+    lower, upper = bounds(limit)
+    side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
+    # %.6g can print a value just outside a limit like the limit itself: then show every digit.
+    shown = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(value)
+    return f"{shown} {limit.unit} is {side} limit {at:g} {limit.unit}"
+
+
+def probability_outside(value: float, U: float, limit: Limit) -> float:
+    """P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 (JCGM 106, 7.4)."""
+    lower, upper = bounds(limit)
+    u = U / COVERAGE_FACTOR
+    if u == 0.0:
+        return float(not lower <= value <= upper)
+    return min(1.0, _upper_tail((upper - value) / u) + _upper_tail((value - lower) / u))
+
+
+def probability_of_false_acceptance(value: float, U: float | None, limit: Limit, verdict: Verdict) -> float | None:
+    """Specific consumer's risk (JCGM 106, 9.3.2): P(the true value is outside the limits) of what is accepted.
+
+    A failed finding is not accepted: 0. Unknown U: None.
+    """
+    if verdict is Verdict.FAIL:
+        return 0.0
+    if U is None or not math.isfinite(U):
+        return None
+    return probability_outside(value, U, limit)
+
+
+def _upper_tail(z: float) -> float:
+    """P(Z > z) of the standard normal; by erfc, so that a risk of 1e-12 is not rounded away."""
+    return 0.5 * math.erfc(z / math.sqrt(2.0))
+
+
+def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
+    """Any failure rejects; any missing result leaves it incomplete; only passes of all that is required accept."""
+    verdicts = [f.verdict for f in findings]
+    required = [f.verdict for f in findings if f.required]
+    if Verdict.FAIL in verdicts:
+        return UnitVerdict.REJECTED
+    if Verdict.NO_RESULT in verdicts or not required:
+        return UnitVerdict.INCOMPLETE
+    if all(v is Verdict.PASS for v in required):
+        return UnitVerdict.ACCEPTED
+    return UnitVerdict.CONDITIONAL
+
+
+def missing_findings(check: str, limits: Iterable[tuple[str, Limit]], reason: str, required: bool) -> list[Finding]:
+    """No-result findings for every limited quantity of a check that could not be measured."""
+    return [judge(check, Quantity.missing(name, reason), limit, required) for name, limit in limits]

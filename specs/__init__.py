@@ -1,0 +1,6 @@
+"""Limits and nominal models as TOML, and the only code that reads them."""
+
+from specs.spec import CheckSpec, Limit, Spec, SpecError, StatedU, builtin, load, parse
+from specs.units import unit_of
+
+__all__ = ["CheckSpec", "Limit", "Spec", "SpecError", "StatedU", "builtin", "load", "parse", "unit_of"]

@@ -1,0 +1,170 @@
+"""An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from specs.units import unit_of
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Words = Annotated[str, Field(min_length=1)]
+
+
+class SpecError(ValueError):
+    """Every problem of one spec file, a line each: file, key path, what is wrong."""
+
+    def __init__(self, path: str, problems: list[str]) -> None:
+        self.path, self.problems = path, problems
+        super().__init__("\n".join(f"{path}: {p}" for p in problems))
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Limit(Strict):
+    """Bounds of one quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U (ISO 14253-1),
+    `shared` compares the value but asks for U <= U_max (JCGM 106, 8.2)."""
+
+    lower: Finite | None = None
+    upper: Finite | None = None
+    unit: Words
+    rule: Literal["simple", "guarded", "shared"]
+    source: Words
+    U_max: Positive | None = None
+    assumed: bool = False
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Limit":
+        if self.lower is None and self.upper is None:
+            raise ValueError("has neither lower nor upper")
+        if self.lower is not None and self.upper is not None and self.lower >= self.upper:
+            raise ValueError(f"lower={self.lower:g} is not below upper={self.upper:g} {self.unit}")
+        if (self.rule == "shared") != (self.U_max is not None):
+            raise ValueError("U_max goes with rule 'shared' and only with it")
+        return self
+
+
+class StatedU(Strict):
+    """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of it."""
+
+    U: Positive | None = None
+    U_percent: Positive | None = None
+    source: Words
+
+    @model_validator(mode="after")
+    def _one(self) -> "StatedU":
+        if (self.U is None) == (self.U_percent is None):
+            raise ValueError("needs exactly one of U and U_percent")
+        return self
+
+    def at(self, value: float) -> float:
+        """Expanded uncertainty at this value, in the value's unit."""
+        return self.U if self.U is not None else abs(value) * (self.U_percent or 0.0) / 100.0
+
+
+class CheckSpec(Strict):
+    """What a spec asks of one check."""
+
+    required: bool = True
+    instrument: str | None = None
+    limits: dict[str, Limit] = Field(default_factory=dict)
+    uncertainty: dict[str, StatedU] = Field(default_factory=dict)
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+    @field_validator("limits")
+    @classmethod
+    def _units(cls, limits: dict[str, Limit]) -> dict[str, Limit]:
+        wrong = [
+            f"{name}: unit is '{limit.unit}', expected '{unit_of(name)}'"
+            for name, limit in limits.items()
+            if limit.unit != unit_of(name)
+        ]
+        if wrong:
+            raise ValueError("; ".join(wrong))
+        return limits
+
+    @model_validator(mode="after")
+    def _judges(self) -> "CheckSpec":
+        if self.required and not self.limits:
+            raise ValueError("is required but limits nothing: it would pass on nothing")
+        return self
+
+
+class Document(Strict):
+    """The TOML document of a spec."""
+
+    name: Words
+    kind: Literal["apa", "strut"]
+    title: Words
+    serial_pattern: Words = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
+    checks: dict[str, CheckSpec] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _something_required(self) -> "Document":
+        if not any(check.required for check in self.checks.values()):
+            raise ValueError("requires no check: every unit would be accepted")
+        return self
+
+
+class Spec(Document):
+    """A spec together with the bytes it was read from."""
+
+    sha256: str
+    text: str
+
+
+def builtin() -> dict[str, Path]:
+    """Name -> file of the specs that come with the program."""
+    return {p.stem: p for p in sorted(Path(str(resources.files("specs"))).glob("*.toml"))}
+
+
+def resolve(name: str) -> Path:
+    """File of a spec given as a built-in name or a path."""
+    known = builtin()
+    if name in known:
+        return known[name]
+    path = Path(name)
+    if path.suffix == ".toml":
+        return path
+    raise SpecError(name, [f"no such spec (built-in: {', '.join(known)}; or give a .toml file)"])
+
+
+def load(name: str | Path) -> Spec:
+    """Spec by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
+    path = resolve(str(name))
+    try:
+        raw = path.read_bytes()
+    except OSError as e:
+        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
+    return parse(raw, str(path))
+
+
+def parse(raw: bytes, path: str) -> Spec:
+    """Spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    try:
+        data = tomllib.loads(raw.decode("utf-8"))
+        Document.model_validate(data)  # first alone, so that a file cannot bring its own hash
+        return Spec.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "text": raw.decode("utf-8")})
+    except UnicodeDecodeError as e:
+        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
+    except tomllib.TOMLDecodeError as e:
+        raise SpecError(path, [f"is not TOML: {e}"]) from e
+    except ValidationError as e:
+        raise SpecError(path, [_line(problem) for problem in e.errors()]) from e
+
+
+def _line(problem: Mapping[str, Any]) -> str:
+    key = ".".join(str(k) for k in problem["loc"]) or "top level"
+    words = problem["msg"].removeprefix("Value error, ")
+    shown = problem.get("input")
+    got = "" if isinstance(shown, dict) or problem["type"] == "value_error" else f" (got {shown!r})"
+    if problem["type"] == "extra_forbidden":
+        words, got = "unknown key", ""
+    return f"[{key}] {words}{got}"
