@@ -1,0 +1,39 @@
+"""The head in a file beside the database: a tail that is cut off together with the head's row is still missed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import URL
+
+from accept.files import write_atomic
+from accept.store.chain import Head
+from accept.store.errors import StoreError
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it."""
+
+    path: Path
+
+    @classmethod
+    def beside(cls, url: URL) -> "Anchor | None":
+        """`store.head` beside `store.sqlite`; none for a server or a database in memory."""
+        stored = url.get_backend_name() == "sqlite" and url.database and url.database != ":memory:"
+        return cls(Path(str(url.database)).with_suffix(".head")) if stored else None
+
+    def read(self) -> Head | None:
+        """The head, None when there is no file. Raises ValueError when the file holds no head."""
+        try:
+            return Head.parse(self.path.read_text("utf-8", errors="replace"))
+        except FileNotFoundError:
+            return None
+        except ValueError as e:
+            raise ValueError(f"{self.path.name} is damaged: {e}") from e
+
+    def write(self, head: Head) -> None:
+        """Replace the head. Raises StoreError: the event is stored then, but its anchor is not."""
+        try:
+            write_atomic(self.path, f"{head}\n".encode("ascii"))
+        except OSError as e:
+            raise StoreError(f"{self.path}: cannot be written ({e.strerror}); event {head.seq} itself is stored") from e

@@ -1,0 +1,90 @@
+"""The chain of hashes: finds the first event that was altered, removed, inserted or moved.
+
+What is found: any change of any stored field, a missing event anywhere, an inserted or renumbered one. The end of the
+chain has no event after it, so it is anchored three times: in the table `head`, in the file beside the database
+(`store.head`), and by whoever wrote down `Store.head()`. What is not found: somebody who rewrites every event from some
+point on, and the table and the file too, is found only against a head that was kept elsewhere. Each certificate carries
+the hash of its result, which gives a second such record.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from accept.store.event import GENESIS, Event
+
+
+@dataclass(frozen=True)
+class Head:
+    """The last event: its number and its hash. Whoever keeps one can later prove what the store held up to it."""
+
+    seq: int
+    hash: str
+
+    def __str__(self) -> str:
+        return f"{self.seq} {self.hash}"
+
+    @classmethod
+    def parse(cls, text: str) -> "Head":
+        """The head of `57 <hash>`, as `str` writes it. Raises ValueError for anything else."""
+        seq, _, digest = text.strip().partition(" ")
+        if not seq.isdecimal() or len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
+            raise ValueError(f"{text.strip()[:80]!r} is no head; expected the event's number, a blank and its SHA-256")
+        return cls(int(seq), digest)
+
+
+START = Head(0, GENESIS)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The first place where the chain is broken: the event's number, and the whole finding in words."""
+
+    seq: int
+    words: str
+
+    def __str__(self) -> str:
+        return self.words
+
+
+def first_problem(events: Iterable[Event], anchors: Mapping[str, Head]) -> Problem | None:
+    """First break of the chain, None when there is none.
+
+    events : all of the store by increasing number, as read, whatever they hold. anchors : who says so -> the head that
+    it holds; `head` must be the last event, every other one an event of the chain.
+    """
+    last, seen = START, {0: GENESIS}
+    wanted = {head.seq for head in anchors.values()}
+    for event in events:
+        if problem := misfit(event, last):
+            return problem
+        last = Head(event.seq, event.hash)
+        if event.seq in wanted:
+            seen[event.seq] = event.hash
+    return _end_problem(last, seen, anchors)
+
+
+def misfit(event: Event, last: Head) -> Problem | None:
+    """Why this event cannot follow `last`."""
+    if event.seq > last.seq + 1:
+        return Problem(last.seq + 1, f"event {last.seq + 1} is missing: {event.name} follows event {last.seq}")
+    if event.seq <= last.seq:
+        return Problem(event.seq, f"{event.name} was inserted: event {last.seq + 1} was due")
+    if not event.intact:
+        return Problem(event.seq, f"{event.name} was altered: its content does not give its hash")
+    if event.prev == last.hash:
+        return None
+    if last.seq == 0:
+        return Problem(event.seq, f"{event.name} was altered: it follows another event, but the store begins with it")
+    return Problem(last.seq, f"event {last.seq} was altered with its hash: {event.name} follows another one")
+
+
+def _end_problem(last: Head, seen: Mapping[int, str], anchors: Mapping[str, Head]) -> Problem | None:
+    for source, head in anchors.items():
+        if head.seq > last.seq:
+            return Problem(
+                last.seq + 1, f"event {last.seq + 1} is missing: {source} names event {head.seq} as the last"
+            )
+    for source, head in anchors.items():
+        if seen[head.seq] != head.hash:
+            return Problem(head.seq, f"event {head.seq} was altered, or one before it: {source} holds another hash")
+    return None

@@ -1,0 +1,78 @@
+"""Connections: the only place that knows one database from another."""
+
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select
+
+_LOCK = 0x61636365  # PostgreSQL advisory lock of the appends; "acce"
+
+
+def make_engine(url: URL, timeout_s: float) -> Engine:
+    """Engine of a store. SQLite gets WAL, synchronous=FULL and a busy timeout [s]."""
+    if url.drivername == "postgresql":
+        url = url.set(drivername="postgresql+psycopg")
+    if url.get_backend_name() != "sqlite":
+        return create_engine(url)
+    engine = create_engine(url, connect_args={"timeout": timeout_s})
+    event.listen(engine, "connect", _prepare(timeout_s))
+    event.listen(engine, "begin", _begin)
+    return engine
+
+
+def _prepare(timeout_s: float) -> Callable[[sqlite3.Connection, Any], None]:
+    def prepare(connection: sqlite3.Connection, _record: Any) -> None:
+        connection.isolation_level = None  # sqlite3 would begin by itself, and too late to lock
+        connection.text_factory = _text
+        _to_wal(connection, time.monotonic() + timeout_s)
+        for pragma in ("synchronous=FULL", "foreign_keys=ON", "trusted_schema=OFF"):
+            connection.execute(f"PRAGMA {pragma}")
+
+    return prepare
+
+
+def _text(raw: bytes) -> str:
+    """Text that was damaged into something other than UTF-8 is still read, so that the check can name its event."""
+    return raw.decode("utf-8", "surrogateescape")
+
+
+def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
+    """SQLite does not wait for its busy timeout where two programs switch a new file to WAL at once."""
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError as e:
+            if e.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
+                raise
+            time.sleep(0.01)
+        else:
+            return
+
+
+def _begin(connection: Connection) -> None:
+    appends = connection.get_execution_options().get("appends", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if appends else "BEGIN")
+
+
+@contextmanager
+def appending(engine: Engine) -> Iterator[Connection]:
+    """A transaction that no other append shares; committed at its end."""
+    with engine.connect() as plain:
+        connection = plain.execution_options(appends=True)
+        with connection.begin():
+            if engine.dialect.name == "postgresql":
+                connection.execute(select(func.pg_advisory_xact_lock(_LOCK)))
+            yield connection
+
+
+@contextmanager
+def snapshot(engine: Engine) -> Iterator[Connection]:
+    """A transaction that sees the store as it was at one moment, while others append."""
+    with engine.connect() as plain:
+        level = {"isolation_level": "REPEATABLE READ"} if engine.dialect.name == "postgresql" else {}
+        connection = plain.execution_options(**level)
+        with connection.begin():
+            yield connection

@@ -1,0 +1,92 @@
+"""One event: what it holds, and the hash that ties it to the event before."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, field
+from typing import Any
+
+from accept.store.errors import StoreError
+
+GENESIS = "0" * 64  # stands for the event before the first
+
+
+@dataclass(frozen=True)
+class Event:
+    """One stored event, its fields in the order in which they are stored and hashed.
+
+    seq : 1, 2, 3 ...; time : UTC, ISO 8601 with microseconds; who : the operator; what : the kind of event;
+    subject : a unit's serial or ""; spec : name@sha256 or ""; code : hash of the program; payload : canonical JSON;
+    prev : hash of the event before; hash : over all the fields above.
+    """
+
+    seq: int
+    time: str
+    who: str
+    what: str
+    subject: str
+    spec: str
+    code: str
+    payload: str
+    prev: str
+    hash: str
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The payload as it was appended."""
+        content: dict[str, Any] = json.loads(self.payload)
+        return content
+
+    @property
+    def name(self) -> str:
+        """How messages call it: `event 57 (unit_judged APA-03)`."""
+        words = " ".join(str(word) for word in (self.what, self.subject) if word)
+        return f"event {self.seq} ({words.encode('utf-8', 'backslashreplace').decode()})"
+
+    @property
+    def intact(self) -> bool:
+        """Whether the content gives the hash. A field of another type, e.g. bytes, is never intact."""
+        fields = astuple(self)
+        typed = type(self.seq) is int and all(type(value) is str for value in fields[1:])
+        return typed and digest(*fields[:-1]) == self.hash
+
+
+def digest(*fields: int | str) -> str:
+    """SHA-256 of the fields as one JSON list without spaces, all beyond ASCII escaped.
+
+    JSON quotes every string, so no two different events have the same encoding, and anyone can recompute the hash:
+    `json.dumps([seq, time, who, what, subject, spec, code, payload, prev], separators=(",", ":"))`.
+    """
+    return hashlib.sha256(json.dumps(fields, separators=(",", ":"), ensure_ascii=True).encode("ascii")).hexdigest()
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is to be appended; the store adds number, time, operator, code and hashes."""
+
+    what: str
+    subject: str = ""
+    payload: Mapping[str, Any] = field(default_factory=dict)
+    spec: str = ""
+
+    def text(self) -> str:
+        """Canonical JSON of the payload. Raises StoreError when it is not JSON, NaN and infinity included."""
+        try:
+            return json.dumps(dict(self.payload), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        except (TypeError, ValueError) as e:
+            raise StoreError(f"{self.what} {self.subject}: the payload is not JSON: {e}") from e
+
+
+def sealed(seq: int, time: str, who: str, entry: Entry, code: str, prev: str) -> Event:
+    """The event of an entry, with its hash. Raises StoreError for a field that no database stores unchanged."""
+    if not who or not entry.what:
+        raise StoreError(f"an event needs its operator and its kind (got who={who!r}, what={entry.what!r})")
+    words = (time, who, entry.what, entry.subject, entry.spec, code, entry.text(), prev)
+    for word in words:
+        _storable(word)
+    return Event(seq, *words, hash=digest(seq, *words))
+
+
+def _storable(word: str) -> None:
+    if "\0" in word or any("\ud800" <= c <= "\udfff" for c in word):
+        raise StoreError(f"{word!r} holds a character that cannot be stored (NUL, or half of a surrogate pair)")

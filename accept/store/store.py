@@ -1,0 +1,210 @@
+"""The store: appends events under a lock, reads them back verified, and checks the whole chain."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, Row, Select, insert, make_url, select, update
+
+from accept.home import HomeError, home
+from accept.store import tables
+from accept.store.anchor import Anchor
+from accept.store.chain import START, Head, Problem, first_problem
+from accept.store.engine import appending, make_engine, snapshot
+from accept.store.errors import StoreError, reported
+from accept.store.event import Entry, Event, sealed
+from accept.version import code_sha256
+
+_PAGE = 500  # events read at once; between pages no lock is held
+
+
+class Store:
+    """An open event store; a context manager. May be shared by threads; other processes open their own."""
+
+    def __init__(self, engine: Engine, where: str, anchor: Anchor | None) -> None:
+        self.where = where
+        self._engine, self._anchor = engine, anchor
+
+    def __enter__(self) -> "Store":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._engine.dispose()
+
+    def append(self, what: str, subject: str, payload: Mapping[str, Any], *, who: str, spec: str = "") -> Event:
+        """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
+
+        Raises StoreError when it cannot be stored (nothing is then half-stored), or when the end of the chain is
+        damaged: nothing is built on a broken chain.
+        """
+        return self.append_many([Entry(what, subject, payload, spec)], who=who)[0]
+
+    def append_many(self, entries: Sequence[Entry], *, who: str) -> list[Event]:
+        """Append all entries in one transaction, or none of them. As `append`."""
+        if not entries:
+            return []
+        with reported(self.where):
+            with appending(self._engine) as connection:
+                new = _chained(entries, who, self._end(connection))
+                connection.execute(insert(tables.events), [asdict(event) for event in new])
+                connection.execute(update(tables.head).values(seq=new[-1].seq, hash=new[-1].hash))
+            if self._anchor:
+                self._anchor.write(_head_of(new[-1]))
+        return new
+
+    def events(self, subject: str | None = None, what: str | None = None, after: int = 0) -> Iterator[Event]:
+        """Events numbered above `after`, in order, of one subject or kind where given.
+
+        Raises StoreError at an event whose content does not give its hash.
+        """
+        wanted = _wanted(subject, what).order_by(tables.events.c.seq).limit(_PAGE)
+        while page := self._read(wanted.where(tables.events.c.seq > after)):
+            yield from page
+            after = page[-1].seq
+
+    def latest(self, subject: str, what: str) -> Event | None:
+        """The last event of this kind about this subject, None when there is none. Raises as `events`."""
+        found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
+        return found[0] if found else None
+
+    def head(self) -> Head:
+        """Number and hash of the last event; keep it elsewhere and `check` proves that nothing before it changed."""
+        found = self._read(select(tables.events).order_by(tables.events.c.seq.desc()).limit(1))
+        return _head_of(found[0]) if found else START
+
+    def check(self, exported: Head | None = None) -> Problem | None:
+        """First altered, missing, inserted or moved event of the whole store, None when the chain is unbroken.
+
+        exported : a head that was kept elsewhere. `accept.store.chain` says what can be found and what cannot.
+        """
+        try:
+            anchors = self._anchors(exported)  # read before the events: they may only be ahead of it
+        except ValueError as e:
+            return Problem(0, str(e))
+        with reported(self.where), snapshot(self._engine) as connection:
+            if foreign := tables.foreign_columns(connection):
+                return Problem(0, f"the tables are not those of this store: {', '.join(foreign)}")
+            row = _head_row(connection)
+            if row is None:
+                return Problem(0, "the row of table head is missing or altered")
+            ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
+            return first_problem(map(_event, connection.execute(ordered)), {"table head": row} | anchors)
+
+    def _anchors(self, exported: Head | None) -> dict[str, Head]:
+        kept = {"the exported head": exported} if exported else {}
+        if self._anchor and (head := self._anchor.read()):
+            kept[self._anchor.path.name] = head
+        return kept
+
+    def _end(self, connection: Connection) -> Head:
+        """The event to follow. Raises StoreError when the end of the chain is not as it was left."""
+        last = select(tables.events).order_by(tables.events.c.seq.desc()).limit(1)
+        end = [_event(row) for row in connection.execute(last)]
+        head = _head_of(end[0]) if end else START
+        if (
+            not all(event.intact for event in end)
+            or _head_row(connection) != head
+            or not self._anchored(connection, head)
+        ):
+            raise StoreError(f"{self.where}: its last events were altered or removed; see accept store check")
+        return head
+
+    def _anchored(self, connection: Connection, head: Head) -> bool:
+        try:
+            kept = self._anchor.read() if self._anchor else None
+        except ValueError as e:
+            raise StoreError(f"{self.where}: {e}") from e
+        if kept is None or kept in (head, START):
+            return True
+        there = select(tables.events.c.hash).where(tables.events.c.seq == kept.seq)
+        return connection.scalar(there) == kept.hash
+
+    def _read(self, wanted: Select[Any]) -> list[Event]:
+        with reported(self.where), snapshot(self._engine) as connection:
+            found = [_event(row) for row in connection.execute(wanted)]
+        for event in found:
+            if not event.intact:
+                raise StoreError(f"{self.where}: {event.name} was altered; see accept store check")
+        return found
+
+
+def open_store(url: str | None = None, *, timeout_s: float = 20.0) -> Store:
+    """Open the store, made when absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
+
+    url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s].
+    Raises StoreError when it cannot be opened or made, or was written by a newer version.
+    """
+    chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
+    with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
+        parsed = make_url(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
+        where = _where(parsed)
+    with reported(where):
+        engine = make_engine(parsed, timeout_s)
+        try:
+            _prepare(engine, where)
+        except BaseException:
+            engine.dispose()
+            raise
+    return Store(engine, where, Anchor.beside(parsed))
+
+
+def _default_path() -> Path:
+    try:
+        return home() / "store.sqlite"
+    except HomeError as e:
+        raise StoreError(str(e)) from e
+
+
+def _where(url: URL) -> str:
+    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+
+
+def _prepare(engine: Engine, where: str) -> None:
+    with snapshot(engine) as connection:
+        complete = tables.complete(connection)
+    if not complete:
+        with appending(engine) as connection:
+            tables.make_tables(connection)
+    with snapshot(engine) as connection:
+        schema = connection.scalar(select(tables.head.c.store_schema))
+    if schema is not None and schema != tables.SCHEMA:
+        raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
+
+
+def _wanted(subject: str | None, what: str | None) -> Select[Any]:
+    query = select(tables.events)
+    if subject is not None:
+        query = query.where(tables.events.c.subject == subject)
+    return query if what is None else query.where(tables.events.c.what == what)
+
+
+def _chained(entries: Sequence[Entry], who: str, last: Head) -> list[Event]:
+    new: list[Event] = []
+    for entry in entries:
+        now = datetime.now(UTC).isoformat(timespec="microseconds")
+        new.append(sealed(last.seq + 1, now, who, entry, code_sha256(), last.hash))
+        last = _head_of(new[-1])
+    return new
+
+
+def _head_row(connection: Connection) -> Head | None:
+    row = connection.execute(select(tables.head.c.seq, tables.head.c.hash).where(tables.head.c.id == 1)).first()
+    whole = row is not None and type(row.seq) is int and row.seq >= 0 and type(row.hash) is str
+    return Head(row.seq, row.hash) if row is not None and whole else None
+
+
+def _head_of(event: Event) -> Head:
+    return Head(event.seq, event.hash)
+
+
+def _event(row: Row[Any]) -> Event:
+    return Event(*row)

@@ -1,0 +1,73 @@
+"""Tables of the store, and the triggers that make a slip of the hand fail: events are never updated or deleted."""
+
+from sqlalchemy import DDL, Column, Connection, Index, Integer, MetaData, Table, Text, event, insert, inspect
+
+from accept.store.chain import START
+
+SCHEMA = 1
+
+metadata = MetaData()
+
+events = Table(
+    "events",
+    metadata,
+    Column("seq", Integer, primary_key=True, autoincrement=False),
+    Column("time", Text, nullable=False),
+    Column("who", Text, nullable=False),
+    Column("what", Text, nullable=False),
+    Column("subject", Text, nullable=False),
+    Column("spec", Text, nullable=False),
+    Column("code", Text, nullable=False),
+    Column("payload", Text, nullable=False),
+    Column("prev", Text, nullable=False),
+    Column("hash", Text, nullable=False),
+)
+Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
+
+head = Table(
+    "head",
+    metadata,
+    Column("id", Integer, primary_key=True, autoincrement=False),  # one row, id 1
+    Column("store_schema", Integer, nullable=False),
+    Column("seq", Integer, nullable=False),
+    Column("hash", Text, nullable=False),
+)
+
+_REFUSAL = "events are never changed or removed"
+
+for _verb in ("UPDATE", "DELETE"):
+    event.listen(
+        events,
+        "after_create",
+        DDL(
+            f"CREATE TRIGGER events_no_{_verb.lower()} BEFORE {_verb} ON events "
+            f"BEGIN SELECT RAISE(ABORT, '{_REFUSAL}'); END"
+        ).execute_if(dialect="sqlite"),
+    )
+for _statement in (
+    "CREATE OR REPLACE FUNCTION events_refuse() RETURNS trigger LANGUAGE plpgsql AS "
+    f"$$ BEGIN RAISE EXCEPTION '{_REFUSAL}'; END $$",
+    "CREATE TRIGGER events_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON events "
+    "FOR EACH STATEMENT EXECUTE FUNCTION events_refuse()",
+):
+    event.listen(events, "after_create", DDL(_statement).execute_if(dialect="postgresql"))
+
+
+def make_tables(connection: Connection) -> None:
+    """Make what is absent. The head's row is written only with a new store: a lost one must be found, not mended."""
+    new = not any(inspect(connection).has_table(table.name) for table in (events, head))
+    metadata.create_all(connection)
+    if new:
+        connection.execute(insert(head).values(id=1, store_schema=SCHEMA, seq=START.seq, hash=START.hash))
+
+
+def complete(connection: Connection) -> bool:
+    """Whether both tables are there."""
+    return all(inspect(connection).has_table(table.name) for table in (events, head))
+
+
+def foreign_columns(connection: Connection) -> list[str]:
+    """Columns that differ from those of this schema, as `table.column`."""
+    found = inspect(connection)
+    have = {f"{t.name}.{c['name']}" for t in (events, head) for c in found.get_columns(t.name)}
+    return sorted(have ^ {f"{t.name}.{c.name}" for t in (events, head) for c in t.columns})
