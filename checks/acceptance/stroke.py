@@ -1,0 +1,240 @@
+"""Stroke of the three stacks from -20 V to 150 V: one stack, the two others, and their sum (seed 2.3)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.acceptance.stated import stated, with_stated
+from checks.acceptance.typed import typed_quantity
+from checks.declare import Check, Form, Scalar, Series, Setting, Values
+from checks.picture import Item, Line, Mark, Panel
+from checks.quantity import Contribution, NoResult, Outcome, Quantity
+from checks.record import Record
+from checks.signals import loops
+from checks.signals.loops import Estimate
+from checks.signals.regression import least_squares
+from specs.spec import CheckSpec
+
+Array = NDArray[np.float64]
+
+UM = 1e-6
+RECORDS = {"one_stack": "stroke_one_stack_um", "two_stacks": "stroke_two_stacks_um"}
+WIDTHS = {"one_stack": "stroke_hysteresis_one_stack_percent", "two_stacks": "stroke_hysteresis_two_stacks_percent"}
+START_V, TOP_V, TOLERANCE_V = -20.0, 150.0, 1.0
+END_ZONE = 0.02  # of the voltage span: over it the displacement is a parabola in time for sines, ramps and plateaus
+MIN_SAMPLES = 12
+MIN_OVER_NOISE = 20.0
+
+
+@dataclass(frozen=True)
+class Range:
+    """Voltages on the stacks [V] that the record must run through."""
+
+    start: float
+    top: float
+    tolerance: float
+
+    @property
+    def span(self) -> float:
+        return self.top - self.start
+
+    @property
+    def middle(self) -> float:
+        return (self.start + self.top) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """One record: stroke [m], what the voltage lacks of the range as a displacement [m], loop width at mid-voltage [m]
+    or the reason why there is none; V, d : (N,) the record, d from its start."""
+
+    stroke: Estimate
+    short: float
+    width: Estimate | str
+    V: Array
+    d: Array
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Stroke [um] of one stack, of two and of all three; loop width at mid-voltage [percent of the stroke].
+
+    Each stroke is max(d) minus d at the start, where the voltage is -20 V; both ends by a local fit, because the
+    highest of many noisy samples is too high. The gauge is one and the same, so its stated errors add linearly.
+    """
+    if "stroke_um" in values:
+        return _from_value(values, spec)
+    found = {key: _try_record(values, key, _range(spec)) for key in RECORDS}
+    strokes = [_stroke_quantity(RECORDS[key], found[key], spec) for key in RECORDS]
+    widths = [_width_quantity(WIDTHS[key], [found[key]]) for key in RECORDS]
+    both = _width_quantity("stroke_hysteresis_percent", list(found.values()))
+    good = {key: f for key, f in found.items() if isinstance(f, Stroke)}
+    return Outcome((_sum(strokes), *strokes, both, *widths), panels=_panels(good, _range(spec)) if good else {})
+
+
+def _from_value(values: Values, spec: CheckSpec) -> Outcome:
+    others = [name for name in CHECK.quantities if name != "stroke_um"]
+    missing = (Quantity.missing(name, "a typed stroke does not show it: the records are needed") for name in others)
+    return Outcome((typed_quantity(values, spec, "stroke_um"), *missing))
+
+
+def _range(spec: CheckSpec) -> Range:
+    get = spec.settings.get
+    return Range(get("start_V", START_V), get("top_V", TOP_V), get("voltage_tolerance_V", TOLERANCE_V))
+
+
+def _try_record(values: Values, key: str, wanted: Range) -> Stroke | str:
+    """Stroke of a record, or the reason why it has none."""
+    if key not in values:
+        return f"{key}: not measured"
+    try:
+        return stroke_of(values[key], wanted)
+    except (NoResult, ValueError) as e:
+        return f"{key}: {e}"
+
+
+def stroke_of(record: Record, wanted: Range) -> Stroke:
+    """Stroke of a record with channels V [V] and d [m]. Raises NoResult when the voltage does not run from the wanted
+    start to the wanted top or the displacement does not follow it."""
+    V, d = record["V"], record["d"]
+    short = _check_range(V, wanted)
+    smooth = max(1, V.size // 1000)  # samples averaged, only to find where the ends are
+    V_smooth, d_smooth = _running_mean(V, smooth), _running_mean(d, smooth)
+    top = int(np.argmax(d_smooth))
+    start = _level(record.t, d, 0, np.abs(V_smooth - V_smooth[0]) <= END_ZONE * wanted.span)
+    tip = _level(record.t, d, top, V_smooth >= V_smooth[top] - END_ZONE * wanted.span)
+    stroke = Estimate(tip.value - start.value, math.hypot(tip.u, start.u))
+    noise = float(np.std(np.diff(d)))
+    if stroke.value <= MIN_OVER_NOISE * noise:
+        words = f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise"
+        raise NoResult(f"{words}: no stroke, or the gauge's sign is turned")
+    if V_smooth[top] < wanted.top - 0.05 * wanted.span:
+        raise NoResult(f"d is largest at {V_smooth[top]:.1f} V, expected near {wanted.top:g} V")
+    return Stroke(stroke, short * stroke.value / wanted.span, _width(V, d, wanted), V, d - start.value)
+
+
+def _check_range(V: Array, wanted: Range) -> float:
+    """What the ends of V are off the wanted ones, together [V]. Raises NoResult beyond the tolerance."""
+    first, highest = float(V[0]), float(V.max())
+    if not abs(first - wanted.start) <= wanted.tolerance:
+        raise NoResult(f"V starts at {first:.2f} V, expected {wanted.start:g} ± {wanted.tolerance:g} V")
+    if not abs(highest - wanted.top) <= wanted.tolerance:
+        raise NoResult(f"V reaches {highest:.2f} V, expected {wanted.top:g} ± {wanted.tolerance:g} V")
+    return abs(first - wanted.start) + abs(highest - wanted.top)
+
+
+def _running_mean(x: Array, n: int) -> Array:
+    """Mean over n samples about each one; the ends repeat the first and the last sample."""
+    padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
+    return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
+
+
+def _level(t: Array, d: Array, at: int, zone: NDArray[np.bool_]) -> Estimate:
+    """d at sample `at`, by a parabola in time to either side over the unbroken stretch of `zone` about it: it may have
+    a kink there (triangular drive), but no jump."""
+    out = np.flatnonzero(~zone)
+    lo = int(out[out < at].max(initial=-1)) + 1
+    hi = int(out[out > at].min(initial=zone.size))
+    if hi - lo < MIN_SAMPLES:
+        raise NoResult(f"only {hi - lo} samples at an end of the voltage range, {MIN_SAMPLES} are needed")
+    s = (t[lo:hi] - t[at]) / max(t[hi - 1] - t[lo], 1e-300)
+    sides = [x for x in (np.minimum(s, 0.0), np.maximum(s, 0.0)) if np.count_nonzero(x) >= MIN_SAMPLES // 3]
+    design = np.column_stack([np.ones_like(s), *(power for x in sides for power in (x, x * x))])
+    fit = least_squares(design, d[lo:hi])
+    return Estimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))
+
+
+def _width(V: Array, d: Array, wanted: Range) -> Estimate | str:
+    pair = loops.last_pair(loops.branches(V, wanted.middle, wanted.span / 2))
+    if pair is None:
+        return f"the voltage does not come back through {wanted.middle:g} V: there is no loop"
+    try:
+        return loops.opening(V, d, pair, wanted.middle, wanted.span / 2)
+    except ValueError as e:
+        return str(e)
+
+
+def _stroke_quantity(name: str, found: Stroke | str, spec: CheckSpec) -> Quantity:
+    if isinstance(found, str):
+        return Quantity.missing(name, found)
+    value = found.stroke.value / UM
+    scatter = [Contribution("scatter of the record", found.stroke.u / UM, "A")]
+    if found.short > 0:
+        scatter.append(Contribution("voltage off its range", found.short / UM))
+    return with_stated(name, value, scatter, stated(spec, value, "d_um", "stroke_um"))
+
+
+def _sum(parts: list[Quantity]) -> Quantity:
+    """Stroke of three stacks: scatter adds in square, what stands in both budgets under one stated source linearly."""
+    reasons = [q.reason for q in parts if q.reason]
+    if reasons:
+        return Quantity.missing("stroke_um", "; ".join(reasons))
+    value = sum(q.value for q in parts)
+    own: dict[str, list[Contribution]] = {}
+    for c in (c for q in parts for c in q.budget):
+        own.setdefault(c.source, []).append(c)
+    budget = tuple(Contribution(source, _joint(cs), cs[0].kind) for source, cs in own.items())
+    if any(q.U is None for q in parts):
+        return Quantity("stroke_um", value, None, budget, note=parts[0].note)
+    return Quantity.of("stroke_um", value, *budget)
+
+
+def _joint(shares: list[Contribution]) -> float:
+    return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
+
+
+def _width_quantity(name: str, found: list[Stroke | str]) -> Quantity:
+    """Loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three stacks.
+    The gauge's scale error falls out of the ratio, so the scatter is all of its uncertainty."""
+    stroke = width = variance = 0.0
+    for f in found:
+        if isinstance(f, str):
+            return Quantity.missing(name, f)
+        if isinstance(f.width, str):
+            return Quantity.missing(name, f.width)
+        stroke += f.stroke.value
+        width += f.width.value
+        variance += f.width.u**2 + (f.width.value / f.stroke.value * f.stroke.u) ** 2
+    u = 100 * math.sqrt(variance) / stroke
+    return Quantity.of(name, 100 * width / stroke, Contribution("scatter of the records", u, "A"))
+
+
+def _panels(found: dict[str, Stroke], wanted: Range) -> dict[str, Panel]:
+    lines: list[Item] = [Line(loops.thin(f.V), loops.thin(f.d) / UM, key.replace("_", " ")) for key, f in found.items()]
+    marks = [Mark(wanted.start, label=f"{wanted.start:g} V"), Mark(wanted.top, label=f"{wanted.top:g} V")]
+    title = "Displacement against voltage"
+    return {"loops": Panel(title, "voltage on the stacks [V]", "displacement [um]", (*lines, *marks))}
+
+
+_CHANNELS = {"t": "s", "V": "V", "d": "m"}
+CHECK = Check(
+    name="stroke",
+    title="Stroke of the three stacks, -20 V to 150 V",
+    kinds=("apa",),
+    forms=(
+        Form("values", (Scalar("stroke_um", "stroke of the three stacks", lo=0.0, hi=2000.0),)),
+        Form(
+            "records",
+            (
+                Series("one_stack", "voltage on one stack", _CHANNELS),
+                Series("two_stacks", "voltage on the two other stacks", _CHANNELS),
+            ),
+        ),
+    ),
+    quantities=(
+        "stroke_um",
+        "stroke_one_stack_um",
+        "stroke_two_stacks_um",
+        "stroke_hysteresis_percent",
+        "stroke_hysteresis_one_stack_percent",
+        "stroke_hysteresis_two_stacks_percent",
+    ),
+    measure=measure,
+    settings=(
+        Setting("start_V", START_V, "voltage on the stacks where a record must start"),
+        Setting("top_V", TOP_V, "voltage on the stacks that a record must reach"),
+        Setting("voltage_tolerance_V", TOLERANCE_V, "how far both may be off"),
+    ),
+    stated=("stroke_um", "d_um"),
+)
