@@ -46,21 +46,25 @@ class Problem:
         return self.words
 
 
-def first_problem(events: Iterable[Event], anchors: Mapping[str, Head]) -> Problem | None:
+def first_problem(events: Iterable[Event], head: Head, anchors: Mapping[str, Head]) -> Problem | None:
     """First break of the chain, None when there is none.
 
-    events : all of the store by increasing number, as read, whatever they hold. anchors : who says so -> the head that
-    it holds; `head` must be the last event, every other one an event of the chain.
+    events : all of the store by increasing number, as read, whatever they hold. head : what the table `head` names as
+    the last event. anchors : heads that were kept elsewhere, by who holds them; each was the last event once.
     """
+    anchors = {"table head": head, **anchors}
     last, seen = START, {0: GENESIS}
-    wanted = {head.seq for head in anchors.values()}
+    wanted = {anchor.seq for anchor in anchors.values()}
     for event in events:
         if problem := misfit(event, last):
             return problem
         last = Head(event.seq, event.hash)
         if event.seq in wanted:
             seen[event.seq] = event.hash
-    return _end_problem(last, seen, anchors)
+    if problem := _end_problem(last, seen, anchors):
+        return problem
+    extra = head.seq + 1
+    return Problem(extra, f"event {extra} was inserted: table head ends at {head.seq}") if last.seq > head.seq else None
 
 
 def misfit(event: Event, last: Head) -> Problem | None:
@@ -79,12 +83,11 @@ def misfit(event: Event, last: Head) -> Problem | None:
 
 
 def _end_problem(last: Head, seen: Mapping[int, str], anchors: Mapping[str, Head]) -> Problem | None:
-    for source, head in anchors.items():
-        if head.seq > last.seq:
-            return Problem(
-                last.seq + 1, f"event {last.seq + 1} is missing: {source} names event {head.seq} as the last"
-            )
-    for source, head in anchors.items():
-        if seen[head.seq] != head.hash:
-            return Problem(head.seq, f"event {head.seq} was altered, or one before it: {source} holds another hash")
+    cut = last.seq + 1
+    for source, anchor in anchors.items():
+        if anchor.seq > last.seq:
+            return Problem(cut, f"event {cut} is missing: {source} holds the hash of event {anchor.seq}")
+    for source, anchor in anchors.items():
+        if seen[anchor.seq] != anchor.hash:
+            return Problem(anchor.seq, f"event {anchor.seq} was altered, or one before it: {source} holds another hash")
     return None

@@ -97,7 +97,7 @@ class Store:
             if row is None:
                 return Problem(0, "the row of table head is missing or altered")
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
-            return first_problem(map(_event, connection.execute(ordered)), {"table head": row} | anchors)
+            return first_problem(map(_event, connection.execute(ordered)), row, anchors)
 
     def _anchors(self, exported: Head | None) -> dict[str, Head]:
         kept = {"the exported head": exported} if exported else {}
@@ -170,14 +170,13 @@ def _where(url: URL) -> str:
 
 def _prepare(engine: Engine, where: str) -> None:
     with snapshot(engine) as connection:
-        complete = tables.complete(connection)
-    if not complete:
-        with appending(engine) as connection:
-            tables.make_tables(connection)
-    with snapshot(engine) as connection:
-        schema = connection.scalar(select(tables.head.c.store_schema))
+        have = tables.present(connection)
+        schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
     if schema is not None and schema != tables.SCHEMA:
         raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
+    if len(have) < len(tables.metadata.tables):
+        with appending(engine) as connection:
+            tables.make_tables(connection)
 
 
 def _wanted(subject: str | None, what: str | None) -> Select[Any]:
@@ -207,4 +206,4 @@ def _head_of(event: Event) -> Head:
 
 
 def _event(row: Row[Any]) -> Event:
-    return Event(*row)
+    return Event(*tuple(row))

@@ -55,15 +55,15 @@ for _statement in (
 
 def make_tables(connection: Connection) -> None:
     """Make what is absent. The head's row is written only with a new store: a lost one must be found, not mended."""
-    new = not any(inspect(connection).has_table(table.name) for table in (events, head))
+    new = not present(connection)
     metadata.create_all(connection)
     if new:
         connection.execute(insert(head).values(id=1, store_schema=SCHEMA, seq=START.seq, hash=START.hash))
 
 
-def complete(connection: Connection) -> bool:
-    """Whether both tables are there."""
-    return all(inspect(connection).has_table(table.name) for table in (events, head))
+def present(connection: Connection) -> set[str]:
+    """Which of the tables are there."""
+    return {name for name in metadata.tables if inspect(connection).has_table(name)}
 
 
 def foreign_columns(connection: Connection) -> list[str]:
