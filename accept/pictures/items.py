@@ -1,0 +1,186 @@
+"""One function for each kind of item in a panel."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.patheffects import withStroke
+
+from accept.pictures.style import INK, MAP, colour
+from accept.pictures.words import pretty
+from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
+
+MAPS = (Heights, Image)  # items that need room for a colour bar
+_BAR_WIDTH_MM = 2.0
+_DASH = {"solid": "-", "dashed": (0, (4, 2)), "points": "none"}
+
+
+def draw_panel(axes: Axes, panel: Panel) -> None:
+    """Draw one panel: scales first (they decide what can be shown), items, then labels."""
+    if panel.x_log:
+        axes.set_xscale("log")
+    if panel.y_log:
+        axes.set_yscale("log")
+    counter = _Series()
+    # Zones without an end and labels of marks go by the limits, so by everything else: they come last.
+    for item in sorted(panel.items, key=lambda i: isinstance(i, Span | Mark)):
+        _DRAWERS[type(item)](axes, item, counter)
+    axes.set_title(pretty(panel.title))
+    axes.set_xlabel(pretty(panel.x_label))
+    axes.set_ylabel(pretty(panel.y_label))
+    if panel.y_range is not None:
+        axes.set_ylim(*panel.y_range)
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.12)
+    _legend(axes)
+
+
+class _Series:
+    """Counts the curves without a role of their own, so that each takes the next colour."""
+
+    def __init__(self) -> None:
+        self.nth = 0
+
+    def colour(self, role: str) -> str:
+        chosen = colour(role, self.nth)
+        self.nth += role == "auto"
+        return chosen
+
+
+def _line(axes: Axes, item: Line, series: _Series) -> None:
+    again = item.role == "auto" and series.nth >= 3  # colours this far on are too close in grey: dash them
+    dash = (0, (2, 1)) if again and item.style == "solid" else _DASH[item.style]
+    axes.plot(
+        item.x,
+        item.y,
+        color=series.colour(item.role),
+        linestyle=dash,
+        marker="o" if item.style == "points" else None,
+        markeredgewidth=0.0,
+        label=pretty(item.label) or None,
+        zorder=2 if item.role in ("quiet", "before") else 3,
+    )
+
+
+def _band(axes: Axes, item: Band, series: _Series) -> None:
+    tint = series.colour(item.role)
+    axes.fill_between(
+        item.x, item.lo, item.hi, color=tint, alpha=0.35, linewidth=0, label=pretty(item.label) or None, zorder=1
+    )
+
+
+def _span(axes: Axes, item: Span, series: _Series) -> None:
+    shade = axes.axvspan if item.axis == "x" else axes.axhspan
+    low, high = _clipped(axes, item)
+    tint = series.colour(item.role)
+    shade(low, high, color=tint, alpha=0.28, linewidth=0, label=pretty(item.label) or None, zorder=0.5)
+
+
+def _clipped(axes: Axes, item: Span) -> tuple[float, float]:
+    """A one-sided zone reaches to the edge of what is drawn so far."""
+    edge = axes.get_xlim() if item.axis == "x" else axes.get_ylim()
+    low = item.lo if np.isfinite(item.lo) else min(edge)
+    high = item.hi if np.isfinite(item.hi) else max(edge)
+    return low, high
+
+
+def _mark(axes: Axes, item: Mark, series: _Series) -> None:
+    across = item.axis == "y"
+    rule = axes.axhline if across else axes.axvline
+    rule(item.at, color=series.colour(item.role), linestyle=(0, (5, 2)), linewidth=0.8, zorder=2.5)
+    if item.label:
+        _mark_label(axes, item, across)
+
+
+def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
+    """Label beside the line, on the side where there is room."""
+    transform = axes.get_yaxis_transform() if across else axes.get_xaxis_transform()
+    scale = axes.yaxis.get_transform() if across else axes.xaxis.get_transform()
+    low, high, at = scale.transform(np.array([*sorted(axes.get_ylim() if across else axes.get_xlim()), item.at]))
+    crowded = (at - low) > 0.88 * (high - low) if across else (at - low) < 0.08 * (high - low)
+    place: dict[str, Any] = (
+        {"x": 0.985, "y": item.at, "ha": "right", "va": "top" if crowded else "bottom"}
+        if across
+        else {"x": item.at, "y": 0.97, "ha": "left" if crowded else "right", "va": "top", "rotation": 90}
+    )
+    style: dict[str, Any] = {"fontsize": 5.8, "color": INK, "zorder": 5, "clip_on": True, "path_effects": _halo()}
+    axes.text(s=pretty(item.label), transform=transform, **place, **style)
+
+
+def _text(axes: Axes, item: Text, series: _Series) -> None:
+    axes.annotate(
+        pretty(item.words),
+        (item.x, item.y),
+        xytext=(2, 2),
+        textcoords="offset points",
+        fontsize=5.8,
+        color=series.colour(item.role),
+        path_effects=_halo(),
+        zorder=5,
+    )
+
+
+def _heights(axes: Axes, item: Heights, series: _Series) -> None:
+    """Numbered dots; the height stands away from the middle of the part, where no other dot is."""
+    dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
+    spread = float(np.ptp(item.z)) if len(item.z) else 0.0
+    decimals = max(0, 1 - math.floor(math.log10(spread))) if np.isfinite(spread) and spread > 0 else 1
+    for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
+        side = 1 if y >= np.median(item.y) else -1
+        pale = dots.norm(z) > 0.5
+        axes.annotate(
+            str(number), (x, y), ha="center", va="center", fontsize=5, color=INK if pale else "white", zorder=4
+        )
+        place: dict[str, Any] = {"xytext": (0, 9 * side), "textcoords": "offset points", "ha": "center", "va": "center"}
+        axes.annotate(f"{z:.{decimals}f}", (x, y), fontsize=5.8, color=INK, zorder=4, **place)
+    _colour_bar(axes, dots, item.label)
+
+
+def _image(axes: Axes, item: Image, series: _Series) -> None:
+    mesh = axes.pcolormesh(item.x, item.y, item.z, cmap=MAP, shading="nearest", rasterized=True)
+    axes.grid(False)
+    _colour_bar(axes, mesh, item.label)
+
+
+def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
+    """Bar in the margin that the panel has at its right."""
+    figure = axes.figure
+    box = axes.get_position()
+    mm = 1.0 / (25.4 * figure.get_figwidth())  # type: ignore[union-attr]
+    place = figure.add_axes((box.x1 + 1.5 * mm, box.y0, _BAR_WIDTH_MM * mm, box.height))
+    bar = figure.colorbar(mapped, cax=place)
+    bar.outline.set_visible(False)
+    place.tick_params(labelsize=5.5, length=1.5, pad=1.5)
+    place.grid(False)
+    if label:
+        bar.set_label(pretty(label), fontsize=5.8, labelpad=1.5)
+
+
+def _halo() -> list[Any]:
+    """White around words, so that they can be read across a curve."""
+    return [withStroke(linewidth=1.5, foreground="white")]
+
+
+def _legend(axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    if labels:
+        legend = axes.legend(handles, labels, loc="best")
+        legend.set_zorder(6)
+        legend.get_frame().set_facecolor("white")
+        for line in legend.get_texts():
+            line.set_color(INK)
+
+
+_DRAWERS: dict[type, Callable[[Axes, Any, _Series], None]] = {
+    Line: _line,
+    Band: _band,
+    Span: _span,
+    Mark: _mark,
+    Text: _text,
+    Heights: _heights,
+    Image: _image,
+}

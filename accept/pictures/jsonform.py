@@ -1,0 +1,58 @@
+"""Panels as JSON and back: so they are attached to a certificate, and so it can be drawn again from its attachments."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span, Text
+
+_ITEMS: dict[str, type[Item]] = {c.__name__: c for c in (Line, Band, Span, Mark, Text, Heights, Image)}
+
+
+def panels_to_json(panels: Mapping[str, Panel]) -> list[dict[str, Any]]:
+    """Panels in their order, as plain data; numbers that JSON does not have are words ("nan", "inf")."""
+    return [{"name": name} | _panel(panel) for name, panel in panels.items()]
+
+
+def panels_from_json(data: Sequence[Mapping[str, Any]]) -> dict[str, Panel]:
+    """Inverse of `panels_to_json`. Raises KeyError, TypeError or ValueError on anything else."""
+    return {panel["name"]: _read_panel(panel) for panel in data}
+
+
+def _panel(panel: Panel) -> dict[str, Any]:
+    plain = {f.name: _plain(getattr(panel, f.name)) for f in fields(panel) if f.name != "items"}
+    return plain | {"items": [_item(item) for item in panel.items]}
+
+
+def _item(item: Item) -> dict[str, Any]:
+    return {"type": type(item).__name__} | {f.name: _plain(getattr(item, f.name)) for f in fields(item)}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | tuple | list):
+        return [_plain(v) for v in (value.tolist() if isinstance(value, np.ndarray) else value)]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    return float(value) if math.isfinite(value) else str(float(value))
+
+
+def _read_panel(data: Mapping[str, Any]) -> Panel:
+    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range")}
+    y_range = None if data["y_range"] is None else (float(data["y_range"][0]), float(data["y_range"][1]))
+    return Panel(items=tuple(_read_item(item) for item in data["items"]), y_range=y_range, **rest)
+
+
+def _read_item(data: Mapping[str, Any]) -> Item:
+    kind = _ITEMS[data["type"]]
+    words = {"label", "style", "role", "axis", "words"}
+    rest = {key: value if key in words else _number(value) for key, value in data.items() if key != "type"}
+    return kind(**rest)
+
+
+def _number(value: Any) -> Any:
+    return np.array(value, dtype=float) if isinstance(value, list) else float(value)

@@ -1,0 +1,53 @@
+"""Panels cut down to what a printed picture can show, so that they can travel inside a certificate."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.picture import Array, Band, Heights, Image, Item, Line, Panel
+
+POINTS = 800  # a certificate's panel is 55 mm wide: 15 points per millimetre
+_DIGITS = 7
+_PIXELS = 200
+
+
+def reduced(panel: Panel) -> Panel:
+    """Panel with at most POINTS points a curve and 7 digits a number. Reducing twice is reducing once."""
+    return replace(panel, items=tuple(_item(item) for item in panel.items))
+
+
+def _item(item: Item) -> Item:
+    if isinstance(item, Line):
+        keep = _kept(item.y, item.y)
+        return replace(item, x=_rounded(item.x[keep]), y=_rounded(item.y[keep]))
+    if isinstance(item, Band):
+        keep = _kept(item.lo, item.hi)
+        return replace(item, x=_rounded(item.x[keep]), lo=_rounded(item.lo[keep]), hi=_rounded(item.hi[keep]))
+    if isinstance(item, Heights):
+        return replace(item, x=_rounded(item.x), y=_rounded(item.y), z=_rounded(item.z))
+    if isinstance(item, Image):
+        z = np.asarray(item.z)
+        rows, columns = (slice(None, None, -(-n // _PIXELS)) for n in z.shape)
+        return replace(item, x=_rounded(item.x[columns]), y=_rounded(item.y[rows]), z=_rounded(z[rows, columns]))
+    return item
+
+
+def _kept(low: Array, high: Array) -> NDArray[np.int64]:
+    """Indices to keep: of each run of samples its ends, its lowest and its highest, so that no peak is lost."""
+    n = len(low)
+    if n <= POINTS:
+        return np.arange(n)
+    edges = np.linspace(0, n, POINTS // 4 + 1).astype(np.int64)
+    chosen = {int(edges[-1]) - 1}
+    for a, b in pairwise(edges):
+        lowest = a + np.argmin(np.where(np.isnan(low[a:b]), np.inf, low[a:b]))
+        highest = a + np.argmax(np.where(np.isnan(high[a:b]), -np.inf, high[a:b]))
+        chosen |= {int(a), int(lowest), int(highest), int(b) - 1}
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+def _rounded(values: Array) -> Array:
+    flat = [float(f"{v:.{_DIGITS}g}") for v in np.asarray(values, float).ravel().tolist()]
+    return np.array(flat, dtype=float).reshape(np.shape(values))

@@ -1,0 +1,83 @@
+"""The house look: few colours (Okabe and Ito, 2008: safe for colour-blind eyes), also told apart in grey."""
+
+from typing import Any
+
+import matplotlib as mpl
+
+NAVY, BLUE, SKY = "#14213d", "#0072b2", "#56b4e9"
+VERMILION, GREEN, ORANGE, PINK = "#d55e00", "#009e73", "#e69f00", "#cc79a7"
+INK, GREY, PALE, GRID = "#222222", "#777777", "#c8ccd0", "#e4e6e8"
+
+ROLES = {
+    "data": BLUE,
+    "model": VERMILION,
+    "before": "#999999",
+    "good": GREEN,
+    "bad": VERMILION,
+    "limit": "#444444",
+    "quiet": PALE,
+}
+# Dark to light and back, so that neighbours differ in grey too.
+SERIES = (NAVY, VERMILION, SKY, GREEN, PINK, ORANGE)
+MAP = "cividis"  # monotone in lightness (Nuñez, Anderton, Renslow, PLoS ONE 13(7), 2018)
+
+_OURS: dict[str, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 6.5,
+    "axes.titlesize": 7.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 5.0,
+    "axes.labelsize": 6.5,
+    "axes.labelpad": 2.0,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": GRID,
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 6.0,
+    "ytick.labelsize": 6.0,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.size": 2.0,
+    "ytick.major.size": 2.0,
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.minor.size": 0.0,
+    "ytick.minor.size": 0.0,
+    "xtick.major.pad": 2.0,
+    "ytick.major.pad": 2.0,
+    "lines.linewidth": 0.9,
+    "lines.markersize": 2.5,
+    "legend.fontsize": 5.8,
+    "legend.frameon": True,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "legend.borderpad": 0.25,
+    "legend.labelspacing": 0.25,
+    "legend.handlelength": 1.6,
+    "legend.borderaxespad": 0.3,
+    "pdf.fonttype": 3,
+    "pdf.compression": 6,
+    "svg.hashsalt": "accept",  # without it the ids in an SVG are random
+    "svg.fonttype": "path",
+    "path.simplify": True,
+}
+
+
+def settings() -> Any:
+    """Every matplotlib setting, so that nobody's matplotlibrc changes a picture."""
+    default = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
+    return default | _OURS
+
+
+def colour(role: str, nth: int) -> str:
+    """Colour of a role; "auto" takes the nth of the series."""
+    return SERIES[nth % len(SERIES)] if role == "auto" else ROLES[role]
