@@ -18,7 +18,7 @@ class Fit:
 
     @property
     def scatter(self) -> float:
-        """Root mean square of the residual, per degree of freedom."""
+        """Standard deviation of the residual, per degree of freedom."""
         return float(np.sqrt(self.residual @ self.residual / (self.residual.size - self.x.size)))
 
     def u(self, weights: Array) -> float:
@@ -26,28 +26,33 @@ class Fit:
         return float(np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
 
 
-def least_squares(design: Array, y: Array, lags: int | None = None) -> Fit:
-    """Ordinary least squares of y (N,) on design (N, p), covariance by Newey & West (Econometrica 55, 1987) with
-    Bartlett weights over `lags` samples (None: 4 (N/100)^(2/9)), times N/(N - p).
+def least_squares(design: Array, y: Array) -> Fit:
+    """Ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its `colour`.
 
-    Raises ValueError when N <= p or the columns are dependent.
+    Raises ValueError when N <= p or the columns cannot be told apart.
     """
     n, p = design.shape
     if n <= p:
         raise ValueError(f"{n} samples cannot carry {p} parameters")
     q, r = np.linalg.qr(design)
-    diagonal = np.abs(np.diag(r))
-    norms = np.linalg.norm(design, axis=0)
-    if not (diagonal > 1e-10 * norms).all():
+    if not (np.abs(np.diag(r)) > 1e-9 * np.linalg.norm(design, axis=0)).all():
         raise ValueError("the samples cannot tell the parameters of the fit apart")
     x = np.linalg.solve(r, q.T @ y)
     residual = y - design @ x
-    scores = q * residual[:, None]
-    # An orthonormal basis keeps the middle of the sandwich well scaled whatever the units of the columns.
-    middle = scores.T @ scores
-    reach = min(n - 1, int(4 * (n / 100) ** (2 / 9)) if lags is None else lags)
-    for lag in range(1, reach + 1):
-        cross = scores[lag:].T @ scores[:-lag]
-        middle += (1 - lag / (reach + 1)) * (cross + cross.T)
     r_inverse = np.linalg.inv(r)
-    return Fit(x, r_inverse @ middle @ r_inverse.T * n / (n - p), residual)
+    variance = float(residual @ residual) / (n - p) * colour(residual)
+    return Fit(x, variance * r_inverse @ r_inverse.T, residual)
+
+
+def colour(residual: Array) -> float:
+    """How much more a slow combination of the samples scatters than if the residual (N,) were white: one plus twice the
+    sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags (Newey & West, Econometrica 55, 1987).
+
+    Never below 1: a residual that looks bluer than white is no reason to claim more.
+    """
+    power = float(residual @ residual)
+    if power == 0.0:
+        return 1.0
+    lags = min(residual.size - 1, int(2 * residual.size ** (1 / 3)))
+    weighted = ((1 - lag / (lags + 1)) * float(residual[lag:] @ residual[:-lag]) for lag in range(1, lags + 1))
+    return max(1.0, 1 + 2 * sum(weighted) / power)

@@ -1,0 +1,280 @@
+"""Axial stiffness from the deflection under an added mass, circuit closed and open (seed 3.1.7, 3.1.8, 3.2.1)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.acceptance.stated import stated
+from checks.acceptance.typed import typed_quantity
+from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
+from checks.picture import Line, Mark, Panel
+from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.record import Record
+from checks.signals.creep import REFERENCE_S, CreepFit, fit_creep
+from checks.signals.loops import Estimate, thin
+from checks.signals.regression import colour
+from checks.signals.steps import REACH_S, Step, find_steps
+from specs.spec import CheckSpec
+
+Array = NDArray[np.float64]
+
+UM = 1e-6
+N_PER_UM = 1e6
+GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 at the poles
+MIN_PLATEAU_S = 2.0
+MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
+MAX_MISFIT = 0.02  # of the deflection: rms of what the creep law leaves
+# The seed's windows by the clock, 12-12.5 s and 20-20.5 s, placed by the mass that it added at about 15 s.
+BEFORE_S = (-3.0, -2.5)
+LOADED_S = (5.0, 5.5)
+RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_um"}
+
+
+@dataclass(frozen=True, eq=False)
+class Deflection:
+    """One record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; what the moment
+    of the steps leaves uncertain [m]; the seed's windowed deflection [m] or why there is none; the fit behind it."""
+
+    value: Estimate
+    u_moment: float
+    windowed: Estimate | str
+    steps: tuple[Step, Step]
+    creep: CreepFit
+    t: Array
+    de: Array
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
+
+    Beside it the seed's windowed value, taken seconds later and so softer by the creep.
+    """
+    if "k_N_per_um" in values:
+        return _from_value(values, spec)
+    if "mass_kg" not in values:
+        raise NoResult("the added mass is not stated")
+    found = {key: _try_record(values, key) for key in RECORDS}
+    closed, opened = found["closed_circuit"], found["open_circuit"]
+    quantities = (
+        _stiffness("k_closed_N_per_um", closed, values["mass_kg"], spec),
+        _stiffness("k_open_N_per_um", opened, values["mass_kg"], spec),
+        _ratio(closed, opened),
+        _windowed("k_closed_windowed_N_per_um", closed, values["mass_kg"], spec),
+        _creep_rate("creep_per_decade_percent", closed),
+    )
+    good = {key: f for key, f in found.items() if isinstance(f, Deflection)}
+    panels: dict[str, Panel] = {}
+    for key, f in good.items():
+        panels |= _panels(key, f)
+    return Outcome(quantities, tuple(_notes(good)), panels)
+
+
+def _from_value(values: Values, spec: CheckSpec) -> Outcome:
+    typed = typed_quantity(values, spec, "k_N_per_um", "k_closed_N_per_um")
+    reason = "a typed stiffness does not show it: the records are needed"
+    missing = (Quantity.missing(name, reason) for name in CHECK.quantities if name != typed.name)
+    return Outcome((typed, *missing))
+
+
+def _try_record(values: Values, key: str) -> Deflection | str:
+    """Deflection of a record, or the reason why it has none."""
+    if key not in values:
+        return f"{key}: not measured"
+    try:
+        return deflection_of(values[key])
+    except (NoResult, ValueError) as e:
+        return f"{key}: {e}"
+
+
+def deflection_of(record: Record) -> Deflection:
+    """Deflection in a record with channel de [m] in which a mass is added once and removed once (or the other way
+    round). Raises NoResult when it does not hold two such steps with enough record about them."""
+    t, de = record.t, record["de"]
+    steps = _two_steps(t, find_steps(t, de))
+    creep = fit_creep(t, de, steps)
+    first, second = (float(d) for d in creep.deflections)
+    mean = Estimate(abs(first - second) / 2, creep.u_of((0.5, -0.5)))
+    _check_fit(creep, mean.value)
+    # The two steps are all the repeats there are: if they differ by more than their scatter, that is the scatter.
+    difference, expected = abs(first + second) / 2, creep.u_of((0.5, 0.5))
+    if difference > MAX_DISAGREEMENT / 2 * mean.value:
+        words = f"{abs(first) / UM:.4g} um and {abs(second) / UM:.4g} um"
+        raise NoResult(f"the two steps differ: {words}; something slipped, or the mass was not the same")
+    if difference > 3 * math.hypot(expected, _u_moment(creep, steps)):
+        mean = Estimate(mean.value, difference)
+    return Deflection(mean, _u_moment(creep, steps), _windowed_deflection(t, de, steps), steps, creep, t, de)
+
+
+def _two_steps(t: Array, steps: list[Step]) -> tuple[Step, Step]:
+    if len(steps) != 2:
+        where = f" at {', '.join(f'{s.t:.2f}' for s in steps)} s" if steps else ""
+        raise NoResult(f"{len(steps) or 'no'} mass steps found{where}, expected two: mass added and removed")
+    first, second = steps
+    if first.height * second.height > 0:
+        raise NoResult(f"both steps, at {first.t:.2f} and {second.t:.2f} s, go the same way: not added and removed")
+    edges = [t[0], first.quiet_to, first.quiet_from, second.quiet_to, second.quiet_from, t[-1]]
+    for lo, hi, name in zip(edges[::2], edges[1::2], ("before", "between", "after"), strict=True):
+        if hi - lo < MIN_PLATEAU_S:
+            raise NoResult(f"only {hi - lo:.2g} s of quiet record {name} the steps, {MIN_PLATEAU_S:g} s are needed")
+    for s in steps:
+        if s.quiet_from - s.t > 0.9 * REACH_S:
+            raise NoResult(f"the step at {s.t:.2f} s does not settle within {REACH_S:g} s")
+    return first, second
+
+
+def _check_fit(creep: CreepFit, deflection: float) -> None:
+    if creep.fit.scatter > MAX_MISFIT * deflection:
+        share = 100 * creep.fit.scatter / deflection
+        raise NoResult(
+            f"two steps with creep do not describe the record: {share:.2g} percent of the deflection is left"
+        )
+
+
+def _u_moment(creep: CreepFit, steps: tuple[Step, Step]) -> float:
+    """Share of the moments of the steps: D changes by D gamma / (0.1 s ln 10) for each second of error."""
+    slopes = creep.deflections * creep.gamma / (REFERENCE_S * math.log(10))
+    return math.hypot(*(float(slope) * s.u_t for slope, s in zip(slopes, steps, strict=True))) / 2
+
+
+def _windowed_deflection(t: Array, de: Array, steps: tuple[Step, Step]) -> Estimate | str:
+    """The seed's way: mean of half a second before the first step against half a second under load."""
+    origin = steps[0].t
+    if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
+        return f"the seed's windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
+    before, loaded = (_window_mean(t, de, origin + lo, origin + hi) for lo, hi in (BEFORE_S, LOADED_S))
+    return Estimate(abs(before.value - loaded.value), math.hypot(before.u, loaded.u))
+
+
+def _window_mean(t: Array, de: Array, lo: float, hi: float) -> Estimate:
+    inside = de[(t > lo) & (t < hi)]
+    residual = inside - inside.mean()
+    return Estimate(float(inside.mean()), math.sqrt(inside.var(ddof=1) * colour(residual) / inside.size))
+
+
+def _stiffness(name: str, found: Deflection | str, mass: Measured, spec: CheckSpec) -> Quantity:
+    if isinstance(found, str):
+        return Quantity.missing(name, found)
+    moment = Contribution("moment of the steps", found.u_moment / found.value.value, "A")
+    return _load_over(name, found.value, [moment], mass, spec)
+
+
+def _windowed(name: str, found: Deflection | str, mass: Measured, spec: CheckSpec) -> Quantity:
+    reason = found if isinstance(found, str) else found.windowed if isinstance(found.windowed, str) else None
+    if isinstance(found, str) or isinstance(found.windowed, str):
+        return Quantity.missing(name, reason or "not measured")
+    return _load_over(name, found.windowed, [], mass, spec)
+
+
+def _load_over(
+    name: str, deflection: Estimate, relative: list[Contribution], mass: Measured, spec: CheckSpec
+) -> Quantity:
+    """k = m g / deflection with its budget; `relative`: further contributions, as shares of the value."""
+    gravity = float(spec.settings.get("gravity", GRAVITY))
+    gravity_U = float(spec.settings.get("gravity_U", GRAVITY_U))
+    k = mass.value * gravity / deflection.value / N_PER_UM
+    shares = [Contribution("scatter of the record", deflection.u / deflection.value, "A"), *relative]
+    shares.append(Contribution("local gravity", gravity_U / COVERAGE_FACTOR / gravity))
+    budget = [Contribution(c.source, k * c.u, c.kind) for c in shares if c.u > 0]
+    systematic = _systematic(k, deflection.value, mass, spec)
+    if not systematic:
+        return Quantity(name, k, None, tuple(budget), note="accuracy of the mass and the encoder not stated")
+    return Quantity.of(name, k, *budget, *systematic)
+
+
+def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) -> list[Contribution]:
+    """Mass and encoder, each as stated; else the one figure that the spec states for the whole; else nothing."""
+    if mass.U is not None:
+        weight: Contribution | None = Contribution("added mass, stated with it", mass.U / COVERAGE_FACTOR)
+    else:
+        weight = stated(spec, mass.value, "mass_kg")
+    encoder = stated(spec, deflection / UM, "de_um")
+    if weight is not None and encoder is not None:
+        return [
+            Contribution(weight.source, k * weight.u / mass.value),
+            Contribution(encoder.source, k * encoder.u * UM / deflection),
+        ]
+    whole = stated(spec, k, "k_N_per_um")
+    return [] if whole is None else [whole]
+
+
+def _ratio(closed: Deflection | str, opened: Deflection | str) -> Quantity:
+    """k_open / k_closed: mass, gravity and encoder are the same in both and fall out."""
+    if isinstance(closed, str):
+        return Quantity.missing("k_ratio", closed)
+    if isinstance(opened, str):
+        return Quantity.missing("k_ratio", opened)
+    ratio = closed.value.value / opened.value.value
+    budget = [
+        Contribution(f"{words}, {name}", ratio * u / f.value.value, "A")
+        for name, f in (("closed", closed), ("open", opened))
+        for words, u in (("scatter", f.value.u), ("moment of the steps", f.u_moment))
+    ]
+    return Quantity.of("k_ratio", ratio, *budget)
+
+
+def _creep_rate(name: str, found: Deflection | str) -> Quantity:
+    """Creep per decade of time [percent of the deflection], mean of the two steps."""
+    if isinstance(found, str):
+        return Quantity.missing(name, found)
+    creep = found.creep
+    weights = np.zeros(creep.fit.x.size)
+    weights[3::2] = 0.5 / creep.deflections
+    u = creep.fit.u(weights)
+    return Quantity.of(name, 100 * float(creep.gamma.mean()), Contribution("scatter of the record", 100 * u, "A"))
+
+
+def _notes(found: dict[str, Deflection]) -> list[str]:
+    return [
+        f"{key}: de rises at the first step; either the mass was removed first or the encoder counts the other way"
+        for key, f in found.items()
+        if f.steps[0].height > 0
+    ]
+
+
+def _panels(key: str, f: Deflection) -> dict[str, Panel]:
+    name = key.replace("_", " ")
+    t, zero = f.t - f.t[0], f.creep.model[0]
+    curve = Line(thin(t), thin(f.de - zero) / UM, "encoder", role="data")
+    model = Line(thin(t), thin(f.creep.model - zero) / UM, "steps with creep", "dashed", "model")
+    marks = tuple(Mark(s.t - f.t[0], label="step", role="quiet") for s in f.steps)
+    left = Line(thin(t[f.creep.used]), thin(f.creep.fit.residual) / UM, "residual", "points", "data")
+    return {
+        key: Panel(f"Mass added and removed, {name}", "time [s]", "deflection [um]", (curve, model, *marks)),
+        f"{key}_residual": Panel(f"What the fit leaves, {name}", "time [s]", "residual [um]", (left,)),
+    }
+
+
+_CHANNELS = {"t": "s", "de": "m"}
+CHECK = Check(
+    name="stiffness",
+    title="Axial stiffness from an added mass",
+    kinds=("apa",),
+    forms=(
+        Form("values", (Scalar("k_N_per_um", "axial stiffness, circuit closed", lo=0.0, hi=1000.0),)),
+        Form(
+            "records",
+            (
+                Series("closed_circuit", "mass added and removed, stacks on the amplifier", _CHANNELS),
+                Series("open_circuit", "mass added and removed, stacks open", _CHANNELS, optional=True),
+                Scalar("mass_kg", "added mass", lo=0.01, hi=1000.0),
+            ),
+        ),
+    ),
+    quantities=(
+        "k_closed_N_per_um",
+        "k_open_N_per_um",
+        "k_ratio",
+        "k_closed_windowed_N_per_um",
+        "creep_per_decade_percent",
+    ),
+    measure=measure,
+    settings=(
+        Setting("gravity", GRAVITY, "acceleration of gravity on the bench [m/s2]"),
+        Setting(
+            "gravity_U", GRAVITY_U, "its expanded uncertainty [m/s2]; where it is not known, that of the whole globe"
+        ),
+    ),
+    stated=("k_N_per_um", "mass_kg", "de_um"),
+)

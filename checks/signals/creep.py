@@ -1,0 +1,57 @@
+"""Steps followed by creep that grows with the logarithm of time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.signals.regression import Fit, least_squares
+from checks.signals.steps import Step
+
+Array = NDArray[np.float64]
+
+REFERENCE_S = 0.1  # the deflection is stated this long after the step
+
+
+@dataclass(frozen=True, eq=False)
+class CreepFit:
+    """y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used` (N,).
+
+    deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
+    """
+
+    deflections: Array
+    gamma: Array
+    model: Array
+    used: NDArray[np.bool_]
+    fit: Fit
+
+    def u_of(self, weights: Sequence[float]) -> float:
+        """Standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
+        full = np.zeros(self.fit.x.size)
+        full[2::2] = weights
+        return self.fit.u(full)
+
+
+def fit_creep(t: Array, y: Array, steps: Sequence[Step]) -> CreepFit:
+    """Fit of all steps at once, so that the creep of one goes on under the next.
+
+    The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.
+    Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
+    Raises ValueError when too few samples are left to tell the parameters apart.
+    """
+    used = np.ones(t.size, dtype=bool)
+    for s in steps:
+        used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + REFERENCE_S))
+    columns = [np.ones_like(t), t - t.mean()]
+    for s in steps:
+        after = t - s.t
+        columns += [
+            (after > 0).astype(float),
+            np.where(after > 0, np.log10(np.maximum(after, REFERENCE_S) / REFERENCE_S), 0.0),
+        ]
+    design = np.column_stack(columns)
+    fit = least_squares(design[used], y[used])
+    deflections = fit.x[2::2]
+    return CreepFit(deflections, fit.x[3::2] / deflections, design @ fit.x, used, fit)
