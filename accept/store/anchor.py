@@ -18,9 +18,10 @@ class Anchor:
 
     @classmethod
     def beside(cls, url: URL) -> "Anchor | None":
-        """`store.head` beside `store.sqlite`; none for a server or a database in memory."""
-        stored = url.get_backend_name() == "sqlite" and url.database and url.database != ":memory:"
-        return cls(Path(str(url.database)).with_suffix(".head")) if stored else None
+        """`store.head` beside `store.sqlite`; none for a server, a database in memory or an SQLite URI."""
+        database = url.database or ":memory:"
+        plain = url.get_backend_name() == "sqlite" and not database.startswith((":memory:", "file:"))
+        return cls(Path(database).with_suffix(".head")) if plain else None
 
     def read(self) -> Head | None:
         """The head, None when there is no file. Raises ValueError when the file holds no head."""

@@ -56,7 +56,9 @@ class Store:
             with appending(self._engine) as connection:
                 new = _chained(entries, who, self._end(connection))
                 connection.execute(insert(tables.events), [asdict(event) for event in new])
-                connection.execute(update(tables.head).values(seq=new[-1].seq, hash=new[-1].hash))
+                connection.execute(
+                    update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash)
+                )
             if self._anchor:
                 self._anchor.write(_head_of(new[-1]))
         return new

@@ -1,0 +1,124 @@
+"""State is a fold over events: what the bench knows is what its events say, however they are cut into portions."""
+
+import random
+
+import pytest
+
+from accept.store import BenchState, Event, StoreError, UnitState, fold
+from accept.store.event import GENESIS, Entry, sealed
+
+TIME = "2026-01-01T00:00:00.000000+00:00"
+
+
+def chain(*entries: Entry, who: str = "Ada") -> list[Event]:
+    events: list[Event] = []
+    for i, entry in enumerate(entries, start=1):
+        events.append(sealed(i, TIME, who, entry, "code", events[-1].hash if events else GENESIS))
+    return events
+
+
+def judged(serial: str, verdict: str = "accepted", sha: str = "1", path: str = "") -> Entry:
+    inputs = {"unit.toml": sha}
+    result = {"serial": serial, "verdict": verdict}
+    payload = {"path": path or f"units/{serial}", "inputs": inputs, "spec_sha256": "s", "code_sha256": "c"}
+    return Entry("unit_judged", serial, payload | {"result": result}, "apa@s")
+
+
+def written(serial: str, sha: str = "w") -> Entry:
+    return Entry("certificate_written", serial, {"path": f"{serial}.pdf", "sha256": sha})
+
+
+def signed(serial: str, role: str, sha: str) -> Entry:
+    return Entry("certificate_signed", serial, {"path": f"{serial}.pdf", "sha256": sha, "role": role})
+
+
+def test_no_events_no_state() -> None:
+    assert fold([]) == BenchState()
+
+
+def test_the_last_judgement_counts_and_all_are_counted() -> None:
+    state = fold(chain(judged("U1", "rejected"), judged("U2"), judged("U1", "accepted", sha="2")))
+    unit = state.units["U1"]
+    assert (unit.verdict, unit.attempts, unit.seq, unit.inputs) == ("accepted", 2, 3, {"unit.toml": "2"})
+    assert unit.result == {"serial": "U1", "verdict": "accepted"}
+    assert (state.units["U2"].attempts, state.seq) == (1, 3)
+
+
+@pytest.mark.parametrize(
+    ("inputs", "spec", "code", "same"),
+    [
+        ({"unit.toml": "1"}, "s", "c", True),
+        ({"unit.toml": "2"}, "s", "c", False),
+        ({"unit.toml": "1", "new.mat": "3"}, "s", "c", False),
+        ({}, "s", "c", False),
+        ({"unit.toml": "1"}, "t", "c", False),
+        ({"unit.toml": "1"}, "s", "d", False),
+    ],
+)
+def test_unchanged_means_inputs_spec_and_code(inputs: dict[str, str], spec: str, code: str, same: bool) -> None:
+    assert fold(chain(judged("U1"))).units["U1"].unchanged(inputs, spec, code) is same
+
+
+def test_signatures_gather_on_a_certificate() -> None:
+    events = chain(judged("U1"), written("U1"), signed("U1", "technician", "a"), signed("U1", "qa", "b"))
+    certificate = fold(events).units["U1"].certificate
+    assert certificate is not None
+    assert (certificate.path, certificate.sha256) == ("U1.pdf", "b")
+    assert [(s.role, s.who, s.time) for s in certificate.signatures] == [
+        ("technician", "Ada", TIME),
+        ("qa", "Ada", TIME),
+    ]
+
+
+def test_a_new_certificate_has_no_signatures_and_a_new_judgement_no_certificate() -> None:
+    old = [judged("U1"), written("U1"), signed("U1", "technician", "a")]
+    certificate = fold(chain(*old, written("U1", "new"))).units["U1"].certificate
+    assert certificate is not None
+    assert certificate.signatures == ()
+    assert fold(chain(*old, judged("U1"))).units["U1"].certificate is None
+
+
+def test_a_refused_folder_is_remembered_until_it_is_judged() -> None:
+    refused = Entry("unit_refused", "", {"path": "units/U1", "reason": "no unit.toml"})
+    assert fold(chain(refused)).refused == {"units/U1": "no unit.toml"}
+    assert fold(chain(refused, judged("U1"))).refused == {}
+
+
+def test_other_kinds_only_pass() -> None:
+    state = fold(chain(Entry("batch_started", "", {"paths": []}), Entry("never_heard_of")))
+    assert state == BenchState(seq=2)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        Entry("unit_judged", "U1", {"path": "x"}),
+        Entry("unit_judged", "U1", dict(judged("U1").payload) | {"result": {}}),
+        Entry("unit_judged", "U1", dict(judged("U1").payload) | {"result": None}),
+        Entry("unit_refused", "", {}),
+        written("never-judged"),
+        signed("never-judged", "qa", "a"),
+    ],
+)
+def test_an_unusable_payload_names_its_event(entry: Entry) -> None:
+    with pytest.raises(StoreError, match=f"event 1 .{entry.what}"):
+        fold(chain(entry))
+
+
+def test_folding_in_portions_is_folding_at_once() -> None:
+    dice = random.Random(3)
+    entries = [judged("U0"), judged("U1"), judged("U2")]
+    for _ in range(60):
+        serial = f"U{dice.randrange(3)}"
+        entries.append(dice.choice([judged(serial), written(serial), signed(serial, "qa", "x")]))
+    events = chain(*entries)
+    whole = fold(events)
+    for cut in range(len(events)):
+        assert fold(events[cut:], fold(events[:cut])) == whole
+
+
+def test_folding_leaves_the_state_before_alone() -> None:
+    before = fold(chain(judged("U1")))
+    kept: dict[str, UnitState] = dict(before.units)
+    fold(chain(judged("U1", "rejected"), judged("U2")), before)
+    assert before.units == kept
