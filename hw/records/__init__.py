@@ -1,0 +1,18 @@
+"""Record files: .mat (MATLAB 5 to 7.3), .csv and .uff to records, and back."""
+
+from hw.records.limits import DEFAULT_LIMITS, ReadLimits
+from hw.records.reader import read
+from hw.records.tables import list_channels, read_table
+from hw.records.writers import csv_bytes, mat_bytes, write_csv, write_mat
+
+__all__ = [
+    "DEFAULT_LIMITS",
+    "ReadLimits",
+    "csv_bytes",
+    "list_channels",
+    "mat_bytes",
+    "read",
+    "read_table",
+    "write_csv",
+    "write_mat",
+]

@@ -1,0 +1,51 @@
+"""The one place where what a parser throws at a damaged file becomes a RecordError."""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from checks.record import RecordError
+
+# What numpy, zlib and HDF5 were seen to raise, or document, on files with flipped bytes, cut ends and absurd sizes.
+DAMAGE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    BufferError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    RecursionError,
+    RuntimeError,
+    SystemError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zlib.error,
+)
+
+
+@contextmanager
+def refused(file: str) -> Iterator[None]:
+    """Turns every failure of a parser inside the block into a RecordError that names the file.
+
+    Floating-point warnings are held back: a signalling NaN of a damaged file warns when it is cast, and the vetting of
+    the values refuses it in words anyway.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except RecordError:
+        raise
+    except DAMAGE as e:
+        raise RecordError(f"{file}: cannot be read, it is damaged or cut: {_words(e)}") from e
+
+
+def _words(e: BaseException) -> str:
+    said = " ".join(str(e).split())
+    return f"{type(e).__name__}: {said[:200]}" if said else type(e).__name__

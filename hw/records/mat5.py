@@ -1,0 +1,147 @@
+"""MATLAB 5 to 7 files: the level 5 format, compressed or not.
+
+Source: MathWorks, "MAT-File Format" (R2023b), chapter 1. scipy.io.loadmat believes the sizes that a file declares and
+allocates them; here every size is held against the bytes that are there before anything is read, so that a small file
+cannot ask for gigabytes. The tests hold the result against scipy.
+"""
+
+import math
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.record import RecordError
+from hw.records.variable import Array, Variable, unique
+
+HEADER_BYTES = 128
+COMPRESSED, MATRIX = 15, 14
+# Type of a stored number -> numpy (MAT-File Format, table 1-1).
+STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+# Class of an array -> its name (table 1-3).
+CLASSES = {
+    1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single", 8: "int8", 9: "uint8",
+    10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function", 17: "opaque",
+}  # fmt: skip
+NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
+OPAQUE = 17
+LOGICAL, COMPLEX = 0x02, 0x08
+HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
+DEFLATE_RATIO = 1032  # no deflate stream grows by more (zlib.net, "Maximum Compression Factor")
+
+
+@dataclass(frozen=True)
+class Element:
+    """Tag of a data element: its type and where its bytes stand; `after` is where the next one starts."""
+
+    kind: int
+    start: int
+    size: int
+    after: int
+
+
+def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
+    """Variables of the bytes of a level 5 MAT-file. Raises RecordError and whatever `damage.refused` converts."""
+    order = ">" if raw[126:128] == b"MI" else "<"
+    return unique(file, [_variable(file, raw, e, order) for e in _elements(file, raw, order)])
+
+
+def _elements(file: str, raw: bytes, order: str) -> Iterator[Element]:
+    at = HEADER_BYTES
+    while at < len(raw):
+        element = _tag(raw, at, order)
+        if element.kind not in (MATRIX, COMPRESSED) or element.size == 0:
+            raise RecordError(f"{file}: byte {at} should start a variable, but its type is {element.kind}")
+        if element.start + element.size > len(raw):
+            missing = element.start + element.size - len(raw)
+            raise RecordError(f"{file}: is cut: the variable at byte {at} lacks its last {missing} bytes")
+        yield element
+        # Only here is nothing padded to a multiple of 8: sizes of whole variables include their padding.
+        at = element.start + element.size
+
+
+def _tag(data: bytes, at: int, order: str) -> Element:
+    kind, size = struct.unpack_from(order + "II", data, at)
+    if kind >> 16:  # small element: size and type share the first word, the data are the second
+        return Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
+    return Element(kind, at + 8, size, at + 8 + -(-size // 8) * 8)
+
+
+def _variable(file: str, raw: bytes, element: Element, order: str) -> Variable:
+    end = element.start + element.size
+    if element.kind == COMPRESSED:
+        return _compressed(file, raw[element.start : end], order)
+    head = _head(file, raw, element.start, order)
+    return head.variable(lambda: _numbers(file, raw, head, end, order))
+
+
+def _compressed(file: str, packed: bytes, order: str) -> Variable:
+    first = zlib.decompressobj().decompress(packed, HEAD_BYTES)
+    outer = _tag(first, 0, order)
+    declared = outer.start + outer.size
+    if outer.kind != MATRIX or declared > DEFLATE_RATIO * len(packed) + HEAD_BYTES:
+        raise RecordError(f"{file}: {len(packed)} compressed bytes cannot hold a variable of {outer.size} bytes")
+    head = _head(file, first, outer.start, order)
+
+    def load() -> Array:
+        inflate = zlib.decompressobj()
+        whole = inflate.decompress(packed, declared + 1)
+        if len(whole) != declared or not inflate.eof:  # at the end zlib has compared its checksum
+            raise RecordError(f"{file}: variable '{head.name}' is cut or damaged inside its compressed data")
+        return _numbers(file, whole, head, declared, order)
+
+    return head.variable(load)
+
+
+@dataclass(frozen=True)
+class Head:
+    """What stands before the data of an array; data_at: where they start."""
+
+    name: str
+    shape: tuple[int, ...]
+    kind: str
+    data_at: int
+
+    def variable(self, load: Callable[[], Array]) -> Variable:
+        return Variable(self.name, self.shape, self.kind, load if self.kind in NUMBERS else None)
+
+
+def _head(file: str, data: bytes, start: int, order: str) -> Head:
+    flags = _tag(data, start, order)
+    word = struct.unpack_from(order + "I", data, flags.start)[0]
+    number, bits = word & 0xFF, word >> 8 & 0xFF
+    if number == OPAQUE:  # has its name where the others have dimensions
+        return Head(_text(data, _tag(data, flags.after, order)), (1, 1), "opaque", 0)
+    dims = _tag(data, flags.after, order)
+    shape = struct.unpack_from(f"{order}{dims.size // 4}i", data, dims.start)
+    if len(shape) < 2 or min(shape) < 0:
+        raise RecordError(f"{file}: the variable at byte {start} declares the dimensions {shape}")
+    name = _tag(data, dims.after, order)
+    return Head(_text(data, name), shape, _kind(number, bits), name.after)
+
+
+def _kind(number: int, bits: int) -> str:
+    if bits & COMPLEX:
+        return "complex"
+    if bits & LOGICAL:
+        return "logical"
+    return CLASSES.get(number, f"class {number}")
+
+
+def _text(data: bytes, element: Element) -> str:
+    return data[element.start : element.start + element.size].decode("latin-1")
+
+
+def _numbers(file: str, data: bytes, head: Head, end: int, order: str) -> Array:
+    element = _tag(data, head.data_at, order)
+    code, count = STORED.get(element.kind), math.prod(head.shape)
+    if code is None or element.size != count * np.dtype(code).itemsize or element.start + element.size > end:
+        raise RecordError(
+            f"{file}: variable '{head.name}' declares {count} numbers, "
+            f"but its data are {element.size} bytes of type {element.kind}"
+        )
+    stored: NDArray[np.generic] = np.frombuffer(data, order + code, count, element.start)
+    return np.require(stored, np.float64, ["C", "A"])

@@ -1,0 +1,60 @@
+"""From a path to what its file declares: the bytes within the limits, their format, their variables."""
+
+import hashlib
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+from checks.record import RecordError
+from hw.records.limits import ReadLimits
+from hw.records.mat5 import HEADER_BYTES, open_mat5
+from hw.records.mat73 import SIGNATURE, USERBLOCK_BYTES, open_mat73
+from hw.records.textfile import open_csv
+from hw.records.uff58 import DELIMITER
+from hw.records.uffrecord import open_uff
+from hw.records.variable import Variable
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The bytes of one file. What was hashed is what is parsed, even if the file changes meanwhile."""
+
+    file: str
+    suffix: str
+    raw: bytes
+
+    @property
+    def sha256(self) -> str:
+        return hashlib.sha256(self.raw).hexdigest()
+
+    def variables(self) -> dict[str, Variable]:
+        """By name, in the file's order. Raises RecordError and whatever `damage.refused` converts."""
+        raw = self.raw
+        if raw.startswith(SIGNATURE) or raw[USERBLOCK_BYTES:].startswith(SIGNATURE):
+            return open_mat73(self.file, raw)
+        if len(raw) >= HEADER_BYTES and raw[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
+            return open_mat5(self.file, raw)
+        if DELIMITER.match(raw):
+            return open_uff(self.file, raw)
+        if self.suffix == ".csv":
+            return open_csv(self.file, raw)
+        raise RecordError(f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff; it starts with {raw[:20]!r}")
+
+
+def load_bytes(path: Path, limits: ReadLimits) -> Source:
+    """All bytes of a file. Raises RecordError when it is missing, no file, empty, too large or not readable."""
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):  # reading a pipe would wait for ever
+            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "no regular file"
+            raise RecordError(f"{path.name}: is {kind}, expected a record file")
+        if found.st_size > limits.max_bytes:
+            raise RecordError(f"{path.name}: has {found.st_size} bytes, at most {limits.max_bytes} are read")
+        raw = path.read_bytes()
+    except FileNotFoundError as e:
+        raise RecordError(f"{path.name}: there is no such file in {path.parent}") from e
+    except OSError as e:
+        raise RecordError(f"{path.name}: cannot be read: {e.strerror}") from e
+    if not raw:
+        raise RecordError(f"{path.name}: is empty (0 bytes)")
+    return Source(path.name, path.suffix.lower(), raw)

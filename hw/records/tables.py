@@ -1,0 +1,44 @@
+"""Small CSV tables, such as the heights of a flatness measurement, and what a file holds at all."""
+
+from pathlib import Path
+
+import numpy as np
+
+from checks.declare import Table
+from checks.record import RecordError
+from hw.records.damage import refused
+from hw.records.limits import DEFAULT_LIMITS
+from hw.records.source import load_bytes
+from hw.records.textfile import open_csv
+from hw.records.variable import Array, listing
+from hw.records.vet import loaded
+
+
+def read_table(path: Path, table: Table) -> dict[str, Array]:
+    """Column -> (N,) of a CSV file with the declared columns. Raises RecordError for a file that lacks a column or
+    rows, or holds anything but finite numbers."""
+    source = load_bytes(path, DEFAULT_LIMITS)
+    with refused(source.file):
+        found = open_csv(source.file, source.raw)
+        missing = [c for c in table.columns if c not in found]
+        if missing:
+            raise RecordError(f"{source.file}: lacks column {', '.join(missing)}; it has {listing(found)}")
+        columns = {c: loaded(source.file, c, found[c]) for c in table.columns}
+    for name, values in columns.items():
+        _vet(source.file, name, values, table.min_rows)
+    return columns
+
+
+def _vet(file: str, name: str, values: Array, min_rows: int) -> None:
+    if values.size < min_rows:
+        raise RecordError(f"{file}: has {values.size} rows, at least {min_rows} are needed")
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if wrong.size:
+        raise RecordError(f"{file}: column '{name}' holds {values[wrong[0]]} in row {wrong[0] + 1}, expected a number")
+
+
+def list_channels(path: Path) -> dict[str, tuple[int, ...]]:
+    """Name -> shape of everything in a record file, for messages and pickers; no data are read. Raises RecordError."""
+    source = load_bytes(path, DEFAULT_LIMITS)
+    with refused(source.file):
+        return {name: v.shape for name, v in source.variables().items()}

@@ -1,0 +1,70 @@
+"""CSV files: a header row with the names, then one row per sample. Numbers with a decimal point, commas between."""
+
+import io
+
+import numpy as np
+
+from checks.record import RecordError
+from hw.records.variable import Array, Variable, unique
+
+
+def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
+    """Columns of the bytes of a CSV file. Raises RecordError and whatever `damage.refused` converts.
+
+    Every column is read or the file is refused: a row with a field too many or too few would shift the columns.
+    """
+    header, body = _split(file, raw)
+    names = _names(file, header)
+    rows = sum(1 for line in body.split("\n") if line.strip())
+    columns: list[Array] = []
+
+    def load(index: int) -> Array:
+        if not columns:
+            columns.extend(_numbers(file, body, len(names)))
+        return columns[index]
+
+    def variable(index: int, name: str) -> Variable:
+        return Variable(name, (rows,), "column", lambda: load(index))
+
+    return unique(file, [variable(i, n) for i, n in enumerate(names)])
+
+
+def _split(file: str, raw: bytes) -> tuple[str, str]:
+    text = raw.decode("utf-8-sig").replace("\r\n", "\n")
+    if "\x00" in text:
+        raise RecordError(f"{file}: is not text: character {text.index(chr(0))} is zero")
+    if not text.endswith("\n"):
+        # A number cut short is still a number: "-15.5" becomes "-1".
+        raise RecordError(f"{file}: its last line has no end, so it may be cut; if it is whole, end it with a newline")
+    header, _, body = text.partition("\n")
+    return header, body
+
+
+def _names(file: str, header: str) -> list[str]:
+    names = [name.strip().strip('"') for name in header.split(",")]
+    if len(names) == 1 and ";" in header:
+        raise RecordError(f"{file}: fields are separated by ';', expected ',' and a decimal point")
+    wrong = [name for name in names if not name or _is_number(name)]
+    if wrong:
+        raise RecordError(f"{file}: the first line must name the columns, but holds {wrong[0]!r}")
+    return names
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(file: str, body: str, width: int) -> list[Array]:
+    if not body.strip():
+        raise RecordError(f"{file}: holds a header and no rows")
+    try:
+        table = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2)
+    except ValueError as e:
+        raise RecordError(f"{file}: below the header, {str(e).split(';')[0]}") from e
+    if table.shape[1] != width:
+        raise RecordError(f"{file}: rows have {table.shape[1]} fields, the header has {width}")
+    return list(np.ascontiguousarray(table.T))

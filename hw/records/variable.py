@@ -1,0 +1,59 @@
+"""What a file declares before its data are read: names, shapes and kinds."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.record import RecordError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One named array of a file.
+
+    shape : as declared; kind : "double", "int16", "char", "struct" and the like; unit : "" where the file tells none.
+    load : its data as (size,) float64; None for a kind that is not real numbers.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    kind: str
+    load: Callable[[], Array] | None = None
+    unit: str = ""
+
+    @property
+    def size(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def is_vector(self) -> bool:
+        """At most one dimension is longer than 1: (N,), (N, 1), (1, N) and (1, 1) are all written for vectors."""
+        return sum(n != 1 for n in self.shape) <= 1
+
+    def __str__(self) -> str:
+        return f"{self.name} ({' x '.join(map(str, self.shape)) or 'scalar'} {self.kind})"
+
+
+Variables = Mapping[str, Variable]
+
+
+def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:
+    """By name. Raises RecordError for a name that occurs twice: which of the two is meant cannot be known."""
+    named = {v.name: v for v in variables}
+    if len(named) < len(variables):
+        names = [v.name for v in variables]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        raise RecordError(f"{file}: holds {', '.join(map(repr, twice[:5]))} more than once; names must be unique")
+    return named
+
+
+def listing(variables: Variables, most: int = 12) -> str:
+    """Names and shapes in words, for messages."""
+    shown = [str(v) for v in variables.values()]
+    more = f" and {len(shown) - most} more" if len(shown) > most else ""
+    return (", ".join(shown[:most]) or "nothing") + more

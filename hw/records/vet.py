@@ -1,0 +1,120 @@
+"""What a channel must be to be used: finite, varying, inside what its converter can tell, on a uniform time base.
+
+Nothing is repaired: whatever does not hold is refused in words.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.record import RecordError
+from hw.records.variable import Array, Variable
+
+# Largest distance of a time stamp from the uniform grid, in sampling periods. The analysis takes the grid for the
+# time: at a fifth of the sampling frequency 0.05 is 0.06 rad. A time vector stored in single precision strays by 0.04
+# at 128 s and 10 kHz; a lost or repeated sample by at least 0.5.
+JITTER = 0.05
+# No channel of the bench, in SI, comes near; a flipped exponent bit does, and its square would overflow later.
+PLAUSIBLE = 1e9
+PLAUSIBLE_TIME = 1e12  # s; clocks count from 1970
+# Converters of the bench are ±10 V (±10.24 V with overrange); 1 % is left for gain and offset correction.
+CONVERTER_V = (9.9, 10.3)
+# Full-scale samples in a row. Two neighbours at the same largest code happen at the crest of an unclipped sine.
+CLIPPED_RUN = 3
+
+
+def loaded(file: str, channel: str, v: Variable) -> Array:
+    """(N,) data of a variable that must be a vector of real numbers. Raises RecordError."""
+    who = f"{file}: channel '{channel}'" + (f" ('{v.name}' in the file)" if v.name != channel else "")
+    if v.load is None:
+        raise RecordError(f"{who} is of kind {v.kind}, expected real numbers")
+    if not v.is_vector:
+        raise RecordError(f"{who} is {' x '.join(map(str, v.shape))}, expected one dimension")
+    if v.size == 0:
+        raise RecordError(f"{who} is empty")
+    return v.load()
+
+
+def vet_time(file: str, t: Array, min_samples: int) -> None:
+    """Raises RecordError unless t (N,) [s] is long enough, finite and uniform to `JITTER` of its period."""
+    if t.size < min_samples:
+        raise RecordError(f"{file}: has {t.size} samples, at least {min_samples} are needed")
+    _vet_numbers(f"{file}: time 't'", t, t, PLAUSIBLE_TIME)
+    grid, step = np.linspace(t[0], t[-1], t.size, retstep=True)
+    if step > 0 and np.abs(t - grid).max() <= JITTER * step:
+        return
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    off = np.flatnonzero(~(np.abs(steps - usual) <= JITTER * abs(usual)))
+    if usual <= 0 or not off.size:
+        raise RecordError(f"{file}: time 't' {_drift(usual)} (median step {usual:.6g} s), expected uniform steps")
+    i = int(off[0])
+    how = "stands still" if steps[i] == 0 else "runs backwards" if steps[i] < 0 else "is not uniform"
+    raise RecordError(
+        f"{file}: time 't' {how} from sample {i} to {i + 1}: {t[i]:.9g} s to {t[i + 1]:.9g} s, "
+        f"expected a step of {usual:.6g} s ± {JITTER:.0%} ({off.size} such steps)"
+    )
+
+
+def vet_step(file: str, name: str, values: Array) -> float:
+    """The sampling time [s] that a scalar holds; a CSV column repeats it in every row. Raises RecordError."""
+    step = float(values[0])
+    if not (values == step).all() or not 1.0 / PLAUSIBLE < step < PLAUSIBLE:
+        raise RecordError(f"{file}: '{name}' holds {values[:3]}, expected one sampling time in seconds")
+    return step
+
+
+def _drift(usual: float) -> str:
+    return "does not run forward" if usual <= 0 else "drifts away from a uniform grid"
+
+
+def vet_channel(file: str, name: str, unit: str, x: Array, t: Array) -> None:
+    """Raises RecordError unless x (N,) in `unit` is finite, plausible, not constant and not clipped."""
+    who = f"{file}: channel '{name}'"
+    if x.size != t.size:
+        raise RecordError(f"{who} has {x.size} samples, the time has {t.size}")
+    lo, hi = _vet_numbers(who, x, t, PLAUSIBLE)
+    if lo == hi:
+        raise RecordError(f"{who} is constant at {lo:.6g} {unit} over all {x.size} samples: nothing was recorded")
+    if unit == "V":
+        _vet_range(who, x, t, lo, hi)
+
+
+def _vet_numbers(who: str, x: Array, t: Array, largest: float) -> tuple[float, float]:
+    lo, hi = float(x.min()), float(x.max())  # NaN goes through both
+    if -largest <= lo and hi <= largest:
+        return lo, hi
+    wrong = np.flatnonzero(~np.isfinite(x))
+    if wrong.size:
+        raise RecordError(f"{who} holds {x[wrong[0]]} {_at(wrong, t)}; every sample must be a finite number")
+    wrong = np.flatnonzero(np.abs(x) > largest)
+    raise RecordError(f"{who} holds {x[wrong[0]]:.3g} {_at(wrong, t)}; nothing here exceeds {largest:.0e} in SI units")
+
+
+def _at(samples: NDArray[np.intp], t: Array) -> str:
+    i = int(samples[0])
+    when = f" (t = {t[i]:.6g} s)" if np.isfinite(t[i]) else ""
+    return f"at sample {i}{when}, {samples.size} of {t.size} samples"
+
+
+def _vet_range(who: str, x: Array, t: Array, lo: float, hi: float) -> None:
+    """Refuses a voltage that stays at its own extreme, sample by sample the same, where a converter's range ends.
+
+    Away from the ends of the range a plateau is a signal: a stroke record waits at -20 V and at 150 V. At the end of
+    the range a crest so flat and a clipped one cannot be told apart.
+    """
+    for extreme in (lo, hi):
+        if CONVERTER_V[0] <= abs(extreme) <= CONVERTER_V[1]:
+            start, run = _longest_run(x == extreme)
+            if run >= CLIPPED_RUN:
+                raise RecordError(
+                    f"{who} is clipped: it stays at {extreme:.6g} V, the end of the converter's ±10 V, for {run} "
+                    f"samples from sample {start} (t = {t[start]:.6g} s)"
+                )
+
+
+def _longest_run(there: NDArray[np.bool_]) -> tuple[int, int]:
+    """Start and length of the longest run of True."""
+    edges = np.flatnonzero(np.diff(there, prepend=False, append=False))
+    lengths = edges[1::2] - edges[::2]
+    best = int(np.argmax(lengths))
+    return int(edges[2 * best]), int(lengths[best])

@@ -1,0 +1,56 @@
+"""Record files written: MATLAB 5 and CSV, the same bytes for the same data."""
+
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.io import savemat
+
+HEADER = b"MATLAB 5.0 MAT-file, written by accept"
+HEADER_TEXT_BYTES = 116
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # what MATLAB loads as a variable
+
+
+def mat_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
+    """MATLAB 5 file of name -> (N,) real numbers, as columns, or a number. No date: the same data give the same bytes.
+
+    Raises ValueError for a name that is no MATLAB variable, and for values that no reader here would accept back.
+    """
+    columns = {name: _real(name, values) for name, values in mapping.items()}
+    out = io.BytesIO()
+    savemat(out, columns, oned_as="column")
+    return HEADER.ljust(HEADER_TEXT_BYTES) + out.getvalue()[HEADER_TEXT_BYTES:]
+
+
+def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
+    """CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the shortest digits
+    that read back as the same double. Raises ValueError."""
+    columns = [_real(name, values) for name, values in mapping.items()]
+    lengths = {c.size for c in columns}
+    if len(lengths) != 1:
+        raise ValueError(f"columns have the lengths {sorted(lengths)}, expected one length")
+    rows = zip(*(c.tolist() for c in columns), strict=True)
+    lines = [",".join(mapping), *(",".join(map(repr, row)) for row in rows)]
+    return ("\n".join(lines) + "\n").encode("ascii")
+
+
+def write_mat(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
+    """`mat_bytes` into a file. Raises ValueError, and OSError when it cannot be written."""
+    path.write_bytes(mat_bytes(mapping))
+
+
+def write_csv(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
+    """`csv_bytes` into a file. Raises ValueError, and OSError when it cannot be written."""
+    path.write_bytes(csv_bytes(mapping))
+
+
+def _real(name: str, values: ArrayLike) -> np.ndarray:
+    if not NAME.fullmatch(name):
+        raise ValueError(f"{name!r} is no name for a channel: letters, digits and '_', a letter first, at most 63")
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf" or array.ndim > 1 or not array.size or not np.isfinite(array).all():
+        raise ValueError(f"'{name}' is {array.dtype} {array.shape}, expected a vector of finite real numbers")
+    return np.atleast_1d(array.astype(np.float64))
