@@ -1,6 +1,7 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
 import hashlib
+import re
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
@@ -105,6 +106,15 @@ class Document(Strict):
     title: Words
     serial_pattern: Words = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
     checks: dict[str, CheckSpec] = Field(min_length=1)
+
+    @field_validator("serial_pattern")
+    @classmethod
+    def _compiles(cls, pattern: str) -> str:
+        try:
+            re.compile(pattern)
+        except re.error as e:
+            raise ValueError(f"is no regular expression: {e}") from e
+        return pattern
 
     @model_validator(mode="after")
     def _something_required(self) -> "Document":

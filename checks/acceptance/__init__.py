@@ -1,0 +1,14 @@
+"""The acceptance checks: one file each, one line here."""
+
+from checks.acceptance import capacitance, flatness, stiffness, stroke
+from checks.declare import Check
+
+CHECKS: dict[str, Check] = {
+    check.name: check
+    for check in (
+        flatness.CHECK,
+        capacitance.CHECK,
+        stroke.CHECK,
+        stiffness.CHECK,
+    )
+}

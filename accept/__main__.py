@@ -1,0 +1,3 @@
+from accept.cli import main
+
+main()

@@ -1,0 +1,237 @@
+"""Many units: judge what changed, certify it, and leave results that scripts and people can read."""
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from accept import campaign, outputs, unit
+from accept.certificate.signer import Signer
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.judged import Job, Judged, judge_folder
+from accept.store import BenchState, Store, fold
+from accept.unit import UnitError, UnitFolder
+from accept.version import code_sha256
+from specs import Spec
+
+Say = Callable[[str], None]
+CERTIFICATES = "certificates"
+MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a batch is asked to do. specs: kind -> spec. signer: None writes no certificates."""
+
+    paths: Sequence[Path]
+    out: Path
+    specs: dict[str, Spec]
+    operator: str
+    signer: Signer | None = None
+    workers: int | None = None
+    demonstration: bool = False
+
+
+@dataclass
+class Report:
+    """What a batch did: results.json entries in order of serial, refused folders, and which units were unchanged."""
+
+    units: list[dict[str, Any]] = field(default_factory=list)
+    refused: list[dict[str, str]] = field(default_factory=list)
+    unchanged: list[str] = field(default_factory=list)
+
+    def exit(self) -> Exit:
+        """The worst verdict; a refused unit was not accepted either; nothing judged is bad input."""
+        verdicts = {u["verdict"] for u in self.units}
+        if not verdicts:
+            return Exit.BAD_INPUT
+        if "rejected" in verdicts:
+            return Exit.REJECTED
+        return Exit.ACCEPTED if verdicts == {"accepted"} and not self.refused else Exit.INCOMPLETE
+
+
+def run(order: Order, store: Store, say: Say) -> Report:
+    """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
+    where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
+
+    Raises OSError when `out` cannot be written, StoreError when the store cannot.
+    """
+    report = Report()
+    folders = list(_readable(order.paths, store, order, report, say))
+    names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in order.specs.items()}
+    store.append(
+        "batch_started", "", {"out": str(order.out), "units": len(folders), "specs": names}, who=order.operator
+    )
+    state = fold(store.events())
+    jobs = []
+    for folder in folders:
+        known = _unchanged(folder, order, state)
+        if known is not None:
+            report.units.append(known)
+            report.unchanged.append(folder.serial)
+            say(f"{folder.serial}: unchanged, {known['verdict']}")
+        else:
+            jobs.append(_job(folder, order))
+    for number, judged in enumerate(_judge_all(jobs, order.workers), 1):
+        _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
+    report.units.sort(key=lambda u: u["serial"])
+    _write_results(order, report)
+    counts = Counter(u["verdict"] for u in report.units)
+    store.append("batch_finished", "", {"verdicts": counts, "refused": len(report.refused)}, who=order.operator)
+    return report
+
+
+def _numbered(say: Say, number: int, of: int) -> Say:
+    return lambda words: say(f"[{number}/{of}] {words}")
+
+
+def _readable(paths: Iterable[Path], store: Store, order: Order, report: Report, say: Say) -> Iterator[UnitFolder]:
+    """Units that can be judged; the others are refused, said and stored. One serial in two folders refuses both."""
+    units: list[UnitFolder] = []
+    for path in paths:
+        try:
+            found = unit.find(path)
+        except UnitError as e:
+            _refuse(path, str(e), store, order, report, say)
+            continue
+        for folder in dict.fromkeys(found):
+            try:
+                one = unit.read(folder)
+                _spec_for(one, order.specs)
+                units.append(one)
+            except UnitError as e:
+                _refuse(folder, str(e), store, order, report, say)
+    first_seen = {u.path.resolve(): u for u in reversed(units)}  # the same folder named twice is one unit
+    distinct = sorted(first_seen.values(), key=lambda u: u.serial)
+    folders = Counter(u.serial for u in distinct)
+    for one in distinct:
+        if folders[one.serial] > 1:
+            others = ", ".join(str(u.path) for u in distinct if u.serial == one.serial and u is not one)
+            reason = (
+                f"{one.path / unit.UNIT_FILE}: serial = '{one.serial}' is also that of {others}; serials must be unique"
+            )
+            _refuse(one.path, reason, store, order, report, say)
+        else:
+            yield one
+
+
+def _spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
+    if one.kind not in specs:
+        have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
+        raise UnitError(one.path / unit.UNIT_FILE, [f"kind = '{one.kind}' has no spec in this run ({have})"])
+    spec = specs[one.kind]
+    campaign.serial_fits(one, spec)
+    return spec
+
+
+def _refuse(path: Path, reason: str, store: Store, order: Order, report: Report, say: Say) -> None:
+    store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=order.operator)
+    report.refused.append({"path": str(path), "reason": reason})
+    say(f"refused: {reason}")
+
+
+def _certificate_path(order: Order, serial: str) -> Path:
+    return order.out / CERTIFICATES / f"{serial}.pdf"
+
+
+def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str, Any] | None:
+    """The stored entry of a unit whose inputs, spec and code are those of its last judgement, and whose certificate, if
+    one is wanted, lies in `out` as it was signed."""
+    known = state.units.get(folder.serial)
+    spec = order.specs[folder.kind]
+    if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
+        return None
+    if order.signer is None:
+        return dict(known.result) | {"certificate": None}
+    path = _certificate_path(order, folder.serial)
+    if known.certificate is None or _sha256(path) != known.certificate.sha256:
+        return None
+    return dict(known.result) | {"certificate": f"{CERTIFICATES}/{folder.serial}.pdf"}
+
+
+def _sha256(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
+def _job(folder: UnitFolder, order: Order) -> Job:
+    spec = order.specs[folder.kind]
+    wanted = order.signer is not None
+    return Job(folder.path, spec.name, spec.text, order.operator, order.demonstration, wanted)
+
+
+def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
+    """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit."""
+    wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
+    if wanted <= 1 or len(jobs) <= 1:
+        yield from map(judge_folder, jobs)
+        return
+    left = dict(enumerate(jobs))
+    try:
+        with ProcessPoolExecutor(min(wanted, len(jobs)), mp_context=get_context("spawn")) as pool:
+            pending = {pool.submit(judge_folder, job): key for key, job in left.items()}
+            for future in as_completed(pending):
+                judged = future.result()
+                del left[pending[future]]
+                yield judged
+    except BrokenProcessPool:
+        yield from (_judge_apart(job) for job in left.values())
+
+
+def _judge_apart(job: Job) -> Judged:
+    """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
+    try:
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+            return pool.submit(judge_folder, job).result()
+    except BrokenProcessPool:
+        return Judged(job.folder, refused=f"{job.folder}: the process that judged it died (out of memory?)")
+
+
+def _keep(judged: Judged, order: Order, store: Store, report: Report, say: Say) -> None:
+    """Store a verdict, then its certificate; only then say it."""
+    if judged.result is None:
+        _refuse(judged.folder, judged.refused or "not judged", store, order, report, say)
+        return
+    entry, serial = judged.result, judged.result["serial"]
+    spec = order.specs[entry["kind"]]
+    name = f"{spec.name}@{spec.sha256}"
+    payload = {
+        "path": str(judged.folder.resolve()),
+        "inputs": entry["inputs"],
+        "spec_sha256": spec.sha256,
+        "code_sha256": code_sha256(),
+        "result": entry,
+    }
+    store.append("unit_judged", serial, payload, who=order.operator, spec=name)
+    certificate = None
+    if judged.unsigned is not None and order.signer is not None:
+        certificate = f"{CERTIFICATES}/{serial}.pdf"
+        signed = order.signer.sign(judged.unsigned)
+        path = _certificate_path(order, serial)
+        write_atomic(path, signed)
+        what = {"path": str(path.resolve()), "sha256": hashlib.sha256(signed).hexdigest(), "role": "technician"}
+        store.append("certificate_signed", serial, what, who=order.operator, spec=name)
+    report.units.append(entry | {"certificate": certificate})
+    say(f"{serial}: {entry['verdict']}{_why(entry)}")
+
+
+def _why(entry: dict[str, Any]) -> str:
+    bad = [f"{f['quantity']} {f['verdict'].replace('_', ' ')}" for f in entry["findings"] if f["verdict"] != "pass"]
+    return f" ({', '.join(bad)})" if bad else ""
+
+
+def _write_results(order: Order, report: Report) -> None:
+    used = [s for kind, s in order.specs.items() if any(u["kind"] == kind for u in report.units)]
+    listed = [{"name": s.name, "sha256": s.sha256} for s in used or order.specs.values()]
+    write_atomic(order.out / "results.json", outputs.results_json(listed, report.units, report.refused))
+    write_atomic(order.out / "results.csv", outputs.results_csv(report.units))
+    write_atomic(order.out / "junit.xml", outputs.junit_xml(report.units, report.refused))

@@ -1,0 +1,154 @@
+"""The commands: thin. Each imports what it runs, so that `accept --help` stays quick."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.exit import Exit
+
+app = typer.Typer(
+    name="accept",
+    help="The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+spec_app = typer.Typer(help="Acceptance specs: list, show, validate.", no_args_is_help=True)
+keys_app = typer.Typer(help="The bench's signing keys.", no_args_is_help=True)
+store_app = typer.Typer(help="The bench's event store.", no_args_is_help=True)
+app.add_typer(spec_app, name="spec")
+app.add_typer(keys_app, name="keys")
+app.add_typer(store_app, name="store")
+
+Out = Annotated[Path, typer.Option(help="Folder for the results.")]
+SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")]
+Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
+
+
+@app.command()
+def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
+    """The whole job on built-in data: judge the seed's seven APAs, certify, verify, print a table."""
+    from accept.commands import demo as command
+
+    raise typer.Exit(command.run(out, operator))
+
+
+@app.command()
+def batch(
+    paths: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
+    out: Out,
+    spec: SpecOption = None,
+    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False,
+    workers: Workers = None,
+    operator: Operator = None,
+) -> None:
+    """Judge unit folders: results.json, results.csv, junit.xml and a certificate each; judges only what changed."""
+    from accept.commands import batch as command
+
+    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator))
+
+
+@app.command()
+def report(
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    out: Annotated[Path, typer.Option(help="The certificate to write.")],
+    spec: SpecOption = None,
+    operator: Operator = None,
+) -> None:
+    """Judge one unit and write its signed certificate."""
+    from accept.commands import report as command
+
+    raise typer.Exit(command.run(unit, out, spec, operator))
+
+
+@app.command()
+def countersign(
+    certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
+    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
+) -> None:
+    """Countersign a certificate as QA, after verifying it; the technician's signature stays intact."""
+    from accept.commands import countersign as command
+
+    raise typer.Exit(command.run(certificate, passphrase_file))
+
+
+@app.command()
+def verify(
+    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
+    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
+) -> None:
+    """Verify a certificate from its own bytes: signatures, coverage, roles, CA, and the verdict judged again."""
+    from accept.commands import verify as command
+
+    raise typer.Exit(command.run(certificate, trust or []))
+
+
+@spec_app.command("list")
+def spec_list() -> None:
+    """The specs that come with the program."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.show_list())
+
+
+@spec_app.command("show")
+def spec_show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> None:
+    """Every limit of a spec with its rule and source."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.show(name))
+
+
+@spec_app.command("validate")
+def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> None:
+    """Check specs; one report lists every problem with its file and key path."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.validate(names))
+
+
+@keys_app.command("init")
+def keys_init(
+    technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,
+    qa: Annotated[str | None, typer.Option(help="Name on the QA engineer's certificate.")] = None,
+    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase.")] = None,
+) -> None:
+    """Make the bench's CA and the keys of technician and QA."""
+    from accept.commands import keys as command
+
+    raise typer.Exit(command.init(technician, qa, passphrase_file))
+
+
+@keys_app.command("list")
+def keys_list() -> None:
+    """The bench's CA and keys."""
+    from accept.commands import keys as command
+
+    raise typer.Exit(command.show())
+
+
+@store_app.command("check")
+def store_check() -> None:
+    """Walk the chain of events and name the first that is altered or missing."""
+    from accept.commands import store as command
+
+    raise typer.Exit(command.check())
+
+
+@store_app.command("log")
+def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None) -> None:
+    """Who did what, when, by which spec and code."""
+    from accept.commands import store as command
+
+    raise typer.Exit(command.log(serial))
+
+
+def main() -> None:
+    """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
+    try:
+        app()
+    except BrokenPipeError:
+        raise SystemExit(Exit.BAD_INPUT) from None

@@ -1,0 +1,37 @@
+"""`accept batch`."""
+
+from pathlib import Path
+
+from accept import batch
+from accept.campaign import DEFAULT_SPEC, load_spec
+from accept.commands.signing import bench_signer
+from accept.commands.talk import clear_errors, operator_name, say, stdout
+from accept.exit import Exit
+from accept.home import home
+from accept.store import open_store
+from accept.table import units_table
+from specs import Spec
+
+
+@clear_errors
+def run(
+    paths: list[Path], out: Path, spec: str | None, certificates: bool, workers: int | None, operator: str | None
+) -> Exit:
+    """Judge the units at or below `paths`. See `accept.batch.run`."""
+    signer = bench_signer(home()) if certificates else None
+    order = batch.Order(paths, out, specs_for(spec), operator_name(operator), signer, workers)
+    with open_store() as store:
+        report = batch.run(order, store, say)
+    stdout.print(units_table(report.units))
+    if report.unchanged:
+        say(
+            f"{len(report.unchanged)} of {len(report.units)} units unchanged since their last judgement, not judged again"
+        )
+    say(f"results: {out / 'results.json'}, results.csv, junit.xml" + (f", {out / 'certificates'}" if signer else ""))
+    return report.exit()
+
+
+def specs_for(name: str | None) -> dict[str, Spec]:
+    """kind -> spec: the one named, or the built-in one of every kind."""
+    chosen = [load_spec(name)] if name else [load_spec(default) for default in DEFAULT_SPEC.values()]
+    return {spec.kind: spec for spec in chosen}

@@ -1,0 +1,57 @@
+"""`accept spec`."""
+
+from rich.table import Table
+
+from accept.campaign import load_spec
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from specs import Limit, SpecError, builtin
+
+
+@clear_errors
+def show_list() -> Exit:
+    table = Table("name", "kind", "checks", "title")
+    for name in builtin():
+        spec = load_spec(name)
+        table.add_row(name, spec.kind, str(len(spec.checks)), spec.title)
+    stdout.print(table)
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def show(name: str) -> Exit:
+    spec = load_spec(name)
+    stdout.print(f"{spec.name} ({spec.kind}): {spec.title}\nsha256 {spec.sha256}")
+    table = Table("check", "quantity", "limits", "rule", "source")
+    for check, section in spec.checks.items():
+        needed = "" if section.required else " (optional)"
+        for quantity, limit in section.limits.items():
+            table.add_row(check + needed, quantity, interval(limit), limit.rule, _source(limit))
+    stdout.print(table)
+    return Exit.ACCEPTED
+
+
+def interval(limit: Limit) -> str:
+    """Limits in words: `4.4 to 5.5 uF`, `at least 304 um`."""
+    if limit.lower is None:
+        return f"at most {limit.upper:g} {limit.unit}"
+    if limit.upper is None:
+        return f"at least {limit.lower:g} {limit.unit}"
+    return f"{limit.lower:g} to {limit.upper:g} {limit.unit}"
+
+
+def _source(limit: Limit) -> str:
+    return f"ASSUMED: {limit.source}" if limit.assumed else limit.source
+
+
+@clear_errors
+def validate(names: list[str]) -> Exit:
+    worst = Exit.ACCEPTED
+    for name in names:
+        try:
+            spec = load_spec(name)
+            stdout.print(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
+        except SpecError as e:
+            say(str(e))
+            worst = Exit.BAD_INPUT
+    return worst

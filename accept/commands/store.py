@@ -1,0 +1,27 @@
+"""`accept store`."""
+
+from rich.table import Table
+
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.store import check_lines, open_store
+
+
+@clear_errors
+def check() -> Exit:
+    with open_store() as store:
+        unbroken, lines = check_lines(store)
+    for line in lines:
+        (stdout.print if unbroken else say)(line)
+    return Exit.ACCEPTED if unbroken else Exit.REJECTED
+
+
+@clear_errors
+def log(serial: str | None) -> Exit:
+    table = Table("event", "time (UTC)", "who", "what", "unit", "spec", "code")
+    with open_store() as store:
+        for event in store.events(subject=serial):
+            spec = event.spec.split("@")[0]
+            table.add_row(str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, event.code[:8])
+    stdout.print(table)
+    return Exit.ACCEPTED

@@ -1,0 +1,61 @@
+"""What every command does alike: talk on stderr, one clear line for an error, who is at the bench."""
+
+import getpass
+import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec
+
+from rich.console import Console
+
+from accept.exit import Exit
+from accept.home import HomeError
+from accept.store import StoreError
+from accept.unit import UnitError
+from checks.record import RecordError
+from specs import SpecError
+
+P = ParamSpec("P")
+KNOWN_ERRORS = (SpecError, UnitError, RecordError, StoreError, HomeError, OSError)
+
+stdout = Console(highlight=False, soft_wrap=False)
+
+
+def say(words: str) -> None:
+    """Talk goes to stderr, so that stdout stays data."""
+    print(words, file=sys.stderr, flush=True)
+
+
+def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
+    """A command whose bad input, unwritable folder or unusable store ends in its message and exit 6, no traceback."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
+        try:
+            return command(*args, **kwargs)
+        except BrokenPipeError:
+            raise
+        except KNOWN_ERRORS as e:
+            say(f"accept: {_words(e)}")
+            return Exit.BAD_INPUT
+        except KeyboardInterrupt:
+            say("accept: stopped; what was said to be judged is stored, run again to go on")
+            return Exit.INCOMPLETE
+
+    return run
+
+
+def _words(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.strerror and not isinstance(error, StoreError | HomeError):
+        return f"{error.filename or 'a file'}: {error.strerror}"
+    return str(error)
+
+
+def operator_name(given: str | None) -> str:
+    """The operator named, else the login name; a machine without one is `unknown`, which the certificate then shows."""
+    if given:
+        return given
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "unknown"

@@ -1,0 +1,48 @@
+"""Judging one unit folder in a process of its own: what goes in and what comes back are plain data."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from accept import campaign, unit
+from accept.unit import UnitError
+from specs import parse
+
+
+@dataclass(frozen=True)
+class Job:
+    """A unit folder, the spec's own bytes (so that every worker judges by the same ones) and what is wanted."""
+
+    folder: Path
+    spec_path: str
+    spec_text: str
+    operator: str
+    demonstration: bool
+    certificate: bool
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Result of one job: its entry for results.json and its certificate, unsigned; or `refused`: why not judged."""
+
+    folder: Path
+    result: dict[str, Any] | None = None
+    unsigned: bytes | None = None
+    refused: str | None = None
+
+
+def judge_folder(job: Job) -> Judged:
+    """Judge a folder and, where wanted, render its certificate, unsigned. Never raises on bad input."""
+    spec = parse(job.spec_text.encode(), job.spec_path)
+    try:
+        folder = unit.read(job.folder)
+        result = campaign.judge_unit(folder, spec)
+    except UnitError as e:
+        return Judged(job.folder, refused=str(e))
+    unsigned = None
+    if job.certificate:
+        from accept.certificate.dossier import dossier_of  # rendering loads reportlab and matplotlib: only when wanted
+        from accept.certificate.render import render
+
+        unsigned = render(dossier_of(folder, result, spec, job.operator, job.demonstration))
+    return Judged(job.folder, result.to_json(), unsigned)

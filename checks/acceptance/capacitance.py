@@ -1,0 +1,30 @@
+"""Capacitance of the sensor stack and of the two actuator stacks at 1 kHz (seed 2.2)."""
+
+from checks.acceptance.typed import typed_quantity
+from checks.declare import Check, Form, Scalar, Values
+from checks.quantity import Outcome
+from specs.spec import CheckSpec
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """The two readings of the LCR meter [uF], small signal at 1 kHz, with their stated uncertainty."""
+    return Outcome(tuple(typed_quantity(values, spec, name) for name in CHECK.quantities))
+
+
+CHECK = Check(
+    name="capacitance",
+    title="Capacitance of the stacks at 1 kHz",
+    kinds=("apa",),
+    forms=(
+        Form(
+            "values",
+            (
+                Scalar("sensor_uF", "sensor stack", lo=1e-6, hi=1e3),
+                Scalar("actuator_uF", "the two actuator stacks in parallel", lo=1e-6, hi=1e3),
+            ),
+        ),
+    ),
+    quantities=("sensor_uF", "actuator_uF"),
+    measure=measure,
+    stated=("sensor_uF", "actuator_uF"),
+)

@@ -1,0 +1,170 @@
+"""Flatness of the two interface planes from probe heights (seed 2.1)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from checks.declare import Check, Form, Setting, Table, Values, Vector
+from checks.picture import Band, Heights, Line, Panel
+from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from specs.spec import CheckSpec, StatedU
+
+Array = NDArray[np.float64]
+
+POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
+MIN_POINTS_PER_INTERFACE = 4  # three points always lie in a plane: they would show a flatness of zero
+MM = 1e-3
+UM = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """Minimum zone of points: two parallel planes z = slope . (x, y) + offset, `half_width` to either side of it.
+
+    slope (2,), offset and half_width in the units of the points; weights (N,): d(half_width)/dz, the multipliers of the
+    linear programme, zero at every point that does not touch the zone.
+    """
+
+    half_width: float
+    slope: Array
+    offset: float
+    weights: Array
+
+
+def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
+    """Exact minimum zone of N points (N,): min h subject to |z - a x - b y - c| <= h, as a linear programme.
+
+    The programme minimises the width along z; the zone stands normal to its plane, so the width is multiplied by the
+    cosine of the tilt (1 - 5e-6 at 3 mrad, far below any probe). Source: ISO 12781-1:2011, 3.3 (MZPL reference plane);
+    the programme: Chebyshev approximation, Boyd & Vandenberghe, Convex Optimization, 6.1.
+    Raises ValueError when the points do not span a plane.
+    """
+    scale = float(max(np.ptp(x), np.ptp(y), 1e-300))
+    design = np.column_stack([(x - x.mean()) / scale, (y - y.mean()) / scale, np.ones_like(x)])
+    if np.linalg.matrix_rank(design, tol=1e-6) < 3:
+        raise ValueError("the points lie on one line: they span no plane")
+    span = float(np.ptp(z)) or 1.0
+    heights = (z - z.mean()) / span
+    one = np.ones((z.size, 1))
+    # linprog wants A v <= b with v = (a, b, c, h): residual <= h and -residual <= h.
+    rows = np.vstack([np.hstack([-design, -one]), np.hstack([design, -one])])
+    found = linprog([0, 0, 0, 1], rows, np.concatenate([-heights, heights]), bounds=[(None, None)] * 3 + [(0, None)])
+    if not found.success:
+        raise ValueError(f"the minimum zone was not found: {found.message}")
+    slope = found.x[:2] * span / scale
+    offset = float(found.x[2] * span + z.mean() - slope @ [x.mean(), y.mean()])
+    multipliers = -np.asarray(found.ineqlin.marginals)
+    weights = multipliers[: z.size] - multipliers[z.size :]
+    cosine = 1.0 / math.sqrt(1.0 + float(slope @ slope))
+    return Zone(float(found.x[3] * span) * cosine, slope, offset, weights)
+
+
+def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    """Slope (2,) of the least-squares plane and its (2, 2) cofactor: times var(z) it is the slope's covariance."""
+    design = np.column_stack([x - x.mean(), y - y.mean()])
+    cofactor = np.linalg.inv(design.T @ design)
+    return cofactor @ design.T @ (z - z.mean()), cofactor
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Half-width of the minimum zone, its peak-to-valley and the least-squares one [um], tilt between interfaces."""
+    x, y, z = _points(values, spec)
+    left, right = x < 0, x > 0
+    for name, side in (("x < 0", left), ("x > 0", right)):
+        if side.sum() < MIN_POINTS_PER_INTERFACE:
+            raise NoResult(f"{side.sum()} points on the interface at {name}, {MIN_POINTS_PER_INTERFACE} are needed")
+    try:
+        zone = minimum_zone(x, y, z)
+        planes = [_plane_of(x[side], y[side], z[side]) for side in (left, right)]
+    except ValueError as e:
+        raise NoResult(str(e)) from e
+    reading = spec.uncertainty.get("z_um")
+    residual = z - zone.slope[0] * x - zone.slope[1] * y - zone.offset
+    quantities = (
+        _scaled("flatness_um", zone.half_width / UM, float(np.linalg.norm(zone.weights)), reading),
+        _scaled("flatness_pv_um", 2 * zone.half_width / UM, 2 * float(np.linalg.norm(zone.weights)), reading),
+        _least_squares_peak_to_valley(x, y, z, reading),
+        _tilt(planes, reading),
+    )
+    return Outcome(quantities, panels=_panels(x, y, residual, zone.half_width))
+
+
+def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:
+    """(x, y, z) [m] from the table or from typed heights at the spec's positions."""
+    if "points" in values:
+        table = values["points"]
+        return table["x_mm"] * MM, table["y_mm"] * MM, table["z_um"] * UM
+    if "z_um" not in values:
+        raise NoResult("no heights were measured")
+    positions = np.asarray(spec.settings.get("positions_mm", POSITIONS_MM), dtype=float)
+    heights = np.asarray(values["z_um"], dtype=float)
+    if positions.shape != (heights.size, 2):
+        raise NoResult(f"{heights.size} heights for {len(positions)} positions of the spec")
+    return positions[:, 0] * MM, positions[:, 1] * MM, heights * UM
+
+
+def _plane_of(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    if np.linalg.matrix_rank(np.column_stack([x - x.mean(), y - y.mean()]) / MM, tol=0.1) < 2:
+        raise ValueError(f"the points of the interface at x = {x.mean() / MM:.1f} mm lie on one line")
+    return least_squares_plane(x, y, z)
+
+
+def _scaled(name: str, value: float, sensitivity: float, reading: StatedU | None) -> Quantity:
+    """Quantity that is a weighted sum of heights; `sensitivity`: root of the sum of squares of the weights."""
+    if reading is None or reading.U is None:  # a percentage of a height has no meaning: heights have no natural zero
+        return Quantity(name, value)
+    return Quantity.of(name, value, Contribution(reading.source, sensitivity * reading.U / COVERAGE_FACTOR))
+
+
+def _least_squares_peak_to_valley(x: Array, y: Array, z: Array, reading: StatedU | None) -> Quantity:
+    slope, _ = least_squares_plane(x, y, z)
+    residual = z - z.mean() - slope[0] * (x - x.mean()) - slope[1] * (y - y.mean())
+    # The two extreme points carry the value; the plane's own share of the variance is left in: an upper bound.
+    return _scaled("flatness_ls_pv_um", float(np.ptp(residual)) / UM, math.sqrt(2.0), reading)
+
+
+def _tilt(planes: list[tuple[Array, Array]], reading: StatedU | None) -> Quantity:
+    """Angle between the least-squares planes of the two interfaces [urad], small angles."""
+    (slope_1, cofactor_1), (slope_2, cofactor_2) = planes
+    difference = slope_2 - slope_1
+    tilt = float(np.linalg.norm(difference))
+    direction = difference / tilt if tilt > 0 else np.array([1.0, 0.0])
+    # heights in um over lengths in m give urad
+    sensitivity = math.sqrt(float(direction @ (cofactor_1 + cofactor_2) @ direction))
+    return _scaled("interface_tilt_urad", tilt * 1e6, sensitivity, reading)
+
+
+def _panels(x: Array, y: Array, residual: Array, half_width: float) -> dict[str, Panel]:
+    number = np.arange(1, residual.size + 1, dtype=float)
+    edge = np.array([0.5, residual.size + 0.5])
+    zone = Band(edge, np.full(2, -half_width / UM), np.full(2, half_width / UM), "minimum zone")
+    heights = Heights(x / MM, y / MM, residual / UM, "height above the fitted plane [um]")
+    return {
+        "heights": Panel("Interfaces seen from above", "x [mm]", "y [mm]", (heights,), equal=True),
+        "zone": Panel(
+            "Minimum zone",
+            "point",
+            "height above the plane [um]",
+            (zone, Line(number, residual / UM, "probe", style="points", role="data")),
+        ),
+    }
+
+
+CHECK = Check(
+    name="flatness",
+    title="Flatness of the two interface planes",
+    kinds=("apa",),
+    forms=(
+        Form("points", (Table("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
+        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8),)),
+    ),
+    quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),
+    measure=measure,
+    settings=(
+        Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),
+    ),
+    stated=("z_um",),
+)

@@ -1,0 +1,102 @@
+"""Imports point down, the commands start light, and the contracts bite."""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+HEAVY = ("numpy", "scipy", "pandas", "textual", "reportlab", "matplotlib", "sqlalchemy", "pydantic", "pyhanko")
+
+
+def python(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = f"""
+import sys
+sys.argv = ["accept", "--help"]
+from accept.cli import main
+try:
+    main()
+except SystemExit as e:
+    assert e.code == 0
+loaded = [m for m in {HEAVY} if m in sys.modules]
+sys.exit("loaded: " + ", ".join(loaded) if loaded else 0)
+"""
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    assert "batch" in done.stdout
+
+
+def test_help_takes_at_most_twice_the_time_of_typer_itself() -> None:
+    """CPU time of the child, best of several: the ratio then does not depend on what else the machine does."""
+
+    def best(arguments: list[str]) -> float:
+        times = []
+        for _ in range(7):
+            before = os.times()
+            subprocess.run([sys.executable, *arguments], capture_output=True, check=True)
+            after = os.times()
+            times.append(after.children_user + after.children_system - before.children_user - before.children_system)
+        return min(times)
+
+    assert best(["-m", "accept", "--help"]) <= 2.0 * best(["-c", "import typer"])
+
+
+def lint(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_env(folder))
+
+
+def _env(folder: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(folder), "COLUMNS": "200"}
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("copy")
+    for package in ("accept", "hw", "checks", "specs"):
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    return folder
+
+
+def test_contracts_hold(copy: Path) -> None:
+    done = lint(copy)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "line", "contract"),
+    [
+        ("checks/verdict.py", "import accept.exit", "imports point down only"),
+        ("specs/units.py", "import checks.record", "imports point down only"),
+        ("hw/__init__.py", "import accept.home", "imports point down only"),
+        ("checks/record.py", "import reportlab", "checks and specs know no screen"),
+    ],
+)
+def test_a_wrong_import_breaks_a_contract(copy: Path, module: str, line: str, contract: str) -> None:
+    path = copy / module
+    before = path.read_text()
+    path.write_text(f"{before}\n{line}\n")
+    try:
+        done = lint(copy)
+    finally:
+        path.write_text(before)
+    assert done.returncode != 0
+    assert f"{contract}" in done.stdout
+    assert "BROKEN" in done.stdout
+
+
+def test_no_module_prints_or_reads_the_clock_in_checks() -> None:
+    """checks are pure functions: the same data judged twice give the same findings."""
+    for path in (ROOT / "checks").rglob("*.py"):
+        names = {n.attr if isinstance(n, ast.Attribute) else n.id for n in ast.walk(ast.parse(path.read_text()))
+                 if isinstance(n, ast.Attribute | ast.Name)}  # fmt: skip
+        assert not names & {"print", "now", "time_ns", "perf_counter", "open"}, path

@@ -1,0 +1,174 @@
+"""Verdicts fail closed, whatever the rule; the probability against its closed form."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import norm
+
+from checks.quantity import Contribution, Quantity
+from checks.verdict import UnitVerdict, Verdict, judge, missing_findings, probability_outside, unit_verdict
+from specs import Limit
+
+NAME, UNIT = "sensor_uF", "uF"
+finite = st.floats(-1e6, 1e6)
+uncertainties = st.one_of(st.none(), st.floats(0, 1e3))
+
+
+@st.composite
+def limits(draw: st.DrawFn) -> Limit:
+    rule = draw(st.sampled_from(["simple", "guarded", "shared"]))
+    a, b = sorted(draw(st.tuples(finite, finite).filter(lambda t: t[0] != t[1])))
+    sides = draw(st.sampled_from(["both", "lower", "upper"]))
+    U_max = draw(st.floats(1e-3, 1e3)) if rule == "shared" else None
+    lower, upper = (a if sides != "upper" else None), (b if sides != "lower" else None)
+    return Limit(lower=lower, upper=upper, unit=UNIT, rule=rule, source="test", U_max=U_max)
+
+
+def verdict_of(value: float, U: float | None, limit: Limit) -> Verdict:
+    return judge("capacitance", Quantity(NAME, value, U), limit).verdict
+
+
+@given(limits(), st.floats(allow_nan=True, allow_infinity=True), uncertainties, st.floats(0, 1e3))
+def test_raising_U_never_makes_a_pass(limit: Limit, value: float, U: float | None, more: float) -> None:
+    before = verdict_of(value, U, limit)
+    if before is not Verdict.PASS:
+        assert verdict_of(value, None if U is None else U + more, limit) is not Verdict.PASS
+        assert verdict_of(value, None, limit) is not Verdict.PASS
+
+
+@given(limits(), st.sampled_from([math.nan, math.inf, -math.inf]), uncertainties)
+def test_what_is_not_a_number_is_no_result(limit: Limit, value: float, U: float | None) -> None:
+    finding = judge("capacitance", Quantity(NAME, value, U), limit)
+    assert finding.verdict is Verdict.NO_RESULT
+    assert finding.reason
+    assert finding.value is None
+
+
+@given(limits(), finite, st.sampled_from([math.nan, -1.0, -math.inf]))
+def test_an_uncertainty_that_cannot_be_is_no_result(limit: Limit, value: float, U: float) -> None:
+    assert verdict_of(value, U, limit) is Verdict.NO_RESULT
+
+
+@given(limits(), finite)
+def test_unknown_or_infinite_uncertainty_never_passes(limit: Limit, value: float) -> None:
+    assert verdict_of(value, None, limit) in {Verdict.CONDITIONAL, Verdict.FAIL}
+    assert verdict_of(value, math.inf, limit) in {Verdict.CONDITIONAL, Verdict.FAIL}
+
+
+@given(limits(), finite, st.floats(0, 1e3))
+def test_a_quantity_of_another_unit_never_passes(limit: Limit, value: float, U: float) -> None:
+    finding = judge("stroke", Quantity("stroke_um", value, U), limit)
+    assert finding.verdict is Verdict.NO_RESULT
+    assert "um" in str(finding.reason)
+
+
+@given(limits(), finite, st.floats(0, 1e3))
+def test_a_pass_lies_inside_and_a_fail_outside(limit: Limit, value: float, U: float) -> None:
+    lower = -math.inf if limit.lower is None else limit.lower
+    upper = math.inf if limit.upper is None else limit.upper
+    verdict = verdict_of(value, U, limit)
+    if verdict is Verdict.PASS:
+        assert lower <= value <= upper
+        if limit.rule == "guarded":
+            assert lower <= value - U
+            assert value + U <= upper
+    if verdict is Verdict.FAIL:
+        assert not lower <= value <= upper
+
+
+def guarded(lower: float | None = None, upper: float | None = None) -> Limit:
+    return Limit(lower=lower, upper=upper, unit=UNIT, rule="guarded", source="test")
+
+
+def test_values_are_compared_unrounded() -> None:
+    just_above = math.nextafter(5.5, 6)  # prints as 5.5 with any sensible number of digits
+    simple = Limit(upper=5.5, unit=UNIT, rule="simple", source="test")
+    assert verdict_of(5.5, 0.1, simple) is Verdict.PASS
+    finding = judge("capacitance", Quantity(NAME, just_above, 0.1), simple)
+    assert finding.verdict is Verdict.FAIL
+    assert repr(just_above) in str(finding.reason)
+
+
+def test_guarded_zone_is_conditional_where_the_interval_crosses_the_limit() -> None:
+    limit = guarded(4.4, 5.5)
+    assert verdict_of(4.5, 0.05, limit) is Verdict.PASS
+    assert verdict_of(4.44, 0.05, limit) is Verdict.CONDITIONAL
+    assert verdict_of(4.36, 0.05, limit) is Verdict.CONDITIONAL
+    assert verdict_of(4.30, 0.05, limit) is Verdict.FAIL
+
+
+def test_shared_risk_asks_for_a_small_uncertainty() -> None:
+    limit = Limit(lower=4.4, upper=5.5, unit=UNIT, rule="shared", source="test", U_max=0.1)
+    assert verdict_of(4.41, 0.1, limit) is Verdict.PASS
+    assert verdict_of(4.41, 0.11, limit) is Verdict.CONDITIONAL
+
+
+@given(st.floats(-10, 10), st.floats(1e-3, 10), st.floats(-10, 10), st.floats(0.01, 10))
+def test_probability_against_the_normal_distribution(value: float, U: float, lower: float, width: float) -> None:
+    limit = Limit(lower=lower, upper=lower + width, unit=UNIT, rule="simple", source="test")
+    u = U / 2
+    oracle = norm.cdf(lower, value, u) + norm.sf(lower + width, value, u)
+    # both are erfc in double precision: 1e-12 leaves room for the argument's rounding
+    assert probability_outside(value, U, limit) == pytest.approx(oracle, rel=1e-9, abs=1e-12)
+
+
+def test_probability_at_the_guard_band() -> None:
+    # a guarded pass at exactly one U from a single limit: P(Z > 2) = 0.02275 (JCGM 106, 9.3.2)
+    finding = judge("capacitance", Quantity(NAME, 4.5, 0.1), guarded(lower=4.4))
+    assert finding.verdict is Verdict.PASS
+    assert finding.p_false_accept == pytest.approx(0.0227501319, rel=1e-8)
+
+
+def test_a_small_risk_is_not_rounded_away() -> None:
+    finding = judge("capacitance", Quantity(NAME, 5.0, 0.1), guarded(lower=4.4))
+    assert finding.p_false_accept == pytest.approx(norm.sf(12.0), rel=1e-9)
+
+
+def test_a_failed_or_missing_finding_is_not_accepted_at_all() -> None:
+    assert judge("capacitance", Quantity(NAME, 1.72, 0.01), guarded(4.4, 5.5)).p_false_accept == 0.0
+    assert judge("capacitance", Quantity.missing(NAME, "not measured"), guarded(4.4)).p_false_accept is None
+    assert judge("capacitance", Quantity(NAME, 5.0), guarded(4.4)).p_false_accept is None
+
+
+def test_budget_adds_in_squares() -> None:
+    quantity = Quantity.of(NAME, 5.0, Contribution("meter", 0.03), Contribution("scatter", 0.04, "A"))
+    assert quantity.U == pytest.approx(0.1, rel=1e-12)
+    assert Quantity.of(NAME, 5.0).U is None
+
+
+def findings_of(*verdicts: Verdict, required: bool = True) -> list:
+    values = {Verdict.PASS: 5.0, Verdict.CONDITIONAL: 4.42, Verdict.FAIL: 1.0, Verdict.NO_RESULT: math.nan}
+    found = [judge("capacitance", Quantity(NAME, values[v], 0.05), guarded(4.4, 5.5), required) for v in verdicts]
+    assert [f.verdict for f in found] == list(verdicts)
+    return found
+
+
+def test_unit_verdicts() -> None:
+    P, C, F, N = Verdict.PASS, Verdict.CONDITIONAL, Verdict.FAIL, Verdict.NO_RESULT
+    assert unit_verdict(findings_of(P, P)) is UnitVerdict.ACCEPTED
+    assert unit_verdict(findings_of(P, C)) is UnitVerdict.CONDITIONAL
+    assert unit_verdict(findings_of(P, C, N)) is UnitVerdict.INCOMPLETE
+    assert unit_verdict(findings_of(N, F, P)) is UnitVerdict.REJECTED
+    assert unit_verdict([]) is UnitVerdict.INCOMPLETE
+    # passes of what nobody requires accept nothing
+    assert unit_verdict(findings_of(P, P, required=False)) is UnitVerdict.INCOMPLETE
+    assert unit_verdict(findings_of(P) + findings_of(C, required=False)) is UnitVerdict.ACCEPTED
+    assert unit_verdict(findings_of(P) + findings_of(F, required=False)) is UnitVerdict.REJECTED
+
+
+@given(st.lists(st.sampled_from(list(Verdict))), st.lists(st.sampled_from(list(Verdict))))
+def test_a_unit_is_accepted_only_when_every_required_finding_passes(a: list[Verdict], b: list[Verdict]) -> None:
+    findings = findings_of(*a) + findings_of(*b, required=False)
+    if unit_verdict(findings) is UnitVerdict.ACCEPTED:
+        assert a
+        assert set(a) == {Verdict.PASS}
+        assert Verdict.FAIL not in b
+
+
+def test_missing_findings_name_every_limit() -> None:
+    found = missing_findings("capacitance", [("sensor_uF", guarded(4.4)), ("actuator_uF", guarded(8.8))], "why", True)
+    assert [f.quantity for f in found] == ["sensor_uF", "actuator_uF"]
+    assert {f.verdict for f in found} == {Verdict.NO_RESULT}
+    assert {f.reason for f in found} == {"why"}
