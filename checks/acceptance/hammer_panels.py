@@ -1,0 +1,72 @@
+"""Pictures of a hammer test: the impacts with their fate, and the FRF with its modes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.declare import Values
+from checks.picture import Band, Item, Line, Mark, Panel, Text
+from checks.record import Record
+from checks.signals.hammer import HammerTest, ImpactFrf
+from checks.signals.impacts import Impact, tally, upright
+from checks.signals.modalfit import Mode
+
+Array = NDArray[np.float64]
+
+_POINTS = 2000
+
+
+def panels(
+    values: Values,
+    tests: Mapping[str, HammerTest],
+    modes: Mapping[str, tuple[Mode, ...]],
+    band_Hz: tuple[float, float],
+) -> dict[str, Panel]:
+    """ "<record>_impacts" for every record that could be read, "<record>_frf" for those with an FRF."""
+    out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
+    for key, test in tests.items():
+        if test.frf is not None:
+            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz)
+    return out
+
+
+def impacts_panel(key: str, record: Record, test: HammerTest) -> Panel:
+    """Force over time, each impact marked good or bad, the bad ones with the reason."""
+    force = upright(record["Track1"])
+    items: list[Item] = [Line(*envelope(record.t, force), label="force", role="quiet")]
+    for label, role in (("good", "good"), ("set aside", "bad")):
+        which = [i for i in test.impacts if i.good == (role == "good")]
+        if which:
+            items.append(_points(record.t, which, label, role))
+    items += [Text(float(record.t[i.peak]), i.force_N, i.fault or "", "bad") for i in test.impacts if not i.good]
+    return Panel(f"{_words(key)}: {tally(test.impacts)}", "time [s]", "force [N]", tuple(items))
+
+
+def _points(t: Array, impacts: list[Impact], label: str, role: str) -> Line:
+    return Line(t[[i.peak for i in impacts]], np.array([i.force_N for i in impacts]), label, "points", role)
+
+
+def envelope(t: Array, force: Array) -> tuple[Array, Array]:
+    """Largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned away."""
+    step = -(-force.size // _POINTS)
+    starts = np.arange(0, force.size, step)
+    return t[starts], np.maximum.reduceat(force, starts)
+
+
+def frf_panel(key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[float, float]) -> Panel:
+    """Magnitude of the averaged FRF with its 95 % band, the local fits and the modes."""
+    s = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
+    magnitude, u = np.abs(frf.H[s]), np.sqrt(frf.var[s])
+    items: list[Item] = [
+        Band(frf.f[s], np.maximum(magnitude - 2 * u, 0.1 * magnitude), magnitude + 2 * u, "scatter between impacts"),
+        Line(frf.f[s], magnitude, "measured", role="data"),
+    ]
+    for n, m in enumerate(modes):
+        items.append(Line(m.f, np.abs(m.fit), "" if n else "local fit", "dashed", "model"))
+        items.append(Mark(m.f_Hz, label=f"{m.f_Hz:.4g} Hz", role="model"))
+    return Panel(_words(key), "frequency [Hz]", "|rotation / force| [rad/N]", tuple(items), x_log=True, y_log=True)
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")

@@ -1,0 +1,233 @@
+"""Spurious modes of the APA, one end fixed: bending in x and y, torsion about z; hammer and vibrometer (seed 2.4)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.acceptance import hammer_panels
+from checks.acceptance.stated import stated
+from checks.declare import Check, Form, Series, Setting, Values
+from checks.quantity import Contribution, Outcome, Quantity
+from checks.record import Record
+from checks.signals.hammer import HammerTest, ImpactFrf, analyse
+from checks.signals.impacts import ImpactRules, tally
+from checks.signals.modalfit import Mode, amplitude_at, find_modes
+from specs.spec import CheckSpec
+
+RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
+HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # seed 2.4: 840 and 1400 Hz; 1220 Hz
+FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # of the strut, by FEM (seed, table 2.4)
+HARMONIC_WITHIN = 0.05
+CHANNELS = {"Track1": "N", "Track2": "rad"}
+
+
+@dataclass(frozen=True, eq=False)
+class Tested:
+    """One record: its impacts, the FRF of the good ones and the modes in it."""
+
+    key: str
+    record: Record
+    test: HammerTest
+    frf: ImpactFrf
+    modes: tuple[Mode, ...]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Settings of the check."""
+
+    impacts: ImpactRules
+    impacts_min: int
+    band_Hz: tuple[float, float]
+    torsion_contrast: float
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Frequency [Hz] and damping [percent of critical] of the three modes, harmonics of the bending modes [Hz].
+
+    Each record gives its own quantities; one that is absent or of too few good impacts leaves the others alone.
+    Torsion is the mode that the left impact shows and the top impact does not.
+    """
+    rules = _rules(spec)
+    analysed = {key: _analyse(values[key], rules) for key in RECORDS if key in values}
+    found = {key: _modes_of(key, values, analysed, rules) for key in RECORDS}
+    chosen = {key: _strongest(found[key]) for key in ("x_bending", "y_bending")}
+    chosen["z_torsion"] = _torsion(found, rules)
+    quantities = [q for name, mode in chosen.items() for q in _quantities(name, mode, spec)]
+    for name, orders in HARMONICS.items():
+        quantities += [_harmonic(name, n, found[name], chosen[name], spec) for n in orders]
+    tested = {key: a for key, a in analysed.items() if isinstance(a, HammerTest)}
+    panels = hammer_panels.panels(
+        values, tested, {k: f.modes for k, f in found.items() if isinstance(f, Tested)}, rules.band_Hz
+    )
+    return Outcome(tuple(quantities), tuple(_notes(values, tested, found, chosen)), panels)
+
+
+def _rules(spec: CheckSpec) -> Rules:
+    get = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
+    impacts = ImpactRules(
+        level_ratio=get["level_ratio"],
+        coherence_min=get["coherence_min"],
+        force_range_N=get["force_range_N"] or None,
+    )
+    return Rules(impacts, get["impacts_min"], (get["lowest_Hz"], get["highest_Hz"]), get["torsion_contrast"])
+
+
+def _analyse(record: Record, rules: Rules) -> HammerTest | str:
+    try:
+        return analyse(record["Track1"], record["Track2"], record.fs, rules.impacts, _band(record, rules))
+    except ValueError as e:
+        return f"{record.name}: {e}"
+
+
+def _band(record: Record, rules: Rules) -> tuple[float, float]:
+    """The search band, below where the analyser's filter cuts."""
+    return rules.band_Hz[0], min(rules.band_Hz[1], record.fs / 2.56)
+
+
+def _modes_of(key: str, values: Values, analysed: dict[str, HammerTest | str], rules: Rules) -> Tested | str:
+    """What a record shows, or the reason why it shows nothing."""
+    if key not in analysed:
+        return f"{key}: not measured"
+    test = analysed[key]
+    if isinstance(test, str):
+        return test
+    if not test.impacts:
+        return f"{key}: no impact stands out of the force track"
+    if test.frf is None or test.good < rules.impacts_min:
+        return f"{key}: {tally(test.impacts)}; {rules.impacts_min} good ones are needed"
+    band = _band(values[key], rules)
+    modes = find_modes(test.frf, band)
+    if not modes:
+        return f"{key}: no mode stands out of the scatter between {band[0]:g} and {band[1]:g} Hz"
+    return Tested(key, values[key], test, test.frf, modes)
+
+
+def _strongest(found: Tested | str) -> Mode | str:
+    return found if isinstance(found, str) else max(found.modes, key=lambda m: m.peak)
+
+
+def _torsion(found: dict[str, Tested | str], rules: Rules) -> Mode | str:
+    """The lowest mode that the left impact shows and the top impact leaves out, or the reason why none is told.
+
+    A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the
+    others: a softer hit or another lever makes all modes weaker alike.
+    """
+    left, top = found["torsion_left"], found["torsion_top"]
+    if isinstance(left, str):
+        return left
+    seen = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes)
+    if isinstance(top, str):
+        return f"{top}; without it torsion cannot be told from bending (the left impact shows {seen} Hz)"
+    if len(left.modes) < 2:
+        return f"the left impact shows one mode only ({seen} Hz): with no bending beside it the pair tells nothing"
+    ratios = np.array([_seen_by_top(top.frf, m) / m.peak for m in left.modes])
+    gone = [m for m, r in zip(left.modes, ratios, strict=True) if r * rules.torsion_contrast <= ratios.max()]
+    if not gone:
+        return f"no mode that the left impact shows ({seen} Hz) is {rules.torsion_contrast:g} times weaker from the top"
+    return gone[0]
+
+
+def _seen_by_top(frf: ImpactFrf, mode: Mode) -> float:
+    """Largest amplitude of the mode that the top impact's record allows."""
+    amplitude, u = amplitude_at(frf, mode)
+    return amplitude + 2.0 * u
+
+
+def _quantities(name: str, mode: Mode | str, spec: CheckSpec) -> tuple[Quantity, Quantity]:
+    names = f"{name}_Hz", f"{name}_damping_percent"
+    if isinstance(mode, str):
+        return Quantity.missing(names[0], mode), Quantity.missing(names[1], mode)
+    damping = _quantity(names[1], 100 * mode.damping_ratio, 100 * mode.u_damping, 100 * mode.u_damping_model, spec)
+    return _quantity(names[0], mode.f_Hz, mode.u_f_Hz, mode.u_f_model_Hz, spec), damping
+
+
+def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec) -> Quantity:
+    budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
+    if u_model > 0:
+        budget.append(Contribution("neighbouring modes in the local fit", u_model))
+    instrument = stated(spec, value, name)
+    if instrument is not None:
+        budget.append(instrument)
+    return Quantity.of(name, value, *budget)
+
+
+def _harmonic(name: str, order: int, found: Tested | str, first: Mode | str, spec: CheckSpec) -> Quantity:
+    """The mode nearest to a multiple of the first one, if it is within 5 % of it."""
+    label = f"{name}_harmonic_{order}_Hz"
+    if isinstance(found, str) or isinstance(first, str):
+        return Quantity.missing(label, found if isinstance(found, str) else str(first))
+    wanted = order * first.f_Hz
+    nearest = min(found.modes, key=lambda m: abs(m.f_Hz - wanted))
+    if abs(nearest.f_Hz - wanted) > HARMONIC_WITHIN * wanted:
+        return Quantity.missing(label, f"no mode within {HARMONIC_WITHIN:.0%} of {wanted:.4g} Hz")
+    return _quantity(label, nearest.f_Hz, nearest.u_f_Hz, nearest.u_f_model_Hz, spec)
+
+
+def _notes(
+    values: Values, tested: dict[str, HammerTest], found: dict[str, Tested | str], chosen: dict[str, Mode | str]
+) -> list[str]:
+    notes = [_fates(key, test, values[key]) for key, test in tested.items() if test.good < len(test.impacts)]
+    notes += [_window(f) for f in found.values() if isinstance(f, Tested) and f.frf.added_decay > 0]
+    left = found["torsion_left"]
+    if isinstance(left, Tested):
+        others = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes if m is not chosen["z_torsion"])
+        notes.append(f"torsion_left also shows {others} Hz" if others else "torsion_left shows no other mode")
+    return notes + [_free_free(name, mode) for name, mode in chosen.items() if isinstance(mode, Mode)]
+
+
+def _fates(key: str, test: HammerTest, record: Record) -> str:
+    bad = "; ".join(f"{record.t[i.peak]:.2f} s {i.fate}" for i in test.impacts if not i.good)
+    return f"{key}: {tally(test.impacts)}; set aside: {bad}"
+
+
+def _window(tested: Tested) -> str:
+    return (
+        f"{tested.key}: the decay is cut, an exponential window ends it; the {tested.frf.added_decay:.3g} 1/s that it "
+        "adds to every decay is taken out"
+    )
+
+
+def _free_free(name: str, mode: Mode) -> str:
+    return (
+        f"{name}: {mode.f_Hz:.4g} Hz fixed-free is {mode.f_Hz / math.sqrt(2):.4g} Hz times sqrt 2; "
+        f"free-free in the strut the FEM says {FREE_FREE_Hz[name]:g} Hz, a factor {mode.f_Hz / FREE_FREE_Hz[name]:.2f}"
+    )
+
+
+SETTINGS = (
+    Setting("impacts_min", 3, "good impacts that a record needs"),
+    Setting("level_ratio", 3.0, "an impact this many times above or below the median is off level"),
+    Setting("coherence_min", 0.9, "agreement of an impact's response with what the others predict"),
+    Setting("force_range_N", 0.0, "range of the force sensor; 0: not stated, overloads show by their flat tops only"),
+    Setting("torsion_contrast", 4.0, "how much weaker the top impact must show the torsion mode"),
+    Setting("lowest_Hz", 60.0, "modes are searched from here"),
+    Setting("highest_Hz", 2000.0, "to here"),
+)
+CHECK = Check(
+    name="spurious_modes",
+    title="Spurious modes: bending and torsion, by hammer",
+    kinds=("apa",),
+    forms=(
+        Form(
+            "records",
+            tuple(
+                Series(key, label, CHANNELS, optional=True, step="Track1_X_Resolution")
+                for key, label in (
+                    ("x_bending", "hammer and rotation, x-bending"),
+                    ("y_bending", "hammer and rotation, y-bending"),
+                    ("torsion_left", "hammer and rotation, torsion, hit at the left"),
+                    ("torsion_top", "hammer and rotation, torsion, hit at the top"),
+                )
+            ),
+        ),
+    ),
+    quantities=(
+        *(f"{name}_{what}" for name in ("x_bending", "y_bending", "z_torsion") for what in ("Hz", "damping_percent")),
+        *(f"{name}_harmonic_{n}_Hz" for name, orders in HARMONICS.items() for n in orders),
+    ),
+    measure=measure,
+    settings=SETTINGS,
+    stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),
+)

@@ -1,0 +1,169 @@
+"""The check on simulated hammer tests with known modes, and on the recorded units."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.struck import FS, Struck, clean, noisy
+from scipy.io import loadmat
+
+from checks.acceptance.spurious_modes import CHECK, RECORDS
+from checks.record import Record
+from specs.spec import CheckSpec, Limit
+
+UNITS = Path(__file__).parents[1] / "../shared/data/units"
+FILES = dict(zip(RECORDS, ("bending_X_top", "bending_Y_top", "torsion_left", "torsion_top"), strict=True))
+SPEC = CheckSpec(limits={"x_bending_Hz": Limit(lower=257.6, upper=302.4, unit="Hz", rule="guarded", source="test")})
+
+X, Y = (281.0, 0.008, 1e-6), (411.0, 0.007, 1e-6)
+TORSION = (795.0, 0.006, 4e-7)
+MODES = {
+    "x_bending": (X, (843.0, 0.008, 1.2e-7), (1405.0, 0.008, 5e-8)),
+    "y_bending": (Y, (1219.0, 0.008, 8e-8)),
+    "torsion_left": ((268.0, 0.008, 5e-7), (414.0, 0.008, 1e-6), TORSION),
+    "torsion_top": ((268.0, 0.008, 4e-7), (414.0, 0.008, 1e-6), (801.0, 0.006, 5e-9)),
+}
+
+
+def record(force, rotation, name="record.mat", fs=FS):
+    t = np.arange(force.size) / fs
+    return Record(t, {"Track1": force, "Track2": rotation}, {"Track1": "N", "Track2": "rad"}, name)
+
+
+@pytest.fixture(scope="module")
+def unit():
+    rng = np.random.default_rng(11)
+    return {key: record(*noisy(clean(Struck(modes)), rng), name=key) for key, modes in MODES.items()}
+
+
+def measured(values, spec=SPEC):
+    outcome = CHECK.measure(values, spec)
+    assert [q.name for q in outcome.quantities] == sorted({q.name for q in outcome.quantities}, key=_declared)
+    return {q.name: q for q in outcome.quantities}, outcome
+
+
+def _declared(name):
+    return CHECK.quantities.index(name)
+
+
+def test_three_modes_their_damping_and_harmonics(unit):
+    found, _ = measured(unit)
+    truth = {
+        "x_bending_Hz": 281.0,
+        "y_bending_Hz": 411.0,
+        "z_torsion_Hz": 795.0,
+        "x_bending_harmonic_3_Hz": 843.0,
+        "x_bending_harmonic_5_Hz": 1405.0,
+        "y_bending_harmonic_3_Hz": 1219.0,
+        "x_bending_damping_percent": 0.8,
+        "y_bending_damping_percent": 0.7,
+        "z_torsion_damping_percent": 0.6,
+    }
+    assert set(truth) == set(CHECK.quantities)
+    for name, value in truth.items():
+        # Twice the interval: nine of them are looked at together.
+        assert abs(found[name].value - value) < 2 * found[name].U, name
+        assert found[name].U < 2e-3 * value, name
+
+
+def test_pictures_and_remarks(unit):
+    _, outcome = measured(unit)
+    assert set(outcome.panels) == {f"{key}_{what}" for key in RECORDS for what in ("impacts", "frf")}
+    words = " ".join(outcome.notes)
+    assert "sqrt 2" in words
+    assert "torsion_left also shows 268, 414 Hz" in words
+
+
+@pytest.mark.parametrize("absent", RECORDS)
+def test_an_absent_record_leaves_the_others_alone(unit, absent):
+    found, _ = measured({k: v for k, v in unit.items() if k != absent})
+    touched = {n for n, q in found.items() if q.reason}
+    name = "z_torsion" if absent.startswith("torsion") else absent
+    assert touched == {n for n in CHECK.quantities if n.startswith(name)}
+    assert f"{absent}: not measured" in found[f"{name}_Hz"].reason
+
+
+def test_without_the_top_impact_torsion_is_not_guessed(unit):
+    found, _ = measured({k: v for k, v in unit.items() if k != "torsion_top"})
+    assert "cannot be told from bending" in found["z_torsion_Hz"].reason
+
+
+def test_top_impact_that_shows_every_mode_tells_nothing(unit):
+    found, _ = measured({**unit, "torsion_top": unit["torsion_left"]})
+    assert "times weaker from the top" in found["z_torsion_Hz"].reason
+
+
+def test_softer_top_impacts_make_no_torsion_of_bending(unit):
+    """The same top record with a tenth of the response: every mode is weaker, only one is left out."""
+    soft = record(unit["torsion_top"]["Track1"], 0.1 * unit["torsion_top"]["Track2"])
+    found, _ = measured({**unit, "torsion_top": soft})
+    assert found["z_torsion_Hz"].value == pytest.approx(795.0, rel=1e-4)
+
+
+def test_double_hits_give_no_result_with_the_count(unit):
+    hits = tuple((0.5 + k, 80.0) for k in range(6)) + tuple((0.52 + k, 30.0) for k in range(2, 6))
+    force, rotation = noisy(clean(Struck(MODES["x_bending"], hits)), np.random.default_rng(3))
+    found, outcome = measured({**unit, "x_bending": record(force, rotation)})
+    assert "2 of 6 impacts good: 4 double hits" in found["x_bending_Hz"].reason
+    assert np.isnan(found["x_bending_Hz"].value)
+    assert found["y_bending_Hz"].reason is None
+    assert any("second peak" in note for note in outcome.notes)
+    assert "x_bending_impacts" in outcome.panels
+
+
+@pytest.mark.parametrize(
+    ("force", "rotation", "words"),
+    [
+        (np.zeros(4000), np.ones(4000), "force is constant"),
+        (np.r_[np.nan, np.arange(3999.0)], np.arange(4000.0), "force is nan at sample 0"),
+        (np.arange(4000.0) % 7, np.full(4000, 2.0), "rotation is constant"),
+    ],
+)
+def test_unusable_tracks_are_reasons(unit, force, rotation, words):
+    found, _ = measured({**unit, "x_bending": record(force, rotation)})
+    assert words.replace("rotation", "response") in found["x_bending_Hz"].reason
+    assert found["z_torsion_Hz"].reason is None
+
+
+def test_noise_alone_is_no_result(unit):
+    rng = np.random.default_rng(5)
+    nothing = record(rng.standard_normal(40000), rng.standard_normal(40000))
+    found, _ = measured({"x_bending": nothing})
+    assert "no impact stands out" in found["x_bending_Hz"].reason
+    tapped = record(unit["x_bending"]["Track1"], 1e-6 * rng.standard_normal(unit["x_bending"].t.size))
+    found, _ = measured({"x_bending": tapped})
+    assert found["x_bending_Hz"].reason
+
+
+def test_a_spec_may_state_the_instrument(unit):
+    stated = {"x_bending_Hz": {"U": 0.5, "source": "analyser"}}
+    found, _ = measured(unit, CheckSpec(limits=SPEC.limits, uncertainty=stated))
+    assert found["x_bending_Hz"].U == pytest.approx(0.5, rel=1e-3)
+
+
+def recorded(serial):
+    folder = UNITS / serial
+    if not folder.is_dir():
+        pytest.skip(f"no recorded unit {serial} beside the repository")
+    out = {}
+    for key, stem in FILES.items():
+        m = loadmat(folder / f"{stem}.mat", squeeze_me=True)
+        out[key] = record(m["Track1"], m["Track2"], f"{stem}.mat", 1.0 / float(m["Track1_X_Resolution"]))
+    return out, json.loads((UNITS / "truth.json").read_text())[serial]["modes_Hz"]
+
+
+@pytest.mark.parametrize("serial", ["A-01", "A-02"])
+def test_recorded_units_within_half_a_percent(serial):
+    values, truth = recorded(serial)
+    found, _ = measured(values)
+    for name, f in zip(("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"), truth, strict=True):
+        assert found[name].value == pytest.approx(f, rel=0.005)
+
+
+def test_recorded_double_hits():
+    values, truth = recorded("A-03")
+    found, _ = measured(values)
+    assert "0 of 11 impacts good: 11 double hits" in found["x_bending_Hz"].reason
+    assert found["y_bending_Hz"].value == pytest.approx(truth[1], rel=0.005)
+    assert found["z_torsion_Hz"].value == pytest.approx(truth[2], rel=0.005)
