@@ -2,7 +2,7 @@
 process goes on.
 
 The processes are forked, so that hundreds are cheap. Points are: before every SQL statement that SQLite runs (its own
-trace, COMMIT included), after each statement of ours, and around every fsync and rename. By default every third of them,
+trace, COMMIT included), after each statement of ours, and around every fsync and rename. By default every third one,
 in full (ACCEPT_SOAK=1) all; then each system call that writes is a point as well, if strace is there.
 A kill leaves the page cache alone, so this does not show what synchronous=FULL does against a power cut.
 """
