@@ -1,4 +1,4 @@
-"""The same store on PostgreSQL, by its URL: `ACCEPT_TEST_POSTGRES_URL` names an empty database, else a server of its own
+"""The same store on PostgreSQL, by URL: `ACCEPT_TEST_POSTGRES_URL` names an empty database, else a server of its own
 is started from the programs on the path; skipped where there are none."""
 
 import os
