@@ -29,6 +29,7 @@ FORTRAN_TO_C = bytes.maketrans(b"Dd", b"Ee")
 class Function:
     """Header of one data set 58 and its bytes. `count` values on an even abscissa (start, step) or on a stated one.
 
+    unit, per : labels of the ordinate and of its denominator.
     layout : dtype of one value in `body`, fields "x" (uneven only), "y0" and "y1" (complex only); text when `is_text`.
     """
 
@@ -37,10 +38,12 @@ class Function:
     response: str
     reference: str
     response_dof: str
+    reference_dof: str
     count: int
     start: float
     step: float
     unit: str
+    per: str
     layout: np.dtype[np.void]
     is_text: bool
     body: bytes
@@ -111,16 +114,22 @@ def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[Function, 
         id1=lines[0].strip(),
         response=ids[31:41].strip(),
         reference=ids[56:66].strip(),
-        response_dof=f"{int(ids[41:51])}{DIRECTIONS.get(int(ids[51:55]), '?')}",
+        response_dof=_dof(ids[41:51], ids[51:55]),
+        reference_dof=_dof(ids[66:76], ids[76:80]),
         count=count,
         start=_float(form[30:43]),
         step=_float(form[43:56]),
         unit=lines[8][47:67].strip(),
+        per=lines[9][47:67].strip(),
         layout=layout,
         is_text=not _byte_order(number),
         body=raw[at:end],
     )
     return function, after
+
+
+def _dof(node: str, direction: str) -> str:
+    return f"{int(node)}{DIRECTIONS.get(int(direction), '?')}"
 
 
 def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.dtype[np.void], int, int]:

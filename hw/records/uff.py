@@ -1,0 +1,134 @@
+"""Frequency response functions to and from universal files (data set 58, function type 4)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.record import RecordError
+from hw.records import uff58
+from hw.records.damage import refused
+from hw.records.limits import DEFAULT_LIMITS, ReadLimits
+from hw.records.source import load_bytes
+from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED, Function
+from hw.records.variable import Array
+
+NAME_CHARACTERS = 10  # of an entity in record 6
+FREQUENCY, DISPLACEMENT, UNKNOWN = 18, 8, 0  # specific data types of records 8 to 10
+ALONG_Z, SCALAR = 3, 0
+# Bins may lie this far from start + k step, in steps, to be written as even: a hundredth of what 7 digits resolve at
+# bin 1000 would already be lost in the stated abscissa.
+EVEN = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Frf:
+    """f (F,) [Hz], H (F, C) complex: output over input; units : of the channels and of the input, "" where unknown."""
+
+    f: Array
+    H: NDArray[np.complex128]
+    channels: tuple[str, ...]
+    input_name: str
+    units: Mapping[str, str]
+
+
+def write_frf(
+    path: Path,
+    f: Array,
+    H: NDArray[np.complex128],
+    channels: Sequence[str],
+    input_name: str,
+    units: Mapping[str, str],
+) -> None:
+    """Write H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
+
+    units : unit of every channel and of the input. Raises ValueError for what the format cannot hold, OSError.
+    """
+    path.write_bytes(frf_bytes(f, H, channels, input_name, units))
+
+
+def frf_bytes(
+    f: Array, H: NDArray[np.complex128], channels: Sequence[str], input_name: str, units: Mapping[str, str]
+) -> bytes:
+    """The file of `write_frf`, in memory."""
+    if H.shape != (f.size, len(channels)) or f.size < 2 or not (np.diff(f) > 0).all():
+        raise ValueError(f"H is {H.shape} for {f.size} frequencies, which must increase, and {len(channels)} channels")
+    if not (np.isfinite(f).all() and np.isfinite(H).all()):
+        raise ValueError("f or H holds NaN or inf, which a universal file cannot")
+    for name in (*channels, input_name):
+        if not 0 < len(name) <= NAME_CHARACTERS or not name.isascii() or " " in name or name in UNNAMED:
+            raise ValueError(f"the name {name!r} does not fit: 1 to {NAME_CHARACTERS} ASCII characters without spaces")
+    sets = [
+        _set(f, H[:, i], i + 1, name, input_name, units[name], units[input_name]) for i, name in enumerate(channels)
+    ]
+    return "".join(sets).encode("ascii")
+
+
+def _set(f: Array, H: NDArray[np.complex128], node: int, name: str, input_name: str, unit: str, per: str) -> str:
+    start, step = float(f"{f[0]:.6e}"), float(f"{(f[-1] - f[0]) / (f.size - 1):.6e}")
+    even = bool(np.abs(start + step * np.arange(f.size) - f).max() <= EVEN * step)
+    along, data_type = (ALONG_Z, DISPLACEMENT) if unit == "m" else (SCALAR, UNKNOWN)
+    lines = [
+        f"{-1:6d}",
+        f"{58:6d}{'':74}",
+        *(f"{line:80}" for line in (f"{name} / {input_name}", "NONE", "NONE", "NONE", "NONE")),
+        f"{FRF:5d}{0:10d}{0:5d}{0:10d} {name:>10}{node:10d}{along:4d} {input_name:>10}{0:10d}{SCALAR:4d}",
+        f"{COMPLEX_DOUBLE:10d}{f.size:10d}{even:10d}{even * start:13.6e}{even * step:13.6e}{0.0:13.6e}",
+        _axis(FREQUENCY, "Frequency", "Hz"),
+        _axis(data_type, name, unit),
+        _axis(UNKNOWN, input_name, per),
+        _axis(UNKNOWN, "NONE", "NONE"),
+        *(_even_lines(H) if even else _uneven_lines(f, H)),
+        f"{-1:6d}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _axis(data_type: int, label: str, unit: str) -> str:
+    return f"{data_type:10d}{0:5d}{0:5d}{0:5d} {label:20} {unit:20}"
+
+
+def _even_lines(H: NDArray[np.complex128]) -> list[str]:
+    parts = [f"{part:20.12e}" for part in np.column_stack([H.real, H.imag]).ravel()]
+    return ["".join(parts[i : i + 4]) for i in range(0, len(parts), 4)]
+
+
+def _uneven_lines(f: Array, H: NDArray[np.complex128]) -> list[str]:
+    return [f"{x:13.6e}{h.real:20.12e}{h.imag:20.12e}" for x, h in zip(f, H, strict=True)]
+
+
+def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Frf:
+    """All frequency response functions of a universal file, text or binary. Raises RecordError unless they share one
+    input and one frequency axis, and all values are finite."""
+    source = load_bytes(path, limits)
+    with refused(source.file):
+        found = [s for s in uff58.functions(source.file, source.raw) if s.kind == FRF]
+        if not found:
+            raise RecordError(f"{source.file}: holds no frequency response function (data set 58 of type {FRF})")
+        return _frf(source.file, found)
+
+
+def _frf(file: str, found: list[Function]) -> Frf:
+    inputs = sorted({_name(s.reference, s.reference_dof) for s in found})
+    channels = tuple(_name(s.response, s.response_dof) for s in found)
+    if len(inputs) > 1 or len(set(channels)) < len(channels):
+        raise RecordError(f"{file}: holds the outputs {channels} of the inputs {inputs}; expected one input, each once")
+    axes = [uff58.abscissa(file, s) for s in found]
+    f = axes[0]
+    if not all(np.array_equal(f, axis) for axis in axes):
+        raise RecordError(f"{file}: its functions {channels} have different frequency axes")
+    H = np.column_stack([uff58.ordinate(file, s).astype(np.complex128) for s in found])
+    if f.size < 2 or not (np.isfinite(f).all() and (np.diff(f) > 0).all() and np.isfinite(H).all()):
+        raise RecordError(f"{file}: frequencies must increase and all values be finite numbers; they are not")
+    units = {name: _known(s.unit) for name, s in zip(channels, found, strict=True)}
+    return Frf(f, H, channels, inputs[0], {**units, inputs[0]: _known(found[0].per)})
+
+
+def _name(entity: str, dof: str) -> str:
+    return dof if entity in UNNAMED else entity
+
+
+def _known(label: str) -> str:
+    return "" if label in UNNAMED else label
