@@ -19,6 +19,7 @@ class CreepFit:
     """y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used` (N,).
 
     deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
+    per_moment (S, S): what each deflection changes by per second of error in the moment of each step.
     """
 
     deflections: Array
@@ -26,12 +27,17 @@ class CreepFit:
     model: Array
     used: NDArray[np.bool_]
     fit: Fit
+    per_moment: Array
 
     def u_of(self, weights: Sequence[float]) -> float:
         """Standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
         full = np.zeros(self.fit.x.size)
         full[2::2] = weights
         return self.fit.u(full)
+
+    def u_moment(self, weights: Sequence[float], steps: Sequence[Step]) -> float:
+        """Standard uncertainty of the same sum from the moments of the steps."""
+        return float(np.linalg.norm(np.asarray(weights) @ self.per_moment * [s.u_t for s in steps]))
 
 
 def fit_creep(t: Array, y: Array, steps: Sequence[Step]) -> CreepFit:
@@ -54,4 +60,10 @@ def fit_creep(t: Array, y: Array, steps: Sequence[Step]) -> CreepFit:
     design = np.column_stack(columns)
     fit = least_squares(design[used], y[used])
     deflections = fit.x[2::2]
-    return CreepFit(deflections, fit.x[3::2] / deflections, design @ fit.x, used, fit)
+    # Moving a step turns its creep by -slope/(t - t_step); what the fit makes of that is the sensitivity.
+    slopes = [
+        np.where(t - s.t >= REFERENCE_S, -slope / np.log(10) / np.maximum(t - s.t, REFERENCE_S), 0.0)
+        for s, slope in zip(steps, fit.x[3::2], strict=True)
+    ]
+    moved = np.linalg.lstsq(design[used], np.column_stack(slopes)[used], rcond=None)[0]
+    return CreepFit(deflections, fit.x[3::2] / deflections, design @ fit.x, used, fit, moved[2::2])

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 Array = NDArray[np.float64]
 
@@ -13,7 +14,9 @@ LEVEL_S = 0.5  # stretch whose median is the level before or after a step
 GAP_S = 0.2  # left out to either side: a hand needs up to 0.2 s to put a mass down
 SAME_SIZE = 0.3  # of the largest jump: what is smaller is no step of the same mass
 ABOVE_SCATTER = 10.0  # times the scatter of the jumps elsewhere
+ABOVE_CHANGE = 4.0  # times the usual change of those medians from one to the next
 QUIET = 8.0  # times the usual change from sample to sample: what moves faster has not settled
+TOUCH_S = 0.075  # a touch shorter than this is not yet the step
 REACH_S = 2.0  # a step must settle within it
 
 
@@ -49,7 +52,8 @@ def find_steps(t: Array, y: Array) -> list[Step]:
     jump = medians[apart:] - medians[:-apart]
     at = np.arange(jump.size) + n_level + n_gap  # grid index in the middle of the gap
     scatter = 1.4826 * float(np.median(np.abs(jump - np.median(jump))))
-    floor = max(SAME_SIZE * float(np.abs(jump).max()), ABOVE_SCATTER * scatter)
+    largest = float(np.abs(jump).max())
+    floor = max(SAME_SIZE * largest, ABOVE_SCATTER * scatter, ABOVE_CHANGE * _usual_change(level))
     regions = [r for r in _regions(jump, floor) if r.size <= 2 * apart]  # a slow swing has no step in it
     moving = np.concatenate([_moving_until(t, y), _moving_until(grid, level)]) if regions else np.empty((0, 2))
     return [_locate(t, y, jump[r], grid[at[r]], moving) for r in regions]
@@ -57,11 +61,14 @@ def find_steps(t: Array, y: Array) -> list[Step]:
 
 def _moving_until(t: Array, y: Array) -> Array:
     """(M, 2) start and end of each interval of samples over which y changes far more than it usually does."""
+    fast = np.flatnonzero(np.abs(np.diff(y)) > QUIET * _usual_change(y))
+    return np.column_stack([t[fast], t[fast + 1]])
+
+
+def _usual_change(y: Array) -> float:
     change = np.abs(np.diff(y))
     # Where the noise stays below the converter's step most changes are zero: one step up or down is usual then.
-    usual = max(1.4826 * float(np.median(change)), float(change[change > 0].min(initial=np.inf)))
-    fast = np.flatnonzero(change > QUIET * usual)
-    return np.column_stack([t[fast], t[fast + 1]])
+    return max(1.4826 * float(np.median(change)), float(change[change > 0].min(initial=np.inf)))
 
 
 def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
@@ -80,29 +87,29 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Step
     before = _median(t, y, middle - GAP_S - LEVEL_S, middle - GAP_S)
     inside = np.flatnonzero((t >= middle - GAP_S - LEVEL_S / 2) & (t <= middle + GAP_S + LEVEL_S / 2))
     rise = (y[inside] - before) / height
-    passed = inside[_first_lasting(rise > 0.5)]
-    lo, hi = int(inside[rise < 0.1][inside[rise < 0.1] <= passed].max(initial=inside[0])), int(passed)
-    hi = int(inside[(rise > 0.9) & (inside >= passed)].min(initial=passed))
-    share = (0.5 - (y[passed - 1] - before) / height) / ((y[passed] - y[passed - 1]) / height)
+    n = 2 * round(TOUCH_S / (t[1] - t[0])) + 1
+    # The median keeps the edge where it is and forgets a touch of the hand that is over before the mass is down.
+    passed = inside[max(1, int(np.argmax(median_filter(rise, n, mode="nearest") > 0.5)))]
+    below = inside[(rise < 0.1) & (inside < passed)]
+    above = inside[(rise > 0.9) & (inside >= passed)]
+    lo = int(below[-1]) if below.size else int(passed) - 1
+    hi = int(above[0]) if above.size else int(passed)
     dt = float(t[passed] - t[passed - 1])
-    moment = float(t[passed - 1]) + dt * float(np.clip(share, 0.0, 1.0)) if hi - lo > 2 else float(t[passed]) - dt / 2
-    # Between two samples nothing is known; of a slower passage, its middle to about a tenth of its duration.
-    u_t = float(np.hypot(dt / np.sqrt(12.0), 0.1 * (t[hi] - t[lo] - dt)))
     quiet_to, quiet_from = _quiet(float(t[lo]), float(t[hi]), moving)
-    return Step(moment, u_t, height, quiet_to, quiet_from)
+    # Between two samples nothing is known; of a slower passage, its middle to about a tenth of its duration; what goes
+    # on long after it (ringing, a second touch) casts some doubt on where it was.
+    doubts = (dt / np.sqrt(12.0), 0.1 * (t[hi] - t[lo] - dt), 0.02 * (quiet_from - t[hi]))
+    u_t = float(np.linalg.norm(doubts))
+    return Step(float(t[passed]) - dt / 2, u_t, height, quiet_to, quiet_from)
 
 
 def _median(t: Array, y: Array, lo: float, hi: float) -> float:
     return float(np.median(y[(t >= lo) & (t <= hi)]))
 
 
-def _first_lasting(flags: NDArray[np.bool_]) -> int:
-    """First index whose flag holds for two samples more: one wild sample is no passage. At least 1."""
-    lasting = flags[:-2] & flags[1:-1] & flags[2:]
-    return max(1, int(np.argmax(lasting)) if lasting.any() else int(np.argmax(flags)))
-
-
 def _quiet(lo: float, hi: float, moving: Array) -> tuple[float, float]:
     """(last quiet moment before, first quiet moment after) a passage from lo to hi [s]."""
     near = moving[(moving[:, 1] >= lo - REACH_S / 2) & (moving[:, 0] <= hi + REACH_S)]
-    return float(near[:, 0].min(initial=lo)), float(near[:, 1].max(initial=hi))
+    settled = float(near[:, 1].max(initial=hi))
+    # What decays out of sight at `settled` is still there below the noise: wait half as long again.
+    return float(near[:, 0].min(initial=lo)), settled + 0.5 * (settled - hi)
