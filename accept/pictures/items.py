@@ -131,7 +131,7 @@ def _heights(axes: Axes, item: Heights, series: _Series) -> None:
     decimals = max(0, 1 - math.floor(math.log10(spread))) if np.isfinite(spread) and spread > 0 else 1
     for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
         side = 1 if y >= np.median(item.y) else -1
-        pale = dots.norm(z) > 0.5
+        pale = float(np.ravel(dots.norm(z))[0]) > 0.5
         axes.annotate(
             str(number), (x, y), ha="center", va="center", fontsize=5, color=INK if pale else "white", zorder=4
         )

@@ -1,0 +1,31 @@
+"""The typeface of a certificate: DejaVu, embedded: PDF's own fonts lack the ≤, the Ω and half of Europe."""
+
+from functools import cache
+from pathlib import Path
+
+import matplotlib as mpl
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.ttfonts import TTFont
+
+REGULAR, BOLD, OBLIQUE, MONO = "Accept", "Accept-Bold", "Accept-Oblique", "Accept-Mono"
+_FILES = {
+    REGULAR: "DejaVuSans.ttf",
+    BOLD: "DejaVuSans-Bold.ttf",
+    OBLIQUE: "DejaVuSans-Oblique.ttf",
+    MONO: "DejaVuSansMono.ttf",
+}
+
+
+@cache
+def register() -> None:
+    """Make the typeface known to reportlab, once."""
+    folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
+    for name, file in _FILES.items():
+        pdfmetrics.registerFont(TTFont(name, str(folder / file)))
+    pdfmetrics.registerFontFamily(REGULAR, normal=REGULAR, bold=BOLD, italic=OBLIQUE, boldItalic=BOLD)
+
+
+def fitted(text: str, font: str, largest: float, width: float, smallest: float = 4.0) -> float:
+    """Largest size [pt] at which the text is no wider than `width` [pt]."""
+    natural = pdfmetrics.stringWidth(text, font, largest)
+    return largest if natural <= width else max(smallest, largest * width / natural)

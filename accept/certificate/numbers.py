@@ -1,0 +1,56 @@
+"""Numbers as they stand on a certificate. For the eye only: nothing is ever judged on them."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+_SCIENTIFIC = 9  # more decimals than this are not read by anyone
+
+
+def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
+    """Value and U with two significant digits of U, the value to the same place; U unknown: six digits and "?"."""
+    if value is None:
+        return "–", ""
+    if U is None or not math.isfinite(U) or U <= 0:
+        return _signed(f"{value:.6g}"), "0" if U == 0 else "?"
+    digits, exponent = f"{U:.1e}".split("e")
+    decimals = 1 - int(exponent)
+    if decimals > _SCIENTIFIC or abs(value) >= 1e12:
+        return _signed(f"{value:.6g}"), f"{float(digits) * 10.0 ** int(exponent):.2g}"
+    if decimals >= 0:
+        return _signed(f"{value:.{decimals}f}"), f"{U:.{decimals}f}"
+    return _signed(f"{round(value, decimals):.0f}"), f"{round(U, decimals):.0f}"
+
+
+def _signed(text: str) -> str:
+    """A typeset minus, and none before a zero."""
+    zero = not any(c in "123456789" for c in text.split("e")[0])
+    return text.lstrip("-") if zero else text.replace("-", "−")
+
+
+def limits(finding: Mapping[str, Any]) -> str:
+    lower, upper = finding["lower"], finding["upper"]
+    if lower is not None and upper is not None:
+        return f"{_plain(lower)} … {_plain(upper)}"
+    return f"≥ {_plain(lower)}" if lower is not None else f"≤ {_plain(upper)}"
+
+
+def _plain(number: float) -> str:
+    """Limits are shown with all their digits: they are given, not measured."""
+    return _signed(f"{number:.12g}")
+
+
+def risk(probability: float | None) -> str:
+    """Probability of false acceptance in percent."""
+    if probability is None:
+        return "–"
+    if probability == 0.0:
+        return "0 %"
+    return f"{100 * probability:.2g} %" if probability >= 1e-5 else "< 0.001 %"
+
+
+def title_of(quantity: str, unit: str) -> str:
+    """`k_closed_N_per_um` -> `k closed`: the name without its unit, which stands beside the value."""
+    suffix = {"percent": "percent", "1": ""}.get(unit, unit.replace("/", "_per_").replace(" ", "_"))
+    bare = quantity.removesuffix("_" + suffix) if suffix else quantity
+    return bare.replace("_", " ")

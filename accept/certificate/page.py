@@ -1,0 +1,134 @@
+"""What stands on a certificate's pages at fixed places: head, verdict, signature boxes, code, footer."""
+
+import textwrap
+from typing import Any
+
+from reportlab.graphics import renderPDF
+from reportlab.graphics.barcode.qr import QrCodeWidget
+from reportlab.graphics.shapes import Drawing
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+
+from accept.certificate import look
+from accept.certificate.dossier import Dossier
+from accept.certificate.fonts import BOLD, MONO, REGULAR, fitted
+
+TECHNICIAN, QA = "technician", "qa"
+BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
+_BOX = (66 * mm, 25 * mm)
+_CODE = 29 * mm
+_TOP = look.HEIGHT - look.MARGIN
+_BAND_TOP = look.MARGIN + look.FOOTER + look.BAND
+
+
+def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
+    """Signature field -> (left, bottom, right, top) [pt] on the first page."""
+    bottom = look.MARGIN + look.FOOTER
+    lefts = {name: look.MARGIN + nth * (_BOX[0] + 4 * mm) for nth, name in enumerate(BOXES)}
+    return {name: (left, bottom, left + _BOX[0], bottom + _BOX[1]) for name, left in lefts.items()}
+
+
+def code_text(dossier: Dossier) -> str:
+    """What the square code says: enough to find the record and to see that it is this one."""
+    return f"ACCEPT serial={dossier.serial} record-sha256={dossier.record_sha256}"
+
+
+def first_page(canvas: Canvas, dossier: Dossier) -> None:
+    _title(canvas, dossier)
+    _verdict(canvas, str(dossier.result["verdict"]))
+    _boxes(canvas)
+    _code(canvas, dossier)
+
+
+def later_page(canvas: Canvas, dossier: Dossier) -> None:
+    sign = look.UNIT_SIGNS[dossier.result["verdict"]]
+    canvas.setFont(BOLD, 8)
+    canvas.setFillColor(look.INK_COLOUR)
+    line = f"{dossier.serial}   {sign.mark} {sign.word}"
+    canvas.setFont(BOLD, fitted(line, BOLD, 8, look.INNER))
+    canvas.drawString(look.MARGIN, _TOP - 8, line)
+    _rule(canvas, _TOP - look.RUNNING_HEAD + 9)
+
+
+def footer(canvas: Canvas, dossier: Dossier, page: int, pages: int) -> None:
+    y = look.MARGIN
+    _rule(canvas, y + 9)
+    canvas.setFillColor(look.GREY_COLOUR)
+    right = f"page {page} of {pages}"
+    left = (
+        f"{dossier.serial} · spec {dossier.spec_name} {dossier.spec_sha256[:12]} · record {dossier.record_sha256[:12]}"
+        f" · accept {dossier.accept_version} ({dossier.code_sha256[:12]}) · check with: accept verify FILE.pdf"
+    )
+    canvas.setFont(REGULAR, fitted(left, REGULAR, 5.8, look.INNER - 25 * mm))
+    canvas.drawString(look.MARGIN, y, left)
+    canvas.setFont(BOLD, 6.5)
+    canvas.drawRightString(look.WIDTH - look.MARGIN, y, right)
+
+
+def _title(canvas: Canvas, dossier: Dossier) -> None:
+    width = look.INNER - 96 * mm
+    canvas.setFillColor(look.GREY_COLOUR)
+    canvas.setFont(BOLD, 8)
+    canvas.drawString(look.MARGIN, _TOP - 8, "ACCEPTANCE CERTIFICATE")
+    canvas.setFillColor(look.INK_COLOUR)
+    canvas.setFont(BOLD, fitted(dossier.serial, BOLD, 30, width))
+    canvas.drawString(look.MARGIN, _TOP - 42, dossier.serial)
+    kind = f"{str(dossier.result['kind']).upper()} · {dossier.spec_title}"
+    size = 8.5
+    for nth, line in enumerate(textwrap.wrap(kind, 42)[:2]):
+        canvas.setFont(REGULAR, fitted(line, REGULAR, size, width))
+        canvas.drawString(look.MARGIN, _TOP - 59 - 11 * nth, line)
+
+
+def _verdict(canvas: Canvas, verdict: str) -> None:
+    """Large enough to be read across the room: a filled box, or an empty one where there is no verdict yet."""
+    sign = look.UNIT_SIGNS[verdict]
+    width, height = 92 * mm, 26 * mm
+    left, bottom = look.WIDTH - look.MARGIN - width, _TOP - height
+    canvas.setFillColor(sign.fill)
+    canvas.setStrokeColor(sign.ink if sign.fill == look.WHITE else sign.fill)
+    canvas.setLineWidth(2)
+    canvas.roundRect(left, bottom, width, height, 3 * mm, stroke=1, fill=1)
+    canvas.setFillColor(sign.ink)
+    canvas.setFont(BOLD, 44)
+    canvas.drawCentredString(left + 13 * mm, bottom + height / 2 - 15, sign.mark)
+    room = width - 26 * mm
+    size = fitted(sign.word, BOLD, 40, room)
+    canvas.setFont(BOLD, size)
+    canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
+
+
+def _boxes(canvas: Canvas) -> None:
+    for name, (left, bottom, right, top) in field_rectangles().items():
+        canvas.setFillColor(look.INK_COLOUR)
+        canvas.setFont(BOLD, 7)
+        canvas.drawString(left, top + 3, BOXES[name])
+        canvas.setStrokeColor(look.GREY_COLOUR)
+        canvas.setLineWidth(0.5)
+        canvas.setDash(2, 2)
+        canvas.rect(left, bottom, right - left, top - bottom)
+        canvas.setDash()
+        canvas.setFillColor(look.GREY_COLOUR)
+        canvas.setFont(REGULAR, 7)
+        words = "not signed" if name == TECHNICIAN else "countersignature open"
+        canvas.drawCentredString((left + right) / 2, (bottom + top) / 2 - 2, words)
+
+
+def _code(canvas: Canvas, dossier: Dossier) -> None:
+    left, bottom = look.WIDTH - look.MARGIN - _CODE, look.MARGIN + look.FOOTER + 3 * mm
+    code: Any = QrCodeWidget(code_text(dossier), barLevel="M", barBorder=0, barWidth=_CODE, barHeight=_CODE)
+    drawing = Drawing(_CODE, _CODE)
+    drawing.add(code)
+    renderPDF.draw(drawing, canvas, left, bottom)
+    canvas.setFillColor(look.GREY_COLOUR)
+    digest = dossier.record_sha256
+    size = fitted(digest[:32], MONO, 5, _CODE)
+    canvas.setFont(MONO, size)
+    for nth in range(2):
+        canvas.drawString(left, bottom - 5 - (size + 0.6) * nth, digest[32 * nth : 32 * nth + 32])
+
+
+def _rule(canvas: Canvas, y: float) -> None:
+    canvas.setStrokeColor(look.PALE_COLOUR)
+    canvas.setLineWidth(0.6)
+    canvas.line(look.MARGIN, y, look.WIDTH - look.MARGIN, y)

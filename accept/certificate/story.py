@@ -1,0 +1,149 @@
+"""What flows over a certificate's pages: identity, findings, pictures, information, what was not judged."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.sax.saxutils import escape
+
+from reportlab.lib.units import mm
+from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
+
+from accept.certificate import look, numbers
+from accept.certificate.dossier import Dossier
+from accept.certificate.strip import strip
+from accept.pictures.words import pretty
+
+LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
+_FINDING_WIDTHS = [w * mm for w in (41, 37, 27, 33, 14, 13, 17)]
+_INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
+
+
+def words(text: object, style: Any = look.BODY) -> Paragraph:
+    """Paragraph of any text: markup in it stays text, control characters become blanks."""
+    plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
+    return Paragraph(escape(plain), style)
+
+
+def identity(dossier: Dossier) -> list[Flowable]:
+    """Who and what: spec, operator, instruments, parts, program."""
+    parts = dossier.result.get("parts") or {}
+    attached = sum(name in dossier.files for name in dossier.inputs)
+    rows = [
+        ("Spec", f"{dossier.spec_name}, sha256 {dossier.spec_sha256}"),
+        ("Operator", dossier.operator or "not named"),
+        ("Instruments", _listed(dossier.instruments) or "none named by the spec"),
+        ("Parts", _listed(parts)),
+        ("Record", f"{len(dossier.inputs)} input files, {attached} attached; the hash of each in manifest.json"),
+    ]
+    cells = [[words(name, look.TABLE_HEAD), words(text, look.SMALL)] for name, text in rows if text]
+    table = Table(cells, colWidths=[20 * mm, look.INNER - 20 * mm], splitInRow=1)
+    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), *_padding(0.6, left=0)]))
+    return [table]
+
+
+def findings(dossier: Dossier) -> list[Flowable]:
+    """The table of findings; the reason of a finding stands below its row and stays with it."""
+    head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
+    right = (1, 2, 5)
+    cells: list[list[Any]] = [
+        [words(h, look.TABLE_HEAD_NUMBER if n in right else look.TABLE_HEAD) for n, h in enumerate(head)]
+    ]
+    style: list[tuple[Any, ...]] = [
+        ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
+        ("LINEBELOW", (0, 0), (-1, 0), 0.8, look.INK_COLOUR),
+        *_padding(1.3, left=2),
+    ]
+    for finding in dossier.result["findings"]:
+        first = len(cells)
+        cells.append(_finding_row(finding))
+        remark = _remark(finding)
+        if remark:
+            cells.append([words(remark, look.SMALL), *[""] * 6])
+            style += [("SPAN", (0, first + 1), (-1, first + 1)), ("NOSPLIT", (0, first), (-1, first + 1))]
+            style += [("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]
+        style.append(("LINEBELOW", (0, len(cells) - 1), (-1, len(cells) - 1), 0.4, look.PALE_COLOUR))
+    table = Table(cells, colWidths=_FINDING_WIDTHS, repeatRows=1)
+    table.setStyle(TableStyle(style))
+    return [words("Findings", look.HEADING), table]
+
+
+def information(dossier: Dossier) -> list[Flowable]:
+    """Measured quantities that the spec does not limit."""
+    rows = dossier.result.get("information") or []
+    if not rows:
+        return []
+    head = [words(h, look.TABLE_HEAD) for h in ("Check", "Quantity", "Value ± U (k = 2)", "Remark")]
+    cells = [head, *(_information_row(row) for row in rows)]
+    table = Table(cells, colWidths=_INFORMATION_WIDTHS, repeatRows=1)
+    rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, look.GREY_COLOUR)
+    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), rule, *_padding(0.4, left=2)]))
+    return [words("Measured, without limits in this spec", look.HEADING), table]
+
+
+def remarks(dossier: Dossier) -> list[Flowable]:
+    """Sections that were not judged, notes, and what the certificate does not say."""
+    story: list[Flowable] = []
+    left_out, notes = dossier.result.get("not_judged") or [], dossier.result.get("notes") or []
+    if left_out:
+        story += [words("Not judged by this spec", look.HEADING), words("; ".join(left_out), look.SMALL)]
+    if notes:
+        story += [words("Notes", look.HEADING), *(words(f"· {note}", look.SMALL) for note in notes)]
+    return [*story, Spacer(1, 5), words(dossier.statement, look.QUIET)]
+
+
+def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
+    unit = finding["unit"]
+    sign = look.FINDING_SIGNS[finding["verdict"]]
+    value, U = numbers.value_and_U(finding["value"], finding["U"])
+    shown = f"{value} ± {U}" if U else value
+    name = f"<b>{escape(numbers.title_of(finding['quantity'], unit))}</b>"
+    optional = "" if finding.get("required", True) else ", not required"
+    below = f"<font size='5.8' color='#777777'>{escape(finding['check'] + optional)}</font>"
+    unit_text = "" if unit == "1" else f" {unit}"
+    return [
+        Paragraph(f"{name}<br/>{below}", look.BODY),
+        words(shown + unit_text, look.NUMBER),
+        words(numbers.limits(finding) + unit_text, look.NUMBER),
+        strip(finding, _FINDING_WIDTHS[3] - 4 * mm, 13),
+        words(finding["rule"], look.SMALL),
+        words(numbers.risk(finding["p_false_accept"]), look.SMALL_NUMBER),
+        Paragraph(
+            f"<font color='{sign.ink.hexval().replace('0x', '#')}'><b>{sign.mark} {sign.word}</b></font>", look.BODY
+        ),
+    ]
+
+
+def _remark(finding: Mapping[str, Any]) -> str:
+    """Reason, assumption and note in one paragraph."""
+    parts = [
+        finding["reason"],
+        "the limit is an assumption of the spec" if finding.get("assumed") else None,
+        finding.get("note"),
+    ]
+    return _shortened("; ".join(part for part in parts if part))
+
+
+def _information_row(row: Mapping[str, Any]) -> list[Any]:
+    value, U = numbers.value_and_U(row["value"], row["U"])
+    unit_text = "" if row["unit"] == "1" or row["value"] is None else f" {row['unit']}"
+    shown = (f"{value} ± {U}" if U else value) + unit_text
+    remark = "; ".join(part for part in (row.get("reason"), row.get("note")) if part)
+    texts = (row["check"], numbers.title_of(row["quantity"], row["unit"]), shown, _shortened(remark))
+    return [words(text, look.SMALL) for text in texts]
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST_REASON else text[:LONGEST_REASON] + " … (whole text in results.json)"
+
+
+def _listed(entries: Mapping[str, str]) -> str:
+    return "; ".join(f"{name}: {text}" for name, text in entries.items())
+
+
+def _padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:
+    every = ((0, 0), (-1, -1))
+    return (
+        ("TOPPADDING", *every, vertical),
+        ("BOTTOMPADDING", *every, vertical),
+        ("LEFTPADDING", *every, left),
+        ("RIGHTPADDING", *every, 2),
+    )
