@@ -12,7 +12,7 @@ OVER = 8
 
 @dataclass(frozen=True)
 class Struck:
-    """modes: (f Hz, damping ratio, static gain rad/N); hits: (time s, force N) of the first and of any further pulse."""
+    """modes: (f Hz, damping ratio, static gain rad/N); hits: (time s, force N) of every pulse."""
 
     modes: tuple = ((280.0, 0.008, 1e-6), (840.0, 0.008, 1.2e-7), (1400.0, 0.008, 5e-8))
     hits: tuple = tuple((0.5 + 1.5 * k, 60.0 + 11.0 * (k % 4)) for k in range(5))

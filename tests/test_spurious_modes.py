@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.struck import FS, Struck, clean, noisy
 from scipy.io import loadmat
 
 from checks.acceptance.spurious_modes import CHECK, RECORDS
 from checks.record import Record
 from specs.spec import CheckSpec, Limit
+from tests.struck import FS, Struck, clean, noisy
 
 UNITS = Path(__file__).parents[1] / "../shared/data/units"
 FILES = dict(zip(RECORDS, ("bending_X_top", "bending_Y_top", "torsion_left", "torsion_top"), strict=True))

@@ -145,7 +145,8 @@ def _blocks(
     rest = [float(np.mean(response[max(i.start - span, 0) : i.start])) for i in good]
     F = np.stack([upward[s : s + n] * _force_window(i, s, n, fs) for i, s in zip(good, starts, strict=True)])
     Y = np.stack([response[s : s + n] - offset for s, offset in zip(starts, rest, strict=True)])
-    noise = float(np.median([np.std(response[max(i.start - span, 0) : i.start]) for i in good]))
+    # The quietest of them: before the others the decay of the last hit may still be there.
+    noise = min(float(np.std(response[max(i.start - span, 0) : i.start])) for i in good)
     decay = exponential_decay(Y, noise, fs)
     window = np.exp(-decay * np.arange(n) / fs)
     return F * window, Y * window, decay
