@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.signal import get_window
@@ -13,6 +12,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 BATCH_SAMPLES = 320_000  # samples of all channels transformed at once: stays in the cache of one core
+TILE_BINS = 512  # bins multiplied at once, likewise
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +49,20 @@ class Segments:
         self.count = self.samples = 0
         self._window = get_window("hann", nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
-        self._buffer = np.empty((channels, self._batch, nperseg))
-        self._sum = np.zeros((nperseg // 2 + 1, channels, channels), dtype=complex)
+        bins = nperseg // 2 + 1
+        self._sum = np.zeros((bins, 2 * channels + 2, 2 * channels))
+        # Work space is kept: fresh pages for every batch would cost more than the transforms.
+        self._frames = np.empty((channels, self._batch, nperseg))
+        self._transforms = np.empty((channels, self._batch, bins), dtype=complex)
+        self._tile = np.zeros((min(bins, TILE_BINS), self._batch, channels + 1), dtype=complex)
+        self._product = np.empty((min(bins, TILE_BINS), 2 * channels + 2, 2 * channels))
         self._tail = np.empty((channels, 0))
 
     def feed(self, columns: Sequence[Array]) -> None:
         """Add the next samples: one (n,) array per channel, any n."""
         sizes = {np.shape(c) for c in columns}
-        if len(columns) != len(self._buffer) or len(sizes) != 1 or len(next(iter(sizes))) != 1:
-            raise ValueError(f"expected {len(self._buffer)} arrays of one equal length, got shapes {sorted(sizes)}")
+        if len(columns) != len(self._frames) or len(sizes) != 1 or len(next(iter(sizes))) != 1:
+            raise ValueError(f"expected {len(self._frames)} arrays of one equal length, got shapes {sorted(sizes)}")
         self.samples += len(columns[0])
         if self._tail.shape[1]:
             columns = [np.concatenate(pair) for pair in zip(self._tail, columns, strict=True)]
@@ -75,13 +80,20 @@ class Segments:
         return whole * self.hop
 
     def _add(self, frames: Sequence[Array]) -> None:
-        windowed = self._buffer[:, : len(frames[0])]
+        n = len(frames[0])
+        windowed, X = self._frames[:, :n], self._transforms[:, :n]
         with np.errstate(invalid="ignore"):  # NaN and inf come through to `spectra`, which names their channel
             for out, frame in zip(windowed, frames, strict=True):
                 np.subtract(frame, frame.mean(axis=1, keepdims=True), out=out)
                 out *= self._window
-            X = np.ascontiguousarray(scipy.fft.rfft(windowed).transpose(2, 0, 1))  # (F, M, segments)
-            self._sum += X @ X.conj().transpose(0, 2, 1)
+            np.fft.rfft(windowed, out=X)
+            for first in range(0, len(self._sum), TILE_BINS):
+                part = slice(first, first + TILE_BINS)
+                Y = X[:, :, part].transpose(2, 1, 0)  # (bins, segments, M)
+                A = self._tile[: len(Y), :n]
+                np.copyto(A[..., :-1], Y)
+                V = A.view(float)
+                self._sum[part] += np.matmul(V.transpose(0, 2, 1), V[..., :-2], out=self._product[: len(Y)])
 
     def spectra(self) -> Spectra:
         """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
@@ -90,15 +102,20 @@ class Segments:
                 f"{self.samples} samples hold {self.count} segment(s) of {self.nperseg} samples every {self.hop}; "
                 "an average with a variance needs two or more"
             )
-        bad = ~np.isfinite(np.einsum("fmm->m", self._sum))
+        sums = self._hermitian()
+        bad = ~np.isfinite(np.einsum("fmm->m", sums))
         if bad.any():
             raise ValueError(f"channel(s) {np.flatnonzero(bad).tolist()} hold NaN or inf (counted from 0, the input)")
-        S = self._sum * (2.0 / (self.count * self.fs * np.sum(self._window**2)))
+        S = sums * (2.0 / (self.count * self.fs * np.sum(self._window**2)))
         S[0] /= 2.0
         if self.nperseg % 2 == 0:
             S[-1] /= 2.0
         f = np.arange(S.shape[0], dtype=float) * (self.fs / self.nperseg)
         return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
+
+    def _hermitian(self) -> Complex:
+        re, im = self._sum[:, :-2:2], self._sum[:, 1:-2:2]
+        return re[:, :, ::2] + im[:, :, 1::2] + 1j * (im[:, :, ::2] - re[:, :, 1::2])
 
     @property
     def effective(self) -> float:
