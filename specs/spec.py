@@ -167,10 +167,11 @@ def parse(raw: bytes, path: str) -> Spec:
     except tomllib.TOMLDecodeError as e:
         raise SpecError(path, [f"is not TOML: {e}"]) from e
     except ValidationError as e:
-        raise SpecError(path, [_line(problem) for problem in e.errors()]) from e
+        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e
 
 
-def _line(problem: Mapping[str, Any]) -> str:
+def problem_line(problem: Mapping[str, Any]) -> str:
+    """One problem of a document in words: key path, what is wrong, what was found."""
     key = ".".join(str(k) for k in problem["loc"]) or "top level"
     words = problem["msg"].removeprefix("Value error, ")
     shown = problem.get("input")

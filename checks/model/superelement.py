@@ -16,7 +16,7 @@ class ModelError(ValueError):
 
 @dataclass(frozen=True)
 class Nodes:
-    """Which interface nodes mean what, counted from 0. A stack lies between its two nodes, from the first to the second."""
+    """Which interface nodes mean what, counted from 0. A stack lies between its two nodes, first to second."""
 
     bottom: int = 0
     top: int = 1
@@ -45,3 +45,17 @@ class Superelement:
     def dofs(self, node: int) -> slice:
         """The six columns of an interface node."""
         return slice(DOFS * node, DOFS * node + DOFS)
+
+    def rows(self, node: int) -> Array:
+        """(6, n) rows that read the motion of an interface node."""
+        return np.eye(self.size)[self.dofs(node)]
+
+    def elongation(self, stack: tuple[int, int]) -> Array:
+        """(n,) row that reads the elongation [m] of a stack: the relative motion of its nodes along their line."""
+        first, second = stack
+        line = self.xyz[second] - self.xyz[first]
+        direction = line / np.linalg.norm(line)
+        row = np.zeros(self.size)
+        row[self.dofs(second)][:3] = direction
+        row[self.dofs(first)][:3] = -direction
+        return row

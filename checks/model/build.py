@@ -1,0 +1,66 @@
+"""From a model file's description to a model that can be evaluated."""
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+
+from checks.model.apa import ApaBody, superelement_body
+from checks.model.apa_2dof import two_dof_body
+from checks.model.model import Model, Values
+from checks.model.parameters import in_range, si
+from checks.model.reduce import reduce_apa
+from checks.model.superelement import ModelError, Nodes, Superelement
+from checks.model.superelement_check import check_superelement
+from specs.model import ModelSpec
+from specs.model_sections import ApaFrame, ApaSuperelement
+
+
+def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
+    """Model of a description. superelement: the matrices that `spec.apa_file` holds, already read, when the APA is one.
+
+    reduced=False keeps every coordinate of the APA: slow, to test the reduction. The list `spec.effects` is not
+    applied here. Raises ModelError."""
+    values = _values(spec)
+    in_range(values)
+    apa, matrices = _apa(spec, superelement, reduced)
+    sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
+    return Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256)
+
+
+def file_nodes(spec: ModelSpec) -> Nodes:
+    """Interface nodes of a superelement's description, counted from 0."""
+    if not isinstance(spec.apa, ApaSuperelement):
+        raise ModelError(f"{spec.name}: apa.type is '{spec.apa.type}', only a superelement names its nodes")
+    n = spec.apa.nodes
+    (s1, s2), (a1, a2) = n.sensor, n.actuator
+    return Nodes(n.bottom - 1, n.top - 1, (s1 - 1, s2 - 1), (a1 - 1, a2 - 1))
+
+
+def _values(spec: ModelSpec) -> dict[str, float]:
+    """All parameters; what a file may leave out altogether is there with the value at which it does nothing."""
+    off = {"amplifier.f_Hz": math.inf}
+    if spec.encoder is not None:
+        off["encoder.bracket_Hz"] = math.inf
+    return off | spec.values
+
+
+def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:
+    if isinstance(spec.apa, ApaFrame):
+        s = frame(spec.apa.geometry)
+    elif not isinstance(spec.apa, ApaSuperelement):
+        return _two_dof, b""
+    if s is None:
+        raise ModelError(f"{spec.name}: needs the superelement of {spec.apa_file}")
+    body = superelement_body(check_superelement(s))
+    body = reduce_apa(body) if reduced else body
+    return lambda values: body, s.K.tobytes() + s.M.tobytes()
+
+
+def frame(geometry: Mapping[str, object]) -> Superelement:
+    raise ModelError(f"{geometry}")
+
+
+def _two_dof(values: Values) -> ApaBody:
+    k, ke, ka = (si(values, f"apa.{name}_N_per_um") for name in ("k", "ke", "ka"))
+    c, ce, ca = (values[f"apa.{name}_N_s_per_m"] for name in ("c", "ce", "ca"))
+    return two_dof_body(k, ke, ka, c, ce, ca, si(values, "apa.height_mm"))

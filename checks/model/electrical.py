@@ -1,0 +1,49 @@
+"""The electrical side: volts into force, elongation into volts, and what amplifier, wires and converters do to them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.model.superelement import Array
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Electrical:
+    """gain: volts on the stacks per volt of Va; ga [N/V] force pair on the actuator stacks per volt on them;
+    gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its bandwidth, infinite for none;
+    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs; tau [s] delay.
+    """
+
+    gain: float
+    ga: float
+    gs: float
+    amplifier_Hz: float = np.inf
+    highpass_Hz: float = 0.0
+    crosstalk: float = 0.0
+    tau: float = 0.0
+
+    def drive(self, f: Array) -> Complex:
+        """(F,) what delay and amplifier do to every output: exp(-s tau) / (1 + s / w)."""
+        return np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
+
+    def sensor(self, f: Array) -> Complex:
+        """(F,) high-pass s / (s + w) of the sensor's capacitance and resistor; one without."""
+        if self.highpass_Hz == 0.0:
+            return np.ones(f.shape, dtype=complex)
+        return 1j * f / (1j * f + self.highpass_Hz)
+
+
+def highpass_corner(resistor_ohm: float, capacitance_F: float) -> float:
+    """Corner [Hz] of a stack of this capacitance on this resistor: 1 / (2 pi R C) (seed, section 3.1.5)."""
+    return 1.0 / (2.0 * np.pi * resistor_ohm * capacitance_F)
+
+
+def open_circuit_stiffness(gs: float, capacitance_F: float) -> float:
+    """Stiffness [N/m] that an open circuit adds to a stack: gs^2 C.
+
+    A stretched stack without a path for its charge shows gs [V/m] of voltage, and by reciprocity the same coupling
+    gs C [N/V] turns that voltage into a force against the stretch (IEEE Std 176-1987, section 2)."""
+    return gs * gs * capacitance_F

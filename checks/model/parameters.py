@@ -1,0 +1,104 @@
+"""Parameters by flat name: what each may be, and what it is in SI."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from checks.model.superelement import ModelError
+from specs.units import unit_of
+
+
+@dataclass(frozen=True)
+class Rule:
+    """lo, hi: bounds, lo excluded when `open`. step: of a derivative, absolute; None: a part of the value."""
+
+    lo: float = -math.inf
+    hi: float = math.inf
+    open: bool = False
+    step: float | None = None
+
+
+POSITIVE = Rule(lo=0.0, open=True)
+NOT_NEGATIVE = Rule(lo=0.0)
+_RULES = {
+    "damping_ratio": Rule(lo=0.0, hi=0.5),
+    "bracket_damping_ratio": Rule(lo=0.0, hi=1.0),
+    "mode_damping_ratio": Rule(lo=0.0, hi=1.0),
+    "sensor_stiffening": Rule(lo=-0.9, hi=10.0, step=1e-4),
+    "actuator_stiffening": Rule(lo=-0.9, hi=10.0, step=1e-4),
+    "c_N_s_per_m": Rule(lo=0.0, step=1e-2),
+    "ce_N_s_per_m": Rule(lo=0.0, step=1e-2),
+    "ca_N_s_per_m": Rule(lo=0.0, step=1e-2),
+    "cR_Nm_s_per_rad": Rule(lo=0.0, step=1e-6),
+    "guide_damping_N_s_per_m": Rule(lo=0.0, step=1e-2),
+    "head_mass_kg": Rule(lo=0.0, step=1e-5),
+    "ruler_mass_kg": Rule(lo=0.0, step=1e-5),
+    "mass_kg": Rule(lo=0.0, step=1e-5),
+    "half_inertia_kg_m2": NOT_NEGATIVE,
+    "inertia_x_kg_m2": NOT_NEGATIVE,
+    "inertia_y_kg_m2": NOT_NEGATIVE,
+    "inertia_z_kg_m2": NOT_NEGATIVE,
+    "half_arm_mm": Rule(step=1e-3),
+    "length_mm": Rule(lo=0.0, step=1e-3),
+    "height_mm": Rule(lo=0.0, step=1e-3),
+    "com_x_mm": Rule(step=1e-3),
+    "com_y_mm": Rule(step=1e-3),
+    "com_z_mm": Rule(step=1e-3),
+    "arm_x_mm": Rule(step=1e-3),
+    "arm_y_mm": Rule(step=1e-3),
+    "scale": Rule(lo=-1.0, step=1e-5),
+    "dx_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
+    "dy_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
+    "dz_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
+    "tau_us": Rule(lo=-1e4, hi=1e5, step=0.01),
+    "highpass_Hz": Rule(lo=0.0, step=1e-4),
+    "crosstalk_V_per_V": Rule(step=1e-6),
+    "mode_ratio": Rule(step=1e-5),
+    "gs_V_per_m": Rule(),
+    "gs_V_per_N": Rule(),
+    "ga_N_per_V": Rule(),
+}
+RELATIVE_STEP = 1e-4  # truncation 1e-8 and round-off 1e-11 / 1e-4 of a central difference are both small
+
+_TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
+
+
+def rule(name: str) -> Rule:
+    """Rule of a parameter by the last part of its flat name; what is not listed must be positive."""
+    return _RULES.get(name.rpartition(".")[2], POSITIVE)
+
+
+def si(values: Mapping[str, float], name: str) -> float:
+    """Value of a parameter in SI units; its name says what it is given in."""
+    for suffix in ("N_per_um", "um", "mm", "us"):
+        if name.endswith("_" + suffix):
+            return values[name] * _TO_SI[suffix]
+    return values[name]
+
+
+def known(names: Iterable[str], allowed: Iterable[str]) -> None:
+    """Raises ModelError naming the first parameter that a model does not have."""
+    have = set(allowed)
+    for name in names:
+        if name not in have:
+            raise ModelError(f"no parameter '{name}' (has: {', '.join(sorted(have))})")
+
+
+def in_range(values: Mapping[str, float]) -> None:
+    """Raises ModelError naming the first value that is not a number or out of its bounds."""
+    for name, value in values.items():
+        r = rule(name)
+        infinite_is_off = name in ("amplifier.f_Hz", "encoder.bracket_Hz") and value == math.inf
+        below = value <= r.lo if r.open else value < r.lo
+        if not infinite_is_off and (not math.isfinite(value) or below or value > r.hi):
+            least = f"above {r.lo:g}" if r.open else f"{r.lo:g} or more"
+            most = "" if math.isinf(r.hi) else f", at most {r.hi:g}"
+            raise ModelError(f"{name} is {value:g} {unit_of(name)}; expected a number {least}{most}")
+
+
+def derivative_step(name: str, value: float) -> float:
+    """Step of a central difference in the parameter's own unit. Raises ModelError for an effect that is off."""
+    if not math.isfinite(value):
+        raise ModelError(f"{name} is {value:g}: the effect is off and has no derivative; give it a value")
+    r = rule(name)
+    return r.step if r.step is not None else RELATIVE_STEP * abs(value) if value else RELATIVE_STEP

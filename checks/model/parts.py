@@ -1,0 +1,84 @@
+"""From flat parameter values (in their own units) to the parts of the strut (in SI)."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from checks.model.bench import Bench
+from checks.model.electrical import Electrical
+from checks.model.encoder import Encoder
+from checks.model.joint import RIGID, Joint
+from checks.model.parameters import si
+from checks.model.superelement import Array
+
+Values = Mapping[str, float]
+
+
+def joints_of(values: Values) -> tuple[Joint, Joint] | None:
+    """Bottom and top joint; both the same where the model names one; None without joints."""
+    if "joint.kRx_Nm_per_rad" in values:
+        both = _joint(values, "joint")
+        return both, both
+    if "joint.bottom.kRx_Nm_per_rad" in values:
+        return _joint(values, "joint.bottom"), _joint(values, "joint.top")
+    return None
+
+
+def _joint(values: Values, prefix: str) -> Joint:
+    names = ("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad")
+    full = (f"{prefix}.{name}" for name in names)
+    k = np.array([si(values, name) if name in values else RIGID for name in full])
+    c, cR = values[f"{prefix}.c_N_s_per_m"], values[f"{prefix}.cR_Nm_s_per_rad"]
+    return Joint(
+        k=k,
+        c=np.array([c, c, c, cR, cR, cR]),
+        arm=si(values, f"{prefix}.length_mm") / 2.0,
+        half_mass=values[f"{prefix}.mass_kg"] / 2.0,
+        half_inertia=values[f"{prefix}.half_inertia_kg_m2"],
+        half_arm=si(values, f"{prefix}.half_arm_mm"),
+    )
+
+
+def encoder_of(values: Values) -> Encoder | None:
+    if "encoder.head_mass_kg" not in values:
+        return None
+    return Encoder(
+        head_mass=values["encoder.head_mass_kg"],
+        ruler_mass=values["encoder.ruler_mass_kg"],
+        com=_vector(values, "encoder.com_{}_mm"),
+        inertia=_vector(values, "encoder.inertia_{}_kg_m2"),
+        arm=np.array([si(values, "encoder.arm_x_mm"), si(values, "encoder.arm_y_mm")]),
+    )
+
+
+def bench_of(values: Values, held: bool) -> Bench:
+    return Bench(values["bench.payload_kg"], values["bench.guide_damping_N_s_per_m"], held)
+
+
+def offset_of(values: Values) -> Array:
+    """(3,) [m] of the APA from the joints' axis."""
+    return _vector(values, "misalignment.d{}_um")
+
+
+def electrical_of(values: Values) -> Electrical:
+    in_ke = (
+        values.get("constants.gs_V_per_N", math.nan) * si(values, "apa.ke_N_per_um") if _reads_force(values) else 0.0
+    )
+    return Electrical(
+        gain=values["constants.amplifier_gain"],
+        ga=values["constants.ga_N_per_V"],
+        gs=in_ke if _reads_force(values) else values["constants.gs_V_per_m"],
+        amplifier_Hz=values.get("amplifier.f_Hz", math.inf),
+        highpass_Hz=values["sensor.highpass_Hz"],
+        crosstalk=values["sensor.crosstalk_V_per_V"],
+        tau=si(values, "delay.tau_us"),
+    )
+
+
+def _reads_force(values: Values) -> bool:
+    return "constants.gs_V_per_N" in values
+
+
+def _vector(values: Values, pattern: str) -> Array:
+    return np.array([si(values, pattern.format(axis)) for axis in "xyz"])

@@ -1,0 +1,91 @@
+"""Superelements from files: .mat with K, M and int_xyz, or the Ansys export (K and M as CSV, nodes as text)."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import io
+
+from checks.model.superelement import ModelError, Nodes, Superelement
+from checks.model.superelement_check import check_superelement
+
+Array = NDArray[np.float64]
+DEFAULT_NODES = Nodes()
+
+
+def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
+    """Superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it
+    (the seed's files, section 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
+
+    Raises ModelError naming the file: missing, unreadable, or matrices of no free body."""
+    K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)
+    return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
+
+
+def _mat(path: Path) -> tuple[Array, Array, Array]:
+    try:
+        content = io.loadmat(path, variable_names=("K", "M", "int_xyz"))
+    except FileNotFoundError as e:
+        raise ModelError(f"{path}: no such file") from e
+    except (OSError, ValueError, NotImplementedError, TypeError) as e:
+        raise ModelError(f"{path}: is not a readable .mat file (v5): {e}") from e
+    missing = [name for name in ("K", "M", "int_xyz") if name not in content]
+    if missing:
+        raise ModelError(f"{path}: has no {' and no '.join(missing)}; expected K, M and int_xyz")
+    return _real(path, content["K"]), _real(path, content["M"]), _real(path, content["int_xyz"])
+
+
+def _real(path: Path, values: object) -> Array:
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu" or array.ndim != 2:
+        raise ModelError(f"{path}: expected a real matrix, got {array.dtype} of shape {array.shape}")
+    return np.array(array, dtype=float)
+
+
+def _ansys(path: Path) -> tuple[Array, Array, Array]:
+    stem = path.stem.removesuffix("_K").removesuffix("_M")
+    K, M = (_table(path.with_name(f"{stem}_{which}{path.suffix}")) for which in "KM")
+    return K, M, _interface_nodes(path.with_name(f"{stem.removesuffix('_mat')}_out_nodes_3D.txt"))
+
+
+def _table(path: Path) -> Array:
+    try:
+        return np.loadtxt(path, delimiter=",", ndmin=2)
+    except OSError as e:
+        raise ModelError(f"{path}: cannot be read: {e}") from e
+    except ValueError as e:
+        raise ModelError(f"{path}: is not a table of numbers separated by commas: {e}") from e
+
+
+def _interface_nodes(path: Path) -> Array:
+    """(p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by number."""
+    try:
+        lines = iter(path.read_text(encoding="utf-8", errors="replace").splitlines())
+    except OSError as e:
+        raise ModelError(f"{path}: cannot be read: {e.strerror}") from e
+    places: dict[int, list[float]] = {}
+    kept: set[int] = set()
+    for line in lines:
+        words = line.split()
+        if words[:4] == ["NODE", "X", "Y", "Z"]:
+            places.update({int(row[0]): [float(v) for v in row[1:4]] for row in _numbered(lines, path, 4)})
+        elif words[:2] == ["NODE", "DOF"]:
+            kept.update(int(row[0]) for row in _numbered(lines, path, 2))
+    absent = sorted(kept - places.keys())
+    if not kept or absent:
+        raise ModelError(
+            f"{path}: expected lists 'NODE X Y Z' and 'NODE DOF'; nodes without a place: {absent or 'all'}"
+        )
+    return np.array([places[node] for node in sorted(kept)])
+
+
+def _numbered(lines: Iterator[str], path: Path, width: int) -> Iterator[list[str]]:
+    """Rows of a list, each beginning with a node's number, up to the first line that does not."""
+    for line in lines:
+        row = line.split()
+        if not row or not row[0].isdigit():
+            return
+        if len(row) < width:
+            raise ModelError(f"{path}: '{line.strip()}' holds {len(row)} columns, expected {width}")
+        yield row

@@ -1,0 +1,145 @@
+"""A model file: what a strut on its bench is made of, read strictly from TOML (design, section 5).
+
+Every number may be a value or `{ value, sd }`; with an sd it is uncertain and gets calibrated. A parameter's flat name
+is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same.
+"""
+
+import hashlib
+import tomllib
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError, model_validator
+
+from specs.model_sections import (
+    Amplifier,
+    Apa2dof,
+    ApaFrame,
+    ApaSuperelement,
+    Bench,
+    Constants,
+    Delay,
+    EffectEntry,
+    Encoder,
+    Joint,
+    Joints,
+    Misalignment,
+    Section,
+    Sensor,
+    Tolerance,
+)
+from specs.spec import SpecError, Strict, Words, problem_line
+
+
+class Document(Strict):
+    """The TOML document of a model."""
+
+    name: Words
+    apa: Annotated[Apa2dof | ApaFrame | ApaSuperelement, Field(discriminator="type")]
+    joint: Joint | Joints | None = None
+    encoder: Encoder | None = None
+    bench: Bench
+    constants: Constants
+    misalignment: Misalignment = Field(default_factory=Misalignment)
+    delay: Delay = Field(default_factory=Delay)
+    amplifier: Amplifier = Field(default_factory=Amplifier)
+    sensor: Sensor = Field(default_factory=Sensor)
+    tolerance: Tolerance = Field(default_factory=Tolerance)
+    effects: list[EffectEntry] = Field(default_factory=list)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _joint_of_one_kind(cls, data: Any) -> Any:
+        """Decided here, so that a wrong key is reported for what it is and not once per alternative."""
+        joint = data.get("joint") if isinstance(data, dict) else None
+        if isinstance(joint, dict):
+            kind = Joints if joint.keys() & {"bottom", "top"} else Joint
+            return {**data, "joint": kind.model_validate(joint)}
+        return data
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> "Document":
+        if self.encoder is not None and self.joint is None:
+            raise ValueError("[encoder] without [joint]: the bench's own encoder reads an APA that is alone")
+        if self.constants.gs_V_per_N is not None and self.apa.type != "2dof":
+            raise ValueError("[constants] gs_V_per_N is for apa.type '2dof'; give gs_V_per_m")
+        return self
+
+    def sections(self) -> Iterator[tuple[str, Section]]:
+        """Sections with numbers, each by the prefix of its parameters' flat names."""
+        joint = (
+            {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top} if isinstance(self.joint, Joints) else {}
+        )
+        joint |= {"joint": self.joint} if isinstance(self.joint, Joint) else {}
+        named = {"apa": self.apa, **joint, "encoder": self.encoder, "bench": self.bench, "constants": self.constants}
+        named |= {"misalignment": self.misalignment, "delay": self.delay}
+        named |= {"amplifier": self.amplifier, "sensor": self.sensor}
+        yield from ((name, section) for name, section in named.items() if section is not None)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Flat name -> value of every number of the file, defaults among them."""
+        return {f"{s}.{key}": v.value for s, section in self.sections() for key, v in section.numbers()}
+
+    @property
+    def sds(self) -> dict[str, float]:
+        """Flat name -> prior standard deviation of the uncertain numbers, in the file's units."""
+        return {
+            f"{s}.{key}": v.sd for s, section in self.sections() for key, v in section.numbers() if v.sd is not None
+        }
+
+
+class ModelSpec(Document):
+    """A model file together with the bytes it was read from. `folder` is what `apa.file` is relative to."""
+
+    sha256: str
+    text: str
+    folder: str
+
+    @property
+    def apa_file(self) -> Path | None:
+        """The superelement's file, or None."""
+        return Path(self.folder) / self.apa.file if isinstance(self.apa, ApaSuperelement) else None
+
+
+def builtin_models() -> dict[str, Path]:
+    """Name -> file of the models that come with the program."""
+    return {p.stem: p for p in sorted((Path(str(resources.files("specs"))) / "models").glob("*.toml"))}
+
+
+def resolve_model(name: str) -> Path:
+    """File of a model given as a built-in name or a path. Raises SpecError."""
+    known = builtin_models()
+    if name in known:
+        return known[name]
+    if name.endswith(".toml"):
+        return Path(name)
+    raise SpecError(name, [f"no such model (built-in: {', '.join(known)}; or give a .toml file)"])
+
+
+def load_model(name: str | Path) -> ModelSpec:
+    """Model by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
+    path = resolve_model(str(name))
+    try:
+        raw = path.read_bytes()
+    except OSError as e:
+        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
+    return parse_model(raw, str(path), path.parent)
+
+
+def parse_model(raw: bytes, path: str, folder: Path) -> ModelSpec:
+    """Model from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    try:
+        text = raw.decode("utf-8")
+        data = tomllib.loads(text)
+        Document.model_validate(data)  # first alone, so that a file cannot bring its own hash
+        sha256 = hashlib.sha256(raw).hexdigest()
+        return ModelSpec.model_validate({**data, "sha256": sha256, "text": text, "folder": str(folder)})
+    except UnicodeDecodeError as e:
+        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
+    except tomllib.TOMLDecodeError as e:
+        raise SpecError(path, [f"is not TOML: {e}"]) from e
+    except ValidationError as e:
+        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e

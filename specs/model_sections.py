@@ -1,0 +1,199 @@
+"""The sections of a model file. A number may be a value or `{ value, sd }`; with an sd it is uncertain."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from specs.spec import Finite, Positive, Strict, Words
+
+BENDING = ("kRx_Nm_per_rad", "kRy_Nm_per_rad")
+TYPES = {"2dof": BENDING, "3dof": (*BENDING, "kRz_Nm_per_rad"), "4dof": (*BENDING, "kRz_Nm_per_rad", "kz_N_per_um")}
+
+
+class Value(Strict):
+    """A number, with the standard deviation of its prior where it is uncertain."""
+
+    value: Finite
+    sd: Positive | None = None
+
+
+def _as_value(entry: Any) -> Any:
+    return entry if isinstance(entry, dict | Value) else {"value": entry}
+
+
+Number = Annotated[Value, BeforeValidator(_as_value)]
+Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
+
+
+def _number(value: float) -> Any:
+    return Field(default_factory=lambda: Value(value=value))
+
+
+class Nodes(Strict):
+    """Interface nodes, counted from 1 in the file's order."""
+
+    bottom: Annotated[int, Field(ge=1)]
+    top: Annotated[int, Field(ge=1)]
+    sensor: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
+    actuator: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
+
+
+class Section(Strict):
+    """A section whose numbers become parameters."""
+
+    def numbers(self) -> Iterator[tuple[str, Value]]:
+        for key in type(self).model_fields:
+            held = getattr(self, key)
+            if isinstance(held, Value):
+                yield key, held
+            elif isinstance(held, list) and held and isinstance(held[0], Value):
+                yield from ((_axis_name(key, axis), v) for axis, v in zip("xyz", held, strict=True))
+
+
+def _axis_name(key: str, axis: str) -> str:
+    """`com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`."""
+    head, _, unit = key.partition("_")
+    return f"{head}_{axis}_{unit}"
+
+
+class Apa(Section):
+    """Open circuits stiffen the stacks by these ratios of the stiffness across them."""
+
+    sensor_stiffening: Number = _number(0.0)
+    actuator_stiffening: Number = _number(0.0)
+
+
+class Apa2dof(Apa):
+    """Defaults: the seed, section 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
+
+    type: Literal["2dof"]
+    k_N_per_um: Number = _number(0.38)
+    ke_N_per_um: Number = _number(1.75)
+    ka_N_per_um: Number = _number(30.0)
+    c_N_s_per_m: Number = _number(30.0)
+    ce_N_s_per_m: Number = _number(20.0)
+    ca_N_s_per_m: Number = _number(20.0)
+    height_mm: Number = _number(30.0)
+
+
+class ApaFrame(Apa):
+    """The parametric frame; `geometry` replaces entries of its geometry, by their names in the code, in SI units."""
+
+    type: Literal["frame"]
+    geometry: dict[str, Any] = Field(default_factory=dict)
+    damping_ratio: Number = _number(0.01)
+
+
+class ApaSuperelement(Apa):
+    type: Literal["superelement"]
+    file: Words
+    nodes: Nodes
+    damping_ratio: Number = _number(0.01)
+
+
+class Joint(Section):
+    """One flexible joint. type: `2dof` bends, `3dof` twists too, `4dof` also gives along the axis; lateral springs
+    kx, ky are added where they are named. What a joint does not name is rigid."""
+
+    type: Literal["2dof", "3dof", "4dof"]
+    kRx_Nm_per_rad: Number
+    kRy_Nm_per_rad: Number
+    kRz_Nm_per_rad: Number | None = None
+    kz_N_per_um: Number | None = None
+    kx_N_per_um: Number | None = None
+    ky_N_per_um: Number | None = None
+    c_N_s_per_m: Number = _number(10.0)
+    cR_Nm_s_per_rad: Number = _number(0.001)
+    length_mm: Number = _number(25.5)
+    mass_kg: Number = _number(0.0292)
+    half_inertia_kg_m2: Number = _number(1e-6)
+    half_arm_mm: Number = _number(6.4)
+
+    @model_validator(mode="after")
+    def _springs_of_its_type(self) -> "Joint":
+        wanted = TYPES[self.type]
+        for key in TYPES["4dof"]:
+            if (getattr(self, key) is not None) != (key in wanted):
+                raise ValueError(f"a joint of type '{self.type}' {'needs' if key in wanted else 'has no'} {key}")
+        return self
+
+
+class Joints(Strict):
+    """Two joints that differ."""
+
+    bottom: Joint
+    top: Joint
+
+
+class Encoder(Section):
+    """Head and ruler as bodies; `scale` and the bracket's mode are off unless named."""
+
+    head_mass_kg: Number
+    ruler_mass_kg: Number
+    com_mm: Three
+    inertia_kg_m2: Three
+    arm_x_mm: Number
+    arm_y_mm: Number
+    scale: Number = _number(0.0)
+    bracket_Hz: Number | None = None
+    bracket_damping_ratio: Number = _number(0.01)
+
+
+class Bench(Section):
+    payload_kg: Number
+    guide_damping_N_s_per_m: Number = _number(0.0)
+    mode_Hz: Number = _number(100.0)
+    mode_ratio: Number = _number(0.0)
+    mode_damping_ratio: Number = _number(0.01)
+
+
+class Constants(Section):
+    """gs in volts per elongation of the sensor stack, or for a 2-DoF APA in volts per newton in ke."""
+
+    amplifier_gain: Number = _number(20.0)
+    ga_N_per_V: Number
+    gs_V_per_m: Number | None = None
+    gs_V_per_N: Number | None = None
+
+    @model_validator(mode="after")
+    def _one_gs(self) -> "Constants":
+        if (self.gs_V_per_m is None) == (self.gs_V_per_N is None):
+            raise ValueError("needs exactly one of gs_V_per_m and gs_V_per_N")
+        return self
+
+
+class Misalignment(Section):
+    dx_um: Number = _number(0.0)
+    dy_um: Number = _number(0.0)
+    dz_um: Number = _number(0.0)
+
+
+class Delay(Section):
+    tau_us: Number = _number(0.0)
+
+
+class Amplifier(Section):
+    """f_Hz: bandwidth; without it the amplifier is as fast as need be."""
+
+    f_Hz: Number | None = None
+
+
+class Sensor(Section):
+    highpass_Hz: Number = _number(0.0)
+    crosstalk_V_per_V: Number = _number(0.0)
+
+
+class Tolerance(Strict):
+    relative: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.0
+
+
+class EffectEntry(BaseModel):
+    """An effect added to the model, in order: its name and its parameters, which its own code checks."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, strict=True)
+    name: Words
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        return dict(self.model_extra or {})
