@@ -1,6 +1,6 @@
 """The acceptance checks: one file each, one line here."""
 
-from checks.acceptance import capacitance, flatness, stiffness, stroke
+from checks.acceptance import capacitance, flatness, spurious_modes, stiffness, stroke
 from checks.declare import Check
 
 CHECKS: dict[str, Check] = {
@@ -10,5 +10,6 @@ CHECKS: dict[str, Check] = {
         capacitance.CHECK,
         stroke.CHECK,
         stiffness.CHECK,
+        spurious_modes.CHECK,
     )
 }
