@@ -44,8 +44,10 @@ def _kind(found: h5py.Dataset) -> str:
         names = stored.names or ()
         return "complex" if {"real", "imag"} <= set(names) else f"HDF5 {stored}"
     declared = found.attrs.get("MATLAB_class", b"")
-    if isinstance(declared, bytes) and declared:
-        return declared.decode("latin-1")  # text and logicals are stored as integers: only the class tells
+    if isinstance(declared, bytes):
+        declared = declared.decode("latin-1")
+    if isinstance(declared, str) and declared:
+        return declared  # text and logicals are stored as integers: only the class tells
     return {"float64": "double", "float32": "single"}.get(stored.name, stored.name)
 
 
@@ -64,9 +66,9 @@ def _refuse_what_is_not_there(file: str, found: h5py.Dataset, file_bytes: int) -
     filters = {plan.get_filter(i)[0] for i in range(plan.get_nfilters())}
     if filters - FILTERS:
         raise RecordError(f"{where} is packed with HDF5 filter {sorted(filters - FILTERS)}; only deflate is read")
-    stored = found.id.get_storage_size()
-    if stored > file_bytes or found.nbytes > stored * (DEFLATE_RATIO if filters else 1):
-        raise RecordError(f"{where} declares {found.nbytes} bytes, the file holds {stored} of them")
+    stored, chunk = found.id.get_storage_size(), math.prod(found.chunks or ()) * found.dtype.itemsize
+    if stored > file_bytes or max(found.nbytes, chunk) > stored * (DEFLATE_RATIO if filters else 1):
+        raise RecordError(f"{where} declares {max(found.nbytes, chunk)} bytes, the file holds {stored} of them")
     if found.chunks:
         expected = math.prod(-(-n // c) for n, c in zip(found.shape, found.chunks, strict=True))
         if found.id.get_num_chunks() != expected:

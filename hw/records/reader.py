@@ -56,10 +56,18 @@ def _wanted(file: str, found: Variables, series: Series, rename: Mapping[str, st
         raise RecordError(f"{file}: lacks {words}; it has {listing(found)}")
     present = [n for n in series.optional_channels if theirs(n) in found]
     wanted = {n: found[theirs(n)] for n in [*required, *present]}
+    _refuse_twins(file, wanted)
     for name, unit in {TIME: "s", **series.channels, **series.optional_channels}.items():
         if name in wanted and wanted[name].unit not in ("", unit):
             raise RecordError(f"{file}: channel '{name}' is in {wanted[name].unit}, expected {unit}")
     return wanted
+
+
+def _refuse_twins(file: str, wanted: Variables) -> None:
+    names = [v.name for v in wanted.values()]
+    twins = [name for name, v in wanted.items() if names.count(v.name) > 1]
+    if twins:
+        raise RecordError(f"{file}: '{wanted[twins[0]].name}' cannot be all of {', '.join(twins)} (check the renaming)")
 
 
 def _arrays(file: str, wanted: Variables, limits: ReadLimits) -> dict[str, Array]:

@@ -1,6 +1,6 @@
 """CSV files: a header row with the names, then one row per sample. Numbers with a decimal point, commas between."""
 
-import io
+from functools import cache
 
 import numpy as np
 
@@ -13,31 +13,25 @@ def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
 
     Every column is read or the file is refused: a row with a field too many or too few would shift the columns.
     """
-    header, body = _split(file, raw)
+    header, *rows = _lines(file, raw)
     names = _names(file, header)
-    rows = sum(1 for line in body.split("\n") if line.strip())
-    columns: list[Array] = []
-
-    def load(index: int) -> Array:
-        if not columns:
-            columns.extend(_numbers(file, body, len(names)))
-        return columns[index]
+    table = cache(lambda: _numbers(file, rows, len(names)))
 
     def variable(index: int, name: str) -> Variable:
-        return Variable(name, (rows,), "column", lambda: load(index))
+        return Variable(name, (len(rows),), "column", lambda: table()[index])
 
     return unique(file, [variable(i, n) for i, n in enumerate(names)])
 
 
-def _split(file: str, raw: bytes) -> tuple[str, str]:
-    text = raw.decode("utf-8-sig").replace("\r\n", "\n")
+def _lines(file: str, raw: bytes) -> list[str]:
+    """The header and every row; empty lines are left out."""
+    text = raw.decode("utf-8-sig")
     if "\x00" in text:
         raise RecordError(f"{file}: is not text: character {text.index(chr(0))} is zero")
     if not text.endswith("\n"):
         # A number cut short is still a number: "-15.5" becomes "-1".
         raise RecordError(f"{file}: its last line has no end, so it may be cut; if it is whole, end it with a newline")
-    header, _, body = text.partition("\n")
-    return header, body
+    return [line for line in text.split("\n") if line.strip()] or [""]
 
 
 def _names(file: str, header: str) -> list[str]:
@@ -58,13 +52,14 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _numbers(file: str, body: str, width: int) -> list[Array]:
-    if not body.strip():
+def _numbers(file: str, rows: list[str], width: int) -> Array:
+    """(columns, rows) of the fields, all of which must be numbers."""
+    if not rows:
         raise RecordError(f"{file}: holds a header and no rows")
     try:
-        table = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2)
+        table = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
     except ValueError as e:
         raise RecordError(f"{file}: below the header, {str(e).split(';')[0]}") from e
     if table.shape[1] != width:
         raise RecordError(f"{file}: rows have {table.shape[1]} fields, the header has {width}")
-    return list(np.ascontiguousarray(table.T))
+    return np.ascontiguousarray(table.T)

@@ -122,13 +122,9 @@ def _frf(file: str, found: list[Function]) -> Frf:
     H = np.column_stack([uff58.ordinate(file, s).astype(np.complex128) for s in found])
     if f.size < 2 or not (np.isfinite(f).all() and (np.diff(f) > 0).all() and np.isfinite(H).all()):
         raise RecordError(f"{file}: frequencies must increase and all values be finite numbers; they are not")
-    units = {name: _known(s.unit) for name, s in zip(channels, found, strict=True)}
-    return Frf(f, H, channels, inputs[0], {**units, inputs[0]: _known(found[0].per)})
+    units = {name: s.unit for name, s in zip(channels, found, strict=True)}
+    return Frf(f, H, channels, inputs[0], {**units, inputs[0]: found[0].per})
 
 
 def _name(entity: str, dof: str) -> str:
     return dof if entity in UNNAMED else entity
-
-
-def _known(label: str) -> str:
-    return "" if label in UNNAMED else label

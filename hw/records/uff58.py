@@ -29,7 +29,7 @@ FORTRAN_TO_C = bytes.maketrans(b"Dd", b"Ee")
 class Function:
     """Header of one data set 58 and its bytes. `count` values on an even abscissa (start, step) or on a stated one.
 
-    unit, per : labels of the ordinate and of its denominator.
+    x_unit, unit, per : labels of the abscissa, of the ordinate and of its denominator.
     layout : dtype of one value in `body`, fields "x" (uneven only), "y0" and "y1" (complex only); text when `is_text`.
     """
 
@@ -42,6 +42,7 @@ class Function:
     count: int
     start: float
     step: float
+    x_unit: str
     unit: str
     per: str
     layout: np.dtype[np.void]
@@ -119,13 +120,19 @@ def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[Function, 
         count=count,
         start=_float(form[30:43]),
         step=_float(form[43:56]),
-        unit=lines[8][47:67].strip(),
-        per=lines[9][47:67].strip(),
+        x_unit=_label(lines[7]),
+        unit=_label(lines[8]),
+        per=_label(lines[9]),
         layout=layout,
         is_text=not _byte_order(number),
         body=raw[at:end],
     )
     return function, after
+
+
+def _label(axis: str) -> str:
+    unit = axis[47:67].strip()
+    return "" if unit in UNNAMED else unit
 
 
 def _dof(node: str, direction: str) -> str:

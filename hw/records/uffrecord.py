@@ -19,7 +19,7 @@ def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
         raise RecordError(f"{file}: holds no time record (data set 58 of function type {TIME})")
     names = _names(records)
     channels = [_channel(file, name, f) for name, f in zip(names, records, strict=True)]
-    time = Variable("t", (records[0].count,), "double", lambda: _common_time(file, names, records), "s")
+    time = Variable("t", (records[0].count,), "double", lambda: _common_time(file, names, records), records[0].x_unit)
     return unique(file, [time, *channels])
 
 
@@ -36,10 +36,9 @@ def _name(f: Function, id1_tells: bool) -> str:
 
 
 def _channel(file: str, name: str, f: Function) -> Variable:
-    unit = "" if f.unit in UNNAMED else f.unit
     if f.is_complex:
-        return Variable(name, (f.count,), "complex", None, unit)
-    return Variable(name, (f.count,), "double", lambda: np.asarray(uff58.ordinate(file, f), np.float64), unit)
+        return Variable(name, (f.count,), "complex", None, f.unit)
+    return Variable(name, (f.count,), "double", lambda: np.asarray(uff58.ordinate(file, f), np.float64), f.unit)
 
 
 def _common_time(file: str, names: list[str], records: list[Function]) -> Array:
