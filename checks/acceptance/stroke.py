@@ -13,7 +13,7 @@ from checks.picture import Item, Line, Mark, Panel
 from checks.quantity import Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from checks.signals import loops
-from checks.signals.loops import Estimate
+from checks.signals.loops import Branch, Estimate
 from checks.signals.regression import least_squares
 from specs.spec import CheckSpec
 
@@ -23,9 +23,10 @@ UM = 1e-6
 RECORDS = {"one_stack": "stroke_one_stack_um", "two_stacks": "stroke_two_stacks_um"}
 WIDTHS = {"one_stack": "stroke_hysteresis_one_stack_percent", "two_stacks": "stroke_hysteresis_two_stacks_percent"}
 START_V, TOP_V, TOLERANCE_V = -20.0, 150.0, 1.0
-END_ZONE = 0.02  # of the voltage span: over it the displacement is a parabola in time for sines, ramps and plateaus
+END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_SAMPLES = 12
 MIN_OVER_NOISE = 20.0
+FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,13 @@ class Range:
 @dataclass(frozen=True, eq=False)
 class Stroke:
     """One record: stroke [m], what the voltage lacks of the range as a displacement [m], loop width at mid-voltage [m]
-    or the reason why there is none; V, d : (N,) the record, d from its start."""
+    or the reason why there is none; settled: that loop does not contain the first rise; V, d : (N,) the record, d from
+    its start."""
 
     stroke: Estimate
     short: float
     width: Estimate | str
+    settled: bool
     V: Array
     d: Array
 
@@ -102,16 +105,19 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     smooth = max(1, V.size // 1000)  # samples averaged, only to find where the ends are
     V_smooth, d_smooth = _running_mean(V, smooth), _running_mean(d, smooth)
     top = int(np.argmax(d_smooth))
-    start = _level(record.t, d, 0, np.abs(V_smooth - V_smooth[0]) <= END_ZONE * wanted.span)
-    tip = _level(record.t, d, top, V_smooth >= V_smooth[top] - END_ZONE * wanted.span)
+    if V_smooth[top] < wanted.top - 0.05 * wanted.span:
+        words = f"d is largest at {V_smooth[top]:.1f} V, expected near {wanted.top:g} V"
+        raise NoResult(f"{words}: it does not follow the voltage, or the gauge's sign is turned")
+    reach = END_ZONE * wanted.span
+    start = _level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
+    tip = _level(V - V.max(), d, top, V_smooth >= V_smooth[top] - reach, reach)
     stroke = Estimate(tip.value - start.value, math.hypot(tip.u, start.u))
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
-        words = f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise"
-        raise NoResult(f"{words}: no stroke, or the gauge's sign is turned")
-    if V_smooth[top] < wanted.top - 0.05 * wanted.span:
-        raise NoResult(f"d is largest at {V_smooth[top]:.1f} V, expected near {wanted.top:g} V")
-    return Stroke(stroke, short * stroke.value / wanted.span, _width(V, d, wanted), V, d - start.value)
+        raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
+    found = loops.branches(V, wanted.middle, wanted.span / 2)
+    width = _width(V, d, found, wanted)
+    return Stroke(stroke, short * stroke.value / wanted.span, width, len(found) > 2, V, d - start.value)
 
 
 def _check_range(V: Array, wanted: Range) -> float:
@@ -130,23 +136,25 @@ def _running_mean(x: Array, n: int) -> Array:
     return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
 
 
-def _level(t: Array, d: Array, at: int, zone: NDArray[np.bool_]) -> Estimate:
-    """d at sample `at`, by a parabola in time to either side over the unbroken stretch of `zone` about it: it may have
-    a kink there (triangular drive), but no jump."""
+def _level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> Estimate:
+    """d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch, which
+    meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))
     if hi - lo < MIN_SAMPLES:
         raise NoResult(f"only {hi - lo} samples at an end of the voltage range, {MIN_SAMPLES} are needed")
-    s = (t[lo:hi] - t[at]) / max(t[hi - 1] - t[lo], 1e-300)
-    sides = [x for x in (np.minimum(s, 0.0), np.maximum(s, 0.0)) if np.count_nonzero(x) >= MIN_SAMPLES // 3]
+    s, after = v[lo:hi] / reach, np.arange(lo, hi) > at
+    sides = [
+        x for x in (np.where(after, 0.0, s), np.where(after, s, 0.0)) if (np.abs(x) > 0.3).sum() >= MIN_SAMPLES / 3
+    ]
     design = np.column_stack([np.ones_like(s), *(power for x in sides for power in (x, x * x))])
     fit = least_squares(design, d[lo:hi])
     return Estimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))
 
 
-def _width(V: Array, d: Array, wanted: Range) -> Estimate | str:
-    pair = loops.last_pair(loops.branches(V, wanted.middle, wanted.span / 2))
+def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> Estimate | str:
+    pair = loops.last_pair(found)
     if pair is None:
         return f"the voltage does not come back through {wanted.middle:g} V: there is no loop"
     try:
@@ -197,7 +205,8 @@ def _width_quantity(name: str, found: list[Stroke | str]) -> Quantity:
         width += f.width.value
         variance += f.width.u**2 + (f.width.value / f.stroke.value * f.stroke.u) ** 2
     u = 100 * math.sqrt(variance) / stroke
-    return Quantity.of(name, 100 * width / stroke, Contribution("scatter of the records", u, "A"))
+    note = None if all(f.settled for f in found if isinstance(f, Stroke)) else FIRST_RISE
+    return Quantity.of(name, 100 * width / stroke, Contribution("scatter of the records", u, "A"), note=note)
 
 
 def _panels(found: dict[str, Stroke], wanted: Range) -> dict[str, Panel]:
