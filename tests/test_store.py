@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import multiprocessing
 import os
 import sqlite3
 import subprocess
@@ -10,6 +11,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -169,6 +171,28 @@ def test_processes_keep_one_chain(home: Path) -> None:
     assert sorted(line for lines in said for line in lines) == sorted(f"{e.seq} {e.hash}" for e in stored)
     for i in range(4):
         assert [e.data["i"] for e in stored if e.who == f"w{i}"] == list(range(count))
+
+
+def start_at_once(url: str, barrier: Any) -> None:
+    barrier.wait(30)
+    with open_store(url) as store:
+        store.append("a", "", {}, who="Ada")
+
+
+def test_a_new_store_is_made_once_by_many_at_once(tmp_path: Path) -> None:
+    """SQLite does not wait where two switch a new file to WAL; without our wait one start in 180 fails."""
+    fork = multiprocessing.get_context("fork")
+    for i in range(60 if os.environ.get("ACCEPT_SOAK") else 3):
+        barrier, url = fork.Barrier(6), f"sqlite:///{tmp_path}/{i}.sqlite"
+        starters = [fork.Process(target=start_at_once, args=(url, barrier)) for _ in range(6)]
+        for process in starters:
+            process.start()
+        for process in starters:
+            process.join(60)
+        assert [process.exitcode for process in starters] == [0] * 6
+        with open_store(url) as store:
+            assert store.check() is None
+            assert store.head().seq == 6
 
 
 def test_import_is_light() -> None:

@@ -178,7 +178,7 @@ def test_killed_at_every_system_call_that_writes(tmp_path: Path, monkeypatch: py
 
 def traced(folder: Path, call: str, n: int) -> tuple[bool, list[str]]:
     """A writer killed at its n-th such call on a file of the store; whether it finished first, and what it said."""
-    files = [x for name in ("", "-wal", "-shm", "-journal") for x in ("-P", f"{folder}/store.sqlite{name}")]
+    files = [x for name in (".sqlite", ".sqlite-wal", ".sqlite-shm", ".head") for x in ("-P", f"{folder}/store{name}")]
     trace = ["strace", "-f", "-qq", "-o", "/dev/null", *files, "-P", str(folder), "-e", f"trace={call}"]
     command = [*trace, "-e", f"inject={call}:signal=KILL:when={n}", sys.executable, str(WRITER), "w", "4"]
     done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"ACCEPT_HOME": str(folder)})

@@ -3,16 +3,18 @@
 from accept.store.chain import Head, Problem
 from accept.store.errors import StoreError
 from accept.store.event import Entry, Event
-from accept.store.fold import BenchState, UnitState, fold
+from accept.store.fold import BenchState, Certificate, Signature, UnitState, fold
 from accept.store.report import check_lines
 from accept.store.store import Store, open_store
 
 __all__ = [
     "BenchState",
+    "Certificate",
     "Entry",
     "Event",
     "Head",
     "Problem",
+    "Signature",
     "Store",
     "StoreError",
     "UnitState",
