@@ -9,7 +9,7 @@ from checks.declare import Values
 from checks.picture import Band, Item, Line, Mark, Panel, Text
 from checks.record import Record
 from checks.signals.hammer import HammerTest, ImpactFrf
-from checks.signals.impacts import Impact, tally, upright
+from checks.signals.impacts import Impact, tally
 from checks.signals.modalfit import Mode
 
 Array = NDArray[np.float64]
@@ -27,14 +27,18 @@ def panels(
     out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
     for key, test in tests.items():
         if test.frf is not None:
-            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz)
+            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz, _beside(key, tests))
     return out
+
+
+def _beside(key: str, tests: Mapping[str, HammerTest]) -> ImpactFrf | None:
+    """The top impact's FRF goes beside the left one's: the mode that only the left one has is torsion."""
+    return tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
 
 
 def impacts_panel(key: str, record: Record, test: HammerTest) -> Panel:
     """Force over time, each impact marked good or bad, the bad ones with the reason."""
-    force = upright(record["Track1"])
-    items: list[Item] = [Line(*envelope(record.t, force), label="force", role="quiet")]
+    items: list[Item] = [Line(*envelope(record.t, test.force), label="force", role="quiet")]
     for label, role in (("good", "good"), ("set aside", "bad")):
         which = [i for i in test.impacts if i.good == (role == "good")]
         if which:
@@ -54,7 +58,9 @@ def envelope(t: Array, force: Array) -> tuple[Array, Array]:
     return t[starts], np.maximum.reduceat(force, starts)
 
 
-def frf_panel(key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[float, float]) -> Panel:
+def frf_panel(
+    key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[float, float], beside: ImpactFrf | None = None
+) -> Panel:
     """Magnitude of the averaged FRF with its 95 % band, the local fits and the modes."""
     s = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
     magnitude, u = np.abs(frf.H[s]), np.sqrt(frf.var[s])
@@ -62,6 +68,9 @@ def frf_panel(key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[
         Band(frf.f[s], np.maximum(magnitude - 2 * u, 0.1 * magnitude), magnitude + 2 * u, "scatter between impacts"),
         Line(frf.f[s], magnitude, "measured", role="data"),
     ]
+    if beside is not None:
+        k = (band_Hz[0] <= beside.f) & (beside.f <= band_Hz[1])
+        items.insert(1, Line(beside.f[k], np.abs(beside.H[k]), "top impact", role="before"))
     for n, m in enumerate(modes):
         items.append(Line(m.f, np.abs(m.fit), "" if n else "local fit", "dashed", "model"))
         items.append(Mark(m.f_Hz, label=f"{m.f_Hz:.4g} Hz", role="model"))

@@ -178,8 +178,12 @@ def _notes(
 
 
 def _fates(key: str, test: HammerTest, record: Record) -> str:
-    bad = "; ".join(f"{record.t[i.peak]:.2f} s {i.fate}" for i in test.impacts if not i.good)
-    return f"{key}: {tally(test.impacts)}; set aside: {bad}"
+    """One line per fault, with the times and the detail of the first of them."""
+    bad = [i for i in test.impacts if not i.good]
+    first = {i.fault: i for i in reversed(bad)}
+    times = {f: ", ".join(f"{record.t[i.peak]:.2f}" for i in bad if i.fault == f) for f in first}
+    words = "; ".join(f"{f} at {times[f]} s ({i.detail})" for f, i in reversed(first.items()))
+    return f"{key}: {tally(test.impacts)}; {words}"
 
 
 def _window(tested: Tested) -> str:

@@ -56,10 +56,11 @@ class ImpactFrf:
 
 @dataclass(frozen=True, eq=False)
 class HammerTest:
-    """Impacts with their fate, and the FRF of the good ones (None if there are fewer than two)."""
+    """Impacts with their fate, the FRF of the good ones (None if there are fewer than two), and the force."""
 
     impacts: tuple[Impact, ...]
     frf: ImpactFrf | None
+    force: Array  # (N,) [N] without offset, hits positive
 
     @property
     def good(self) -> int:
@@ -81,18 +82,18 @@ def analyse(
     _usable(force, response)
     rules = rules or ImpactRules()
     upward = upright(force)
-    found = find_impacts(force, fs, rules)
+    found = find_impacts(upward, fs, rules)
     if not found:
-        return HammerTest((), None)
+        return HammerTest((), None, upward)
     impacts = _clipped(response, _at_rest(response, found, fs, rules))
     while True:
         chosen = [k for k, i in enumerate(impacts) if i.good]
         if len(chosen) < 2:
-            return HammerTest(tuple(impacts), None)
+            return HammerTest(tuple(impacts), None, upward)
         frf = _average(*_blocks(upward, response, impacts, fs, rules), fs)
         worst, agreement = _least_agreeing(frf, band_Hz)
         if agreement >= rules.coherence_min:
-            return HammerTest(tuple(impacts), frf)
+            return HammerTest(tuple(impacts), frf, upward)
         k = chosen[worst]
         impacts[k] = impacts[k].aside(COHERENCE, f"{agreement:.2f} with the others, needed {rules.coherence_min:g}")
 

@@ -59,43 +59,47 @@ class Impact:
 
 
 def upright(force: Array) -> Array:
-    """Force (N,) without its offset, hits positive whatever the sensor's polarity."""
+    """Force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
     return centred if centred.max() >= -centred.min() else -centred
 
 
-def noise_sigma(force: Array) -> float:
-    """Standard deviation of the noise between the hits, by the median absolute deviation."""
-    return float(1.4826 * np.median(np.abs(force - np.median(force))))
-
-
-def find_impacts(force: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:
-    """Impacts in a force (N,) [N] sampled at fs [Hz], in time order, each with its fault if the force shows one.
+def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:
+    """Impacts in an upright force (N,) [N] sampled at fs [Hz], in time order, each with the fault that the force shows.
 
     Faults found here: double hit, overload (flat top, or the stated range), too close to the next impact or to an end
     of the record, off level. What the response shows is `hammer.analyse`'s part.
     """
-    upward = upright(force)
-    sigma = noise_sigma(force)
+    sigma = float(1.4826 * np.median(np.abs(upward)))  # median absolute deviation: the hits do not count
     level = max(_FOUND_SIGMAS * sigma, _FOUND_SHARE * float(upward.max()))
     above = np.flatnonzero(upward > level)
     if above.size == 0:
         return ()
-    groups = np.split(above, np.flatnonzero(np.diff(above) > rules.double_hit_s * fs) + 1)
-    impacts = [_impact(upward, group, sigma) for group in groups]
+    reach = max(round(rules.double_hit_s * fs), 1)
+    groups = np.split(above, np.flatnonzero(np.diff(above) > reach) + 1)
+    impacts = [_impact(upward, group, sigma, reach) for group in groups]
     impacts = [_double_hit(upward, i, sigma, fs, rules) for i in impacts]
     impacts = _overloads(upward, impacts, rules)
-    return tuple(_off_level(_too_close(impacts, force.size, fs, rules), rules))
+    return tuple(_off_level(_too_close(impacts, upward.size, fs, rules), rules))
 
 
-def _impact(upward: Array, group: NDArray[np.intp], sigma: float) -> Impact:
+def _impact(upward: Array, group: NDArray[np.intp], sigma: float, reach: int) -> Impact:
     peak = int(group[np.argmax(upward[group])])
     floor = max(3.0 * sigma, 0.01 * float(upward[peak]))
-    quiet_before = np.flatnonzero(upward[: group[0]] < floor)
-    quiet_after = np.flatnonzero(upward[peak:] < floor)
-    start = int(quiet_before[-1]) if quiet_before.size else 0
-    end = peak + int(quiet_after[0]) if quiet_after.size else upward.size
-    return Impact(start, peak, end, float(upward[peak]))
+    start = _last_below(upward, int(group[0]), floor, reach)
+    return Impact(start, peak, _first_below(upward, peak, floor, reach), float(upward[peak]))
+
+
+def _first_below(x: Array, at: int, level: float, reach: int) -> int:
+    """First sample from `at` on that is below the level, at most `reach` away."""
+    part = x[at : at + reach]
+    return at + (int(np.argmax(part < level)) if (part < level).any() else part.size)
+
+
+def _last_below(x: Array, at: int, level: float, reach: int) -> int:
+    """Last sample before `at` that is below the level, at most `reach` away."""
+    part = x[max(at - reach, 0) : at][::-1]
+    return at - (int(np.argmax(part < level)) + 1 if (part < level).any() else part.size)
 
 
 def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: ImpactRules) -> Impact:
@@ -117,11 +121,9 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
 
 def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
     """First and last sample of the pulse that are above half its peak."""
-    below = upward < 0.5 * impact.force_N
-    before, after = np.flatnonzero(below[: impact.peak]), np.flatnonzero(below[impact.peak :])
-    lo = int(before[-1]) + 1 if before.size else 0
-    hi = impact.peak + int(after[0]) - 1 if after.size else upward.size - 1
-    return lo, hi
+    half, reach = 0.5 * impact.force_N, impact.end - impact.start + 1
+    lo = _last_below(upward, impact.peak, half, reach) + 1
+    return lo, _first_below(upward, impact.peak, half, reach) - 1
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:

@@ -56,10 +56,10 @@ def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
     near = np.flatnonzero(np.abs(frf.f - centre) <= half)
     k = round(centre / frf.df)
     top = np.max(np.abs(frf.H[max(k - 2, 0) : k + 3]))
-    higher = [int(i) for i in near if abs(i - k) > 2 and np.abs(frf.H[i]) > 1.2 * top]
-    if not higher:
+    higher = near[(np.abs(near - k) > 2) & (np.abs(frf.H[near]) > 1.2 * top)]
+    if higher.size == 0:
         return half
-    other = min(higher, key=lambda i: abs(i - k))
+    other = int(higher[np.argmin(np.abs(higher - k))])
     lo, hi = sorted((k, other))
     valley = lo + int(np.argmin(np.abs(frf.H[lo : hi + 1])))
     return abs(valley - k) * frf.df
@@ -88,7 +88,7 @@ def _start(local: Local, order: int) -> complex:
     """Pole by the linear iteration: (z - q) H = polynomial of order + 1, divided by the last |z - q|."""
     q = 0j
     root = np.sqrt(local.weight)
-    for step in range(8):
+    for step in range(4):
         scale = root / np.abs(local.z - q) if step and abs(q.imag) > 1e-9 else root
         A = np.column_stack([local.H, local.z[:, None] ** np.arange(order + 2)])
         q = complex(np.linalg.lstsq(A * scale[:, None], local.z * local.H * scale, rcond=None)[0][0])
