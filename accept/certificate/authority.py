@@ -1,0 +1,103 @@
+"""The bench's own certificate authority: one self-signed root, one certificate for each role (EC P-256, SHA-256)."""
+
+from datetime import datetime, timedelta
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
+
+ORGANISATION = "accept bench"
+_ROOT_LIFE = timedelta(days=365 * 20)
+_ROLE_LIFE = timedelta(days=365 * 5)
+_CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little after the keys were made
+
+
+def new_key() -> ec.EllipticCurvePrivateKey:
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def root(key: ec.EllipticCurvePrivateKey, when: datetime) -> x509.Certificate:
+    """Self-signed root that may sign certificates of roles and nothing below them."""
+    identifier = x509.SubjectKeyIdentifier.from_public_key(key.public_key())
+    name = _name(f"bench CA {identifier.digest.hex()[:8]}", "certificate authority")
+    builder = _builder(name, name, key.public_key(), when, _ROOT_LIFE)
+    builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+    builder = builder.add_extension(_usage(key_cert_sign=True, crl_sign=True), critical=True)
+    return builder.add_extension(identifier, critical=False).sign(key, hashes.SHA256())
+
+
+def leaf(
+    role: str,
+    person: str,
+    public_key: ec.EllipticCurvePublicKey,
+    issuer: x509.Certificate,
+    issuer_key: ec.EllipticCurvePrivateKey,
+    when: datetime,
+) -> x509.Certificate:
+    """Certificate of a person in a role; the role stands in the subject's organisational unit."""
+    builder = _builder(_name(person, role), issuer.subject, public_key, when, _ROLE_LIFE)
+    builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+    builder = builder.add_extension(_usage(digital_signature=True, content_commitment=True), critical=True)
+    builder = builder.add_extension(x509.SubjectKeyIdentifier.from_public_key(public_key), critical=False)
+    known = issuer.extensions.get_extension_for_class(x509.SubjectKeyIdentifier).value
+    authority = x509.AuthorityKeyIdentifier.from_issuer_subject_key_identifier(known)
+    return builder.add_extension(authority, critical=False).sign(issuer_key, hashes.SHA256())
+
+
+def person_of(certificate: x509.Certificate) -> str:
+    return _attribute(certificate, NameOID.COMMON_NAME)
+
+
+def role_of(certificate: x509.Certificate) -> str:
+    return _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
+
+
+def fingerprint(certificate: x509.Certificate) -> str:
+    """SHA-256 of the certificate, in hexadecimal."""
+    return certificate.fingerprint(hashes.SHA256()).hex()
+
+
+def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
+    """The one value of an attribute of the subject; none or several is none."""
+    found = certificate.subject.get_attributes_for_oid(oid)
+    return str(found[0].value) if len(found) == 1 else ""
+
+
+def _builder(
+    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePublicKey, when: datetime, life: timedelta
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(key)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(when - _CLOCK_SLACK)
+        .not_valid_after(when + life)
+    )
+
+
+def _name(common: str, unit: str) -> x509.Name:
+    return x509.Name(
+        [
+            x509.NameAttribute(NameOID.ORGANIZATION_NAME, ORGANISATION),
+            x509.NameAttribute(NameOID.ORGANIZATIONAL_UNIT_NAME, unit),
+            x509.NameAttribute(NameOID.COMMON_NAME, common),
+        ]
+    )
+
+
+def _usage(**allowed: bool) -> x509.KeyUsage:
+    everything = (
+        "digital_signature",
+        "content_commitment",
+        "key_encipherment",
+        "data_encipherment",
+        "key_agreement",
+        "key_cert_sign",
+        "crl_sign",
+        "encipher_only",
+        "decipher_only",
+    )
+    return x509.KeyUsage(**{name: allowed.get(name, False) for name in everything})

@@ -1,0 +1,111 @@
+"""PAdES signatures: the technician certifies the document, quality assurance countersigns it; both only append."""
+
+import asyncio
+import io
+from datetime import datetime
+
+from asn1crypto import keys as asn1_keys
+from asn1crypto import x509 as asn1_x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
+from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
+from pyhanko.pdf_utils.misc import PdfError
+from pyhanko.pdf_utils.reader import PdfFileReader
+from pyhanko.sign.fields import MDPPerm, SigSeedSubFilter, enumerate_sig_fields
+from pyhanko.sign.general import SigningError
+from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, SimpleSigner
+from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
+from pyhanko_certvalidator.registry import SimpleCertificateStore
+
+from accept.certificate import stamp
+from accept.certificate.keys import QA, TECHNICIAN, Credential
+from accept.certificate.page import field_rectangles
+
+RESERVED = 4096  # bytes of the hole; our CMS takes some 2000
+P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
+_REASONS = {TECHNICIAN: "measured and judged", QA: "reviewed and countersigned"}
+_BEFORE = {TECHNICIAN: [], QA: [TECHNICIAN]}
+
+
+class SigningRefused(ValueError):
+    """A document that must not be signed in this role now; the text says why."""
+
+
+class _Signer(SimpleSigner):
+    """ECDSA with the nonce of RFC 6979 and s in the lower half: of the two valid values of s one is written, so that
+    nobody can swap it for the other."""
+
+    def sign_raw(self, data: bytes, digest_algorithm: str) -> bytes:
+        key = serialization.load_der_private_key(self.signing_key.dump(), password=None)
+        if not isinstance(key, ec.EllipticCurvePrivateKey) or digest_algorithm != "sha256":
+            raise SigningError(f"certificates are signed with P-256 and SHA-256, not {digest_algorithm}")
+        r, s = decode_dss_signature(key.sign(data, ec.ECDSA(hashes.SHA256(), deterministic_signing=True)))
+        return encode_dss_signature(r, min(s, P256_ORDER - s))
+
+
+def sign(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+    """The document with one more signature; the bytes before it stay as they are.
+
+    when: time of signing with its zone; the bench's clock, not a trusted timestamp.
+    Raises SigningRefused: out of order (technician, then qa), signed already, not a certificate.
+    """
+    if when.tzinfo is None:
+        raise SigningRefused("the time of signing has no time zone")
+    try:
+        _check_order(pdf, credential.role)
+        return asyncio.run(_append(pdf, credential, when.replace(microsecond=0)))
+    except (PdfError, SigningError) as e:
+        raise SigningRefused(f"cannot be signed as {credential.role}: {e}") from e
+
+
+def _check_order(pdf: bytes, role: str) -> None:
+    reader = PdfFileReader(io.BytesIO(pdf))
+    filled = [name for name, value, _ in enumerate_sig_fields(reader) if value is not None]
+    if filled != _BEFORE[role]:
+        have = ", ".join(filled) or "nobody"
+        need = ", ".join(_BEFORE[role]) or "nobody"
+        raise SigningRefused(f"signed by {have}; {role} signs after {need}")
+
+
+async def _append(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+    left, bottom, right, top = field_rectangles()[credential.role]
+    signer = PdfSigner(
+        _metadata(credential),
+        signer=_signer(credential),
+        stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
+    )
+    session = signer.init_signing_session(IncrementalPdfFileWriter(io.BytesIO(pdf)), existing_fields_only=True)
+    session.system_time = when
+    document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * RESERVED)
+    out = io.BytesIO()
+    prepared, _ = document.digest_tbs_document(output=out)
+    attributes = PdfCMSSignedAttributes(signing_time=when)
+    await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
+    return out.getvalue()
+
+
+def _metadata(credential: Credential) -> PdfSignatureMetadata:
+    """The technician certifies: from then on only the other signature field may be filled, and after it nothing."""
+    return PdfSignatureMetadata(
+        field_name=credential.role,
+        md_algorithm="sha256",
+        name=credential.person,
+        reason=_REASONS[credential.role],
+        subfilter=SigSeedSubFilter.PADES,
+        certify=credential.role == TECHNICIAN,
+        docmdp_permissions=MDPPerm.FILL_FORMS if credential.role == TECHNICIAN else MDPPerm.NO_CHANGES,
+    )
+
+
+def _signer(credential: Credential) -> SimpleSigner:
+    certificate, root = (
+        asn1_x509.Certificate.load(c.public_bytes(serialization.Encoding.DER))
+        for c in (credential.certificate, credential.ca)
+    )
+    plain = credential.key.private_bytes(
+        serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    store = SimpleCertificateStore()
+    store.register(root)
+    return _Signer(certificate, asn1_keys.PrivateKeyInfo.load(plain), store)
