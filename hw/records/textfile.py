@@ -15,7 +15,9 @@ def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
     """
     header, *rows = _lines(file, raw)
     names = _names(file, header)
-    table = cache(lambda: _numbers(file, rows, len(names)))
+    if not rows:
+        raise RecordError(f"{file}: holds a header and no rows")
+    table = cache(lambda: _numbers(file, rows, names))
 
     def variable(index: int, name: str) -> Variable:
         return Variable(name, (len(rows),), "column", lambda: table()[index])
@@ -52,14 +54,23 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _numbers(file: str, rows: list[str], width: int) -> Array:
+def _numbers(file: str, rows: list[str], names: list[str]) -> Array:
     """(columns, rows) of the fields, all of which must be numbers."""
-    if not rows:
-        raise RecordError(f"{file}: holds a header and no rows")
     try:
         table = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
     except ValueError as e:
-        raise RecordError(f"{file}: below the header, {str(e).split(';')[0]}") from e
-    if table.shape[1] != width:
-        raise RecordError(f"{file}: rows have {table.shape[1]} fields, the header has {width}")
+        raise RecordError(f"{file}: {_first_wrong(rows, names) or e}") from e
+    if table.shape[1] != len(names):
+        raise RecordError(f"{file}: {_first_wrong(rows, names)}")
     return np.ascontiguousarray(table.T)
+
+
+def _first_wrong(rows: list[str], names: list[str]) -> str:
+    for i, row in enumerate(rows, start=1):
+        fields = row.split(",")
+        if len(fields) != len(names):
+            return f"row {i} below the header has {len(fields)} fields, the header has {len(names)}"
+        for name, field in zip(names, fields, strict=True):
+            if not _is_number(field):
+                return f"row {i} below the header holds {field.strip()!r} in column '{name}', expected a number"
+    return ""
