@@ -73,7 +73,11 @@ def _refuse_twins(file: str, wanted: Variables) -> None:
 def _arrays(file: str, wanted: Variables, limits: ReadLimits) -> dict[str, Array]:
     total = sum(v.size for v in wanted.values())
     if total > limits.max_samples:
-        raise RecordError(f"{file}: declares {total} samples, at most {limits.max_samples} are read")
+        most = max(wanted, key=lambda name: wanted[name].size)
+        raise RecordError(
+            f"{file}: declares {total} samples, {wanted[most].size} of them in channel '{most}'; "
+            f"at most {limits.max_samples} are read"
+        )
     return {name: loaded(file, name, v) for name, v in wanted.items()}
 
 

@@ -27,10 +27,10 @@ def loaded(file: str, channel: str, v: Variable) -> Array:
     who = f"{file}: channel '{channel}'" + (f" ('{v.name}' in the file)" if v.name != channel else "")
     if v.load is None:
         raise RecordError(f"{who} is of kind {v.kind}, expected real numbers")
-    if not v.is_vector:
-        raise RecordError(f"{who} is {' x '.join(map(str, v.shape))}, expected one dimension")
     if v.size == 0:
         raise RecordError(f"{who} is empty")
+    if not v.is_vector:
+        raise RecordError(f"{who} is {' x '.join(map(str, v.shape))}, expected one dimension")
     return v.load()
 
 
