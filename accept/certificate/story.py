@@ -136,7 +136,7 @@ def _shortened(text: str) -> str:
 
 
 def _listed(entries: Mapping[str, str]) -> str:
-    return "; ".join(f"{name}: {text}" for name, text in entries.items())
+    return "; ".join(f"{name}: {text}" for name, text in sorted(entries.items()))
 
 
 def _padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:

@@ -1,0 +1,63 @@
+"""What differs between the result on a certificate and the one judged again from its attachments."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+# Another processor sums in another order; nothing physical is that small.
+_RELATIVE = 1e-6
+_ABSOLUTE = 1e-12
+# A tail probability moves faster than the value it belongs to: by z dz, and z is 5 at 1e-6.
+_RELATIVE_RISK = 1e-3
+_RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+
+def differences(attached: Any, again: Any, path: str = "") -> list[str]:
+    """One line for each place where two results differ by more than rounding, with the path to it."""
+    if isinstance(attached, Mapping) and isinstance(again, Mapping):
+        keys = sorted({*attached, *again})
+        return [line for key in keys for line in _entry(attached, again, key, f"{path}.{key}" if path else str(key))]
+    if _is_list(attached) and _is_list(again) and len(attached) == len(again):
+        return [
+            line
+            for nth, (a, b) in enumerate(zip(attached, again, strict=True))
+            for line in differences(a, b, f"{path}[{_name(a, nth)}]")
+        ]
+    if _is_list(attached) and _is_list(again):
+        return [f"{path} has {len(attached)} entries attached, {len(again)} judged again"]
+    return [] if _same(attached, again, path) else [f"{path} is {attached!r} attached, {again!r} judged again"]
+
+
+def _entry(attached: Mapping[str, Any], again: Mapping[str, Any], key: str, path: str) -> list[str]:
+    if key not in attached or key not in again:
+        return [f"{path} is only {'attached' if key in attached else 'judged again'}"]
+    return differences(attached[key], again[key], path)
+
+
+def _same(a: Any, b: Any, path: str) -> bool:
+    if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, int | float) or not isinstance(b, int | float):
+        return a == b or (isinstance(a, str) and isinstance(b, str) and _same_words(a, b))
+    relative = _RELATIVE_RISK if path.endswith("p_false_accept") else _RELATIVE
+    return math.isclose(a, b, rel_tol=relative, abs_tol=_ABSOLUTE)
+
+
+def _same_words(a: str, b: str) -> bool:
+    """Sentences are the same when only digits of rounded numbers in them differ."""
+    if _NUMBER.sub("#", a) != _NUMBER.sub("#", b):
+        return False
+    numbers = zip(_NUMBER.findall(a), _NUMBER.findall(b), strict=True)
+    return all(x == y or ("." in x + y and _near(float(x), float(y))) for x, y in numbers)
+
+
+def _near(x: float, y: float) -> bool:
+    return math.isclose(x, y, rel_tol=_RELATIVE_WORDS, abs_tol=_ABSOLUTE)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str | bytes)
+
+
+def _name(entry: Any, nth: int) -> str:
+    return str(entry["quantity"]) if isinstance(entry, Mapping) and "quantity" in entry else str(nth)
