@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from accept import campaign, outputs, unit
-from accept.certificate.signer import Signer
-from accept.exit import Exit
+from accept import campaign, ledger, outputs, unit
+from accept.certificate.keys import Credential
+from accept.certificate.signing import sign
+from accept.exit import Exit, of_verdicts
 from accept.files import write_atomic
 from accept.judged import Job, Judged, judge_folder
 from accept.store import BenchState, Store, fold
@@ -28,15 +30,14 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 
 @dataclass(frozen=True)
 class Order:
-    """What a batch is asked to do. specs: kind -> spec. signer: None writes no certificates."""
+    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates."""
 
     paths: Sequence[Path]
     out: Path
     specs: dict[str, Spec]
     operator: str
-    signer: Signer | None = None
+    credential: Credential | None = None
     workers: int | None = None
-    demonstration: bool = False
 
 
 @dataclass
@@ -48,13 +49,7 @@ class Report:
     unchanged: list[str] = field(default_factory=list)
 
     def exit(self) -> Exit:
-        """The worst verdict; a refused unit was not accepted either; nothing judged is bad input."""
-        verdicts = {u["verdict"] for u in self.units}
-        if not verdicts:
-            return Exit.BAD_INPUT
-        if "rejected" in verdicts:
-            return Exit.REJECTED
-        return Exit.ACCEPTED if verdicts == {"accepted"} and not self.refused else Exit.INCOMPLETE
+        return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
 
 
 def run(order: Order, store: Store, say: Say) -> Report:
@@ -104,7 +99,7 @@ def _readable(paths: Iterable[Path], store: Store, order: Order, report: Report,
         for folder in dict.fromkeys(found):
             try:
                 one = unit.read(folder)
-                _spec_for(one, order.specs)
+                spec_for(one, order.specs)
                 units.append(one)
             except UnitError as e:
                 _refuse(folder, str(e), store, order, report, say)
@@ -122,7 +117,8 @@ def _readable(paths: Iterable[Path], store: Store, order: Order, report: Report,
             yield one
 
 
-def _spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
+def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
+    """Spec of a unit's kind. Raises UnitError when there is none, or the serial is not of the form that it asks for."""
     if one.kind not in specs:
         have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
         raise UnitError(one.path / unit.UNIT_FILE, [f"kind = '{one.kind}' has no spec in this run ({have})"])
@@ -132,7 +128,7 @@ def _spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
 
 
 def _refuse(path: Path, reason: str, store: Store, order: Order, report: Report, say: Say) -> None:
-    store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=order.operator)
+    ledger.refused(store, path, reason, order.operator)
     report.refused.append({"path": str(path), "reason": reason})
     say(f"refused: {reason}")
 
@@ -148,7 +144,7 @@ def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str,
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
-    if order.signer is None:
+    if order.credential is None:
         return dict(known.result) | {"certificate": None}
     path = _certificate_path(order, folder.serial)
     if known.certificate is None or _sha256(path) != known.certificate.sha256:
@@ -165,8 +161,8 @@ def _sha256(path: Path) -> str | None:
 
 def _job(folder: UnitFolder, order: Order) -> Job:
     spec = order.specs[folder.kind]
-    wanted = order.signer is not None
-    return Job(folder.path, spec.name, spec.text, order.operator, order.demonstration, wanted)
+    wanted = order.credential is not None
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted)
 
 
 def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
@@ -203,23 +199,14 @@ def _keep(judged: Judged, order: Order, store: Store, report: Report, say: Say) 
         return
     entry, serial = judged.result, judged.result["serial"]
     spec = order.specs[entry["kind"]]
-    name = f"{spec.name}@{spec.sha256}"
-    payload = {
-        "path": str(judged.folder.resolve()),
-        "inputs": entry["inputs"],
-        "spec_sha256": spec.sha256,
-        "code_sha256": code_sha256(),
-        "result": entry,
-    }
-    store.append("unit_judged", serial, payload, who=order.operator, spec=name)
+    ledger.judged(store, judged.folder, entry, spec, order.operator)
     certificate = None
-    if judged.unsigned is not None and order.signer is not None:
+    if judged.unsigned is not None and order.credential is not None:
         certificate = f"{CERTIFICATES}/{serial}.pdf"
-        signed = order.signer.sign(judged.unsigned)
         path = _certificate_path(order, serial)
-        write_atomic(path, signed)
-        what = {"path": str(path.resolve()), "sha256": hashlib.sha256(signed).hexdigest(), "role": "technician"}
-        store.append("certificate_signed", serial, what, who=order.operator, spec=name)
+        content = sign(judged.unsigned, order.credential, datetime.now(UTC))
+        write_atomic(path, content)
+        ledger.signed(store, serial, path, content, order.credential.role, who=order.operator, spec=spec)
     report.units.append(entry | {"certificate": certificate})
     say(f"{serial}: {entry['verdict']}{_why(entry)}")
 

@@ -1,5 +1,6 @@
 """Unit x spec -> findings. The workflow, the batch and the demo all call this."""
 
+import math
 import re
 from collections.abc import Mapping
 
@@ -103,13 +104,13 @@ def _measure(unit: UnitFolder, section: Section, asked: CheckSpec, hashes: Mappi
 
 
 def _split(name: str, asked: CheckSpec, outcome: Outcome) -> tuple[list[Finding], list[Quantity]]:
-    """Findings of all limited quantities, one each; the others are information."""
+    """Findings of all limited quantities, one each; what else has a value is information."""
     found = {q.name: q for q in outcome.quantities}
     judged = [
         judge(name, found.get(key, Quantity.missing(key, "the data given do not measure it")), limit, asked.required)
         for key, limit in asked.limits.items()
     ]
-    return judged, [q for q in outcome.quantities if q.name not in asked.limits]
+    return judged, [q for q in outcome.quantities if q.name not in asked.limits and math.isfinite(q.value)]
 
 
 def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:

@@ -1,5 +1,6 @@
 """Exit codes. 1 is a crash and 2 typer's usage error, so no verdict uses them."""
 
+from collections.abc import Iterable
 from enum import IntEnum
 
 
@@ -9,3 +10,13 @@ class Exit(IntEnum):
     INCOMPLETE = 4  # incomplete or conditional
     INSTRUMENT = 5
     BAD_INPUT = 6  # nothing could be judged
+
+
+def of_verdicts(verdicts: Iterable[str], refused: int = 0) -> Exit:
+    """The worst of the units' verdicts; a refused unit was not accepted either; nothing judged is bad input."""
+    found = set(verdicts)
+    if not found:
+        return Exit.BAD_INPUT
+    if "rejected" in found:
+        return Exit.REJECTED
+    return Exit.ACCEPTED if found == {"accepted"} and not refused else Exit.INCOMPLETE

@@ -17,7 +17,6 @@ class Job:
     spec_path: str
     spec_text: str
     operator: str
-    demonstration: bool
     certificate: bool
 
 
@@ -41,8 +40,7 @@ def judge_folder(job: Job) -> Judged:
         return Judged(job.folder, refused=str(e))
     unsigned = None
     if job.certificate:
-        from accept.certificate.dossier import dossier_of  # rendering loads reportlab and matplotlib: only when wanted
-        from accept.certificate.render import render
+        from accept.certificate import dossier_of, render  # loads reportlab and matplotlib: only when wanted
 
-        unsigned = render(dossier_of(folder, result, spec, job.operator, job.demonstration))
+        unsigned = render(dossier_of(result, spec, folder.path, job.operator))
     return Judged(job.folder, result.to_json(), unsigned)

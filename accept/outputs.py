@@ -53,7 +53,7 @@ def _suite(unit: dict[str, Any]) -> ET.Element:
     failures = sum(f["verdict"] in {"fail", "conditional"} for f in findings)
     errors = sum(f["verdict"] == "no_result" for f in findings)
     counts = {"tests": len(findings), "failures": failures, "errors": errors}
-    suite = ET.Element("testsuite", name=unit["serial"], **{k: str(v) for k, v in counts.items()})
+    suite = ET.Element("testsuite", {"name": unit["serial"]} | {k: str(v) for k, v in counts.items()})
     for finding in findings:
         case = ET.SubElement(suite, "testcase", classname=finding["check"], name=finding["quantity"])
         if finding["verdict"] != "pass":

@@ -39,10 +39,15 @@ SEED_APAS = (
 )
 
 
+def unit_texts() -> dict[bytes, SeedApa]:
+    """`unit.toml` of every APA -> the APA."""
+    return {tomlkit.dumps(_document(apa)).encode(): apa for apa in SEED_APAS}
+
+
 def write_units(folder: Path) -> list[Path]:
     """Write a unit folder per APA below `folder` and return them."""
-    for apa in SEED_APAS:
-        write_atomic(folder / apa.serial / UNIT_FILE, tomlkit.dumps(_document(apa)).encode())
+    for text, apa in unit_texts().items():
+        write_atomic(folder / apa.serial / UNIT_FILE, text)
     return [folder / apa.serial for apa in SEED_APAS]
 
 

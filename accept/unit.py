@@ -69,9 +69,10 @@ class UnitFolder:
     sections: Mapping[str, Section] = field(default_factory=dict)
 
     def input_hashes(self) -> dict[str, str]:
-        """File name -> sha256 of `unit.toml` and of every named file; "missing" where there is none to read."""
+        """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
         names = sorted({name for section in self.sections.values() for name in section.files})
-        return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: _hash(self.path, n) for n in names}
+        found = {name: _hash(self.path, name) for name in names}
+        return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
 
 def find(path: Path) -> list[Path]:
@@ -275,9 +276,9 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def _hash(folder: Path, name: str) -> str:
+def _hash(folder: Path, name: str) -> str | None:
     try:
         with open(inside(folder, name), "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (OSError, RecordError, ValueError):
-        return "missing"
+        return None

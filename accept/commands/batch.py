@@ -4,12 +4,12 @@ from pathlib import Path
 
 from accept import batch
 from accept.campaign import DEFAULT_SPEC, load_spec
-from accept.commands.signing import bench_signer
+from accept.commands.signing import bench_credential
 from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
 from accept.home import home
 from accept.store import open_store
-from accept.table import units_table
+from accept.table import reasons, units_table
 from specs import Spec
 
 
@@ -18,16 +18,19 @@ def run(
     paths: list[Path], out: Path, spec: str | None, certificates: bool, workers: int | None, operator: str | None
 ) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
-    signer = bench_signer(home()) if certificates else None
-    order = batch.Order(paths, out, specs_for(spec), operator_name(operator), signer, workers)
+    who = operator_name(operator)
+    credential = bench_credential(home(), who) if certificates else None
+    order = batch.Order(paths, out, specs_for(spec), who, credential, workers)
     with open_store() as store:
         report = batch.run(order, store, say)
-    stdout.print(units_table(report.units))
+    if report.units:
+        stdout.print(units_table(report.units))
+        stdout.print("\n".join(reasons(report.units)), soft_wrap=True)
     if report.unchanged:
-        say(
-            f"{len(report.unchanged)} of {len(report.units)} units unchanged since their last judgement, not judged again"
-        )
-    say(f"results: {out / 'results.json'}, results.csv, junit.xml" + (f", {out / 'certificates'}" if signer else ""))
+        say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
+    say(
+        f"results: {out / 'results.json'}, results.csv, junit.xml" + (f", {out / 'certificates'}" if credential else "")
+    )
     return report.exit()
 
 

@@ -8,6 +8,9 @@ from typing import ParamSpec
 
 from rich.console import Console
 
+from accept.certificate.dossier import DossierError
+from accept.certificate.keys import KeysError
+from accept.certificate.signing import SigningRefused
 from accept.exit import Exit
 from accept.home import HomeError
 from accept.store import StoreError
@@ -16,7 +19,9 @@ from checks.record import RecordError
 from specs import SpecError
 
 P = ParamSpec("P")
-KNOWN_ERRORS = (SpecError, UnitError, RecordError, StoreError, HomeError, OSError)
+KNOWN_ERRORS = (
+    SpecError, UnitError, RecordError, StoreError, HomeError, KeysError, DossierError, SigningRefused, OSError,
+)  # fmt: skip
 
 stdout = Console(highlight=False, soft_wrap=False)
 

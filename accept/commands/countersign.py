@@ -1,0 +1,34 @@
+"""`accept countersign`."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from accept import ledger
+from accept.certificate import keys
+from accept.certificate.keys import QA
+from accept.certificate.signing import sign
+from accept.commands.keys import QA_PASSPHRASE
+from accept.commands.signing import passphrase_of
+from accept.commands.talk import clear_errors, say
+from accept.commands.verify import verify_here
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.home import home
+from accept.store import open_store
+
+
+@clear_errors
+def run(path: Path, passphrase_file: Path | None) -> Exit:
+    """Verify, then sign as QA and replace the file; what does not verify is not signed."""
+    content = path.read_bytes()
+    before = verify_here(content, [])
+    if not before.valid:
+        say(f"not countersigned: {before.reason}")
+        return Exit.REJECTED
+    credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
+    signed = sign(content, credential, datetime.now(UTC))
+    with open_store() as store:
+        write_atomic(path, signed)
+        ledger.signed(store, before.serial, path, signed, QA, who=credential.person)
+    say(f"{before.serial}: countersigned by {credential.person}")
+    return Exit.ACCEPTED

@@ -1,0 +1,34 @@
+"""`accept report`."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from accept import batch, campaign, ledger, unit
+from accept.certificate import dossier_of, render
+from accept.certificate.signing import sign
+from accept.commands.batch import specs_for
+from accept.commands.signing import bench_credential
+from accept.commands.talk import clear_errors, operator_name, say
+from accept.exit import Exit, of_verdicts
+from accept.files import write_atomic
+from accept.home import home
+from accept.store import open_store
+
+
+@clear_errors
+def run(folder: Path, out: Path, spec: str | None, operator: str | None) -> Exit:
+    """Judge one unit, write its certificate to `out`, and store both events."""
+    who = operator_name(operator)
+    one = unit.read(folder)
+    chosen = batch.spec_for(one, specs_for(spec))
+    result = campaign.judge_unit(one, chosen)
+    unsigned = render(dossier_of(result, chosen, folder, who))
+    credential = bench_credential(home(), who)
+    with open_store() as store:
+        ledger.judged(store, folder, result.to_json(), chosen, who)
+        content = sign(unsigned, credential, datetime.now(UTC)) if credential else unsigned
+        write_atomic(out, content)
+        if credential:
+            ledger.signed(store, result.serial, out, content, credential.role, who=who, spec=chosen)
+    say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {out}")
+    return of_verdicts([str(result.verdict)])

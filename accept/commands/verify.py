@@ -1,0 +1,39 @@
+"""`accept verify`."""
+
+from pathlib import Path
+
+from cryptography import x509
+
+from accept.certificate import keys
+from accept.certificate.contents import Rejudge
+from accept.certificate.verify import Report, verify
+from accept.commands.signing import DEMO
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.home import home
+from accept.rejudge import rejudge, rejudge_demo
+
+
+@clear_errors
+def run(path: Path, trust: list[Path]) -> Exit:
+    """One line on stdout, valid or not and why; what was looked at on stderr."""
+    report = verify_here(path.read_bytes(), trust)
+    for line in report.details:
+        say(f"  {line}")
+    stdout.print(f"{'valid' if report.valid else 'NOT VALID'}: {report.reason}", soft_wrap=True)
+    return Exit.ACCEPTED if report.valid else Exit.REJECTED
+
+
+def verify_here(pdf: bytes, trust: list[Path]) -> Report:
+    """Verification against the CAs named, else against this bench's own, else against that of the demo."""
+    if trust:
+        return verify(pdf, [keys.certificate_of(path) for path in trust], rejudge)
+    known: list[tuple[x509.Certificate, Rejudge]] = []
+    if keys.exist(home()):
+        known.append((keys.ca(home()), rejudge))
+    if keys.exist(home() / DEMO):
+        known.append((keys.ca(home() / DEMO), rejudge_demo))
+    if not known:
+        return Report(False, f"no CA is trusted: there are no keys in {home()}; name a CA certificate with --trust")
+    reports = [verify(pdf, [ca], judge) for ca, judge in known]
+    return next((r for r in reports if r.valid), reports[0])

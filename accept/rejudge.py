@@ -1,0 +1,39 @@
+"""Judging a unit again from what is attached to its certificate."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+
+from accept import campaign, seed, unit
+from accept.certificate.contents import Attachments
+from accept.certificate.refused import Refused
+from accept.certificate.verify import Report, verify
+from accept.unit import UNIT_FILE, UnitError
+from specs import SpecError, parse
+
+
+def rejudge(attached: Attachments) -> dict[str, Any]:
+    """The unit's entry of results.json, judged from the attached inputs by the attached spec. Raises Refused."""
+    try:
+        spec = parse(attached.spec_text.encode(), "the attached spec")
+        with tempfile.TemporaryDirectory(prefix="accept-verify-") as folder:
+            attached.unpack(Path(folder))
+            return campaign.judge_unit(unit.read(Path(folder)), spec).to_json()
+    except (UnitError, SpecError) as e:
+        raise Refused(f"the attached unit cannot be judged: {e}") from e
+
+
+def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Report:
+    """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
+    return verify(path.read_bytes(), trust, rejudge)
+
+
+def rejudge_demo(attached: Attachments) -> dict[str, Any]:
+    """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
+    built-in units and for no other."""
+    if attached.files.get(UNIT_FILE) not in seed.unit_texts():
+        raise Refused("it is signed by the demo's key, but is no unit of the demo")
+    return rejudge(attached)
