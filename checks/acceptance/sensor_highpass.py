@@ -1,0 +1,181 @@
+"""Corner of the high-pass that the resistor across the sensor stack makes with its capacitance (seed 3.1.9)."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import csd, welch
+
+from checks.acceptance.stated import stated
+from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
+from checks.picture import Line, Mark, Panel
+from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.record import Record
+from checks.signals.highpass import HighPass, fit_highpass
+from specs.spec import CheckSpec
+
+Array = NDArray[np.float64]
+
+UF = 1e-6
+TOP_HZ = 5.0
+CAPACITANCE_UF = [4.4, 5.5]
+MAX_UNEXPLAINED = 0.02
+MAX_RELATIVE_U = 0.1
+SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Corner with the resistor [Hz], corner without it, and the capacitance [uF] that the first one implies.
+
+    The corner comes from a time-domain fit of s/(s + w) between Va and Vs below `top_Hz`, not from an FRF: with few
+    periods of the lowest frequencies every window leaks.
+    """
+    if "with_resistor" not in values:
+        raise NoResult("with_resistor: not measured")
+    top_Hz = float(spec.settings.get("top_Hz", TOP_HZ))
+    fitted = _fit(values["with_resistor"], "with_resistor", top_Hz)
+    corner = _corner(fitted, spec)
+    free = _try_without(values, top_Hz)
+    without = free if isinstance(free, Quantity) else _corner_without(free)
+    implied = _capacitance(corner, without, values, spec)
+    quantities = (corner, without, implied, Quantity.of("sensor_gain_V_per_V", fitted.terms[0]))
+    return Outcome(quantities, _notes(corner, values, spec), _panels(values, fitted, top_Hz))
+
+
+def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
+    """High-pass of a record that describes it. Raises NoResult otherwise."""
+    try:
+        fitted = fit_highpass(record.t, record["Va"], record["Vs"], top_Hz)
+    except ValueError as e:
+        raise NoResult(f"{name}: {e}") from e
+    if not fitted.unexplained <= MAX_UNEXPLAINED:
+        raise NoResult(
+            f"{name}: a first-order high-pass leaves {100 * fitted.unexplained:.2g} percent of Vs unexplained"
+        )
+    return fitted
+
+
+def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
+    """Corner of a fit [Hz]. Raises NoResult when the record does not show one."""
+    f, u = fitted.corner.value, fitted.corner.u
+    if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
+        raise NoResult(f"with_resistor: no corner seen ({f:.3g} Hz with a standard uncertainty of {u:.2g} Hz)")
+    scatter = Contribution("scatter of the record", u, "A")
+    clock = stated(spec, f, "sensor_highpass_Hz")
+    return Quantity.of("sensor_highpass_Hz", f, *([scatter, clock] if clock else [scatter]))
+
+
+def _try_without(values: Values, top_Hz: float) -> HighPass | Quantity:
+    name = "sensor_highpass_without_Hz"
+    if "without_resistor" not in values:
+        return Quantity.missing(name, "without_resistor: not measured")
+    try:
+        return _fit(values["without_resistor"], "without_resistor", top_Hz)
+    except NoResult as e:
+        return Quantity.missing(name, str(e))
+
+
+def _corner_without(fitted: HighPass) -> Quantity:
+    """The corner left without the resistor: the input's own resistance. Mostly below what the record shows."""
+    name, f, u = "sensor_highpass_without_Hz", fitted.corner.value, fitted.corner.u
+    if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
+        return Quantity.missing(name, f"no corner above {f + 2 * u:.2g} Hz without the resistor")
+    return Quantity.of(name, f, Contribution("scatter of the record", u, "A"))
+
+
+def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: CheckSpec) -> Quantity:
+    """C = 1/(2 pi R (f - f0)): what the input leaks without the resistor (f0) lies in parallel with it."""
+    name = "sensor_capacitance_implied_uF"
+    R: Measured | None = values.get("resistor_ohm")
+    if R is None:
+        return Quantity.missing(name, "the resistor is not stated")
+    leak = 0.0 if without.reason else without.value
+    f = corner.value - leak
+    if not f > 0:
+        return Quantity.missing(name, f"the corner without the resistor, {leak:.3g} Hz, is not below that with it")
+    C = 1 / (2 * math.pi * R.value * f) / UF
+    u_f = math.hypot(corner.budget[0].u, without.budget[0].u if leak else 0.0)
+    budget = [Contribution("corner", C * u_f / f, "A")]
+    if R.U is not None:
+        budget.append(Contribution("resistor, stated with it", C * R.U / COVERAGE_FACTOR / R.value))
+    elif (tolerance := stated(spec, R.value, "resistor_ohm")) is not None:
+        budget.append(Contribution(tolerance.source, C * tolerance.u / R.value))
+    else:
+        return Quantity(name, C, None, tuple(budget), note="tolerance of the resistor not stated")
+    return Quantity.of(name, C, *budget)
+
+
+def _expected(values: Values, spec: CheckSpec) -> tuple[float, float] | None:
+    """Corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
+    R: Measured | None = values.get("resistor_ohm")
+    if R is None:
+        return None
+    lo, hi = sorted(float(c) for c in spec.settings.get("capacitance_uF", CAPACITANCE_UF))
+    return 1 / (2 * math.pi * R.value * hi * UF), 1 / (2 * math.pi * R.value * lo * UF)
+
+
+def _notes(corner: Quantity, values: Values, spec: CheckSpec) -> tuple[str, ...]:
+    expected = _expected(values, spec)
+    if expected is None:
+        return ()
+    inside = expected[0] <= corner.value <= expected[1]
+    words = "as" if inside else "not as"
+    return (f"corner {corner.value:.3g} Hz, {words} expected of R and C ({expected[0]:.3g} to {expected[1]:.3g} Hz)",)
+
+
+def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]:
+    size: list[Line] = []
+    phase: list[Line] = []
+    for key, words, role in (("with_resistor", "with R", "data"), ("without_resistor", "without R", "quiet")):
+        if key in values:
+            f, H = _frf(values[key], top_Hz)
+            size.append(Line(f, np.abs(H), words, role=role))
+            phase.append(Line(f, np.degrees(np.angle(H)), words, role=role))
+    model = fitted.response(f)
+    size.append(Line(f, np.abs(model), "fit", "dashed", "model"))
+    phase.append(Line(f, np.degrees(np.angle(model)), "fit", "dashed", "model"))
+    mark = Mark(fitted.corner.value, label="corner", role="model")
+    label = "frequency [Hz]"
+    return {
+        "magnitude": Panel("Sensor stack, Va to Vs", label, "magnitude [V/V]", (*size, mark), x_log=True, y_log=True),
+        "phase": Panel("Sensor stack, phase", label, "phase [deg]", (*phase, mark), x_log=True),
+    }
+
+
+def _frf(record: Record, top_Hz: float) -> tuple[Array, Array]:
+    """H1 of Vs over Va for the picture: f (F,) [Hz] and complex H (F,), long Hann windows."""
+    n = record.t.size // SHOWN_SEGMENTS
+    f, cross = csd(record["Va"], record["Vs"], record.fs, "hann", n)
+    _, power = welch(record["Va"], record.fs, "hann", n)
+    shown = (f >= 2 * f[1]) & (f <= top_Hz) & (power > 0)
+    return f[shown], cross[shown] / power[shown]
+
+
+_CHANNELS = {"t": "s", "Va": "V", "Vs": "V"}
+CHECK = Check(
+    name="sensor_highpass",
+    title="High-pass of the sensor stack and its resistor",
+    kinds=("apa",),
+    forms=(
+        Form(
+            "records",
+            (
+                Series("with_resistor", "slow sweep with the resistor across the sensor stack", _CHANNELS),
+                Series("without_resistor", "the same sweep without it", _CHANNELS, optional=True),
+                Scalar("resistor_ohm", "resistor", lo=1.0, hi=1e12, optional=True),
+            ),
+        ),
+    ),
+    quantities=(
+        "sensor_highpass_Hz",
+        "sensor_highpass_without_Hz",
+        "sensor_capacitance_implied_uF",
+        "sensor_gain_V_per_V",
+    ),
+    measure=measure,
+    settings=(
+        Setting("top_Hz", TOP_HZ, "highest frequency used, well below the first zero of Vs"),
+        Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to"),
+    ),
+    stated=("sensor_highpass_Hz", "resistor_ohm"),
+)
