@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy import signal
 from scipy.stats import binom
+from scipy.stats import f as f_distribution
 
 from checks.record import Record, RecordError
-from checks.signals.frf import Frf, h1, h1_record, h1_stream
+from checks.signals.frf import Frf, h1, h1_record, h1_stream, quantile
 
 FS = 10_000.0
 
@@ -130,6 +131,12 @@ def test_record_channels() -> None:
     assert frf.f[1] == pytest.approx(2.0)
     with pytest.raises(RecordError, match="no channel 'da'"):
         h1_record(record, "Va", ("da",))
+
+
+def test_quantile_is_that_of_F() -> None:
+    nu = np.array([1.0, 7.0, 150.3])
+    for p in (0.5, 0.95, 0.999999):
+        assert quantile(p, nu) == pytest.approx(f_distribution.ppf(p, 2, 2 * nu), rel=1e-9)
 
 
 def coverage_band(n: int) -> tuple[float, float]:

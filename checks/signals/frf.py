@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
 
 from checks.record import Record
 from checks.signals.segments import Array, Complex, Segments, Spectra
@@ -61,7 +60,7 @@ class Frf:
 
     def radius(self, p: float = 0.95) -> Array:
         """(F, C) radius of the disc about H that holds the truth with probability p (Pintelon & Schoukens, 2.4)."""
-        return np.sqrt(self.var * f_distribution.ppf(p, 2, 2 * self.nu)[:, None])
+        return np.sqrt(self.var * quantile(p, self.nu)[:, None])
 
     def band(self, f_lo: float, f_hi: float) -> "Frf":
         """The bins with f_lo <= f <= f_hi [Hz]."""
@@ -159,6 +158,11 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
         estimator="h1",
         segments=spectra.segments,
     )
+
+
+def quantile(p: float, nu: Array) -> Array:
+    """Quantile of F(2, 2 nu), whose distribution is 1 - (1 + x/nu)^-nu, for every nu (F,)."""
+    return np.asarray(nu * np.expm1(-np.log1p(-p) / nu))
 
 
 def power_floor(power: Array) -> float:
