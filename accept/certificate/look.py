@@ -14,7 +14,7 @@ from accept.pictures.style import GREEN, GREY, INK, ORANGE, PALE, VERMILION
 WIDTH, HEIGHT = A4
 MARGIN = 14 * mm
 INNER = WIDTH - 2 * MARGIN
-HEADER = 34 * mm  # height of the first page's head
+HEADER = 32 * mm  # height of the first page's head
 BAND = 37 * mm  # height of the first page's signatures and code
 FOOTER = 9 * mm
 RUNNING_HEAD = 9 * mm

@@ -40,11 +40,11 @@ def _plain(number: float) -> str:
     return _signed(f"{number:.12g}")
 
 
-def risk(probability: float | None) -> str:
-    """Probability of false acceptance in percent."""
+def risk(probability: float | None, verdict: str) -> str:
+    """Probability of false acceptance in percent; of what is not accepted there is none."""
     if probability is None:
         return "–"
-    if probability == 0.0:
+    if verdict == "fail":
         return "0 %"
     return f"{100 * probability:.2g} %" if probability >= 1e-5 else "< 0.001 %"
 

@@ -1,17 +1,18 @@
 """What stands on a certificate's pages at fixed places: head, verdict, signature boxes, code, footer."""
 
-import textwrap
+from collections.abc import Mapping
+from itertools import groupby
 from typing import Any
 
-from reportlab.graphics import renderPDF
 from reportlab.graphics.barcode.qr import QrCodeWidget
-from reportlab.graphics.shapes import Drawing
 from reportlab.lib.units import mm
+from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
 from accept.certificate import look
 from accept.certificate.dossier import Dossier
 from accept.certificate.fonts import BOLD, MONO, REGULAR, fitted
+from accept.certificate.numbers import title_of
 
 TECHNICIAN, QA = "technician", "qa"
 BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
@@ -74,10 +75,33 @@ def _title(canvas: Canvas, dossier: Dossier) -> None:
     canvas.setFont(BOLD, fitted(dossier.serial, BOLD, 30, width))
     canvas.drawString(look.MARGIN, _TOP - 42, dossier.serial)
     kind = f"{str(dossier.result['kind']).upper()} · {dossier.spec_title}"
-    size = 8.5
-    for nth, line in enumerate(textwrap.wrap(kind, 42)[:2]):
-        canvas.setFont(REGULAR, fitted(line, REGULAR, size, width))
-        canvas.drawString(look.MARGIN, _TOP - 59 - 11 * nth, line)
+    canvas.setFont(REGULAR, fitted(kind, REGULAR, 8.5, width))
+    canvas.drawString(look.MARGIN, _TOP - 57, kind)
+    for nth, line in enumerate(_lines(summary(dossier.result), width)):
+        canvas.setFont(BOLD, 7)
+        canvas.drawString(look.MARGIN, _TOP - 71 - 9 * nth, line)
+
+
+def summary(result: Mapping[str, Any]) -> str:
+    """Why the unit has its verdict, in a sentence that names the quantities."""
+    by_verdict: dict[str, list[str]] = {}
+    for finding in result["findings"]:
+        by_verdict.setdefault(finding["verdict"], []).append(title_of(finding["quantity"], finding["unit"]))
+    deciding = {"rejected": "fail", "incomplete": "no_result", "conditional": "conditional"}.get(
+        result["verdict"], "pass"
+    )
+    named = by_verdict.get(deciding, [])
+    if result["verdict"] == "accepted":
+        return f"All {sum(f['required'] for f in result['findings'])} required findings pass."
+    words = {"fail": "Outside the limits", "no_result": "No result for", "conditional": "Not decided within U"}[
+        deciding
+    ]
+    return f"{words}: {', '.join(named) or 'nothing was required'}."
+
+
+def _lines(text: str, width: float, most: int = 3) -> list[str]:
+    lines = simpleSplit(text, BOLD, 7, width)
+    return lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1] + " …"]
 
 
 def _verdict(canvas: Canvas, verdict: str) -> None:
@@ -116,16 +140,31 @@ def _boxes(canvas: Canvas) -> None:
 
 def _code(canvas: Canvas, dossier: Dossier) -> None:
     left, bottom = look.WIDTH - look.MARGIN - _CODE, look.MARGIN + look.FOOTER + 3 * mm
-    code: Any = QrCodeWidget(code_text(dossier), barLevel="M", barBorder=0, barWidth=_CODE, barHeight=_CODE)
-    drawing = Drawing(_CODE, _CODE)
-    drawing.add(code)
-    renderPDF.draw(drawing, canvas, left, bottom)
+    _squares(canvas, code_text(dossier), left, bottom)
     canvas.setFillColor(look.GREY_COLOUR)
     digest = dossier.record_sha256
     size = fitted(digest[:32], MONO, 5, _CODE)
     canvas.setFont(MONO, size)
     for nth in range(2):
         canvas.drawString(left, bottom - 5 - (size + 0.6) * nth, digest[32 * nth : 32 * nth + 32])
+
+
+def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
+    """The code as one path, a rectangle for each run of dark squares: one for each square is slow."""
+    code: Any = QrCodeWidget(text, barLevel="M").qr
+    code.make()
+    side = _CODE / len(code.modules)
+    path = canvas.beginPath()
+    for row, dark in enumerate(code.modules):
+        y = bottom + _CODE - (row + 1) * side
+        column = 0
+        for is_dark, run in groupby(dark):
+            length = len(list(run))
+            if is_dark:
+                path.rect(left + column * side, y, length * side, side)
+            column += length
+    canvas.setFillColor(look.INK_COLOUR)
+    canvas.drawPath(path, stroke=0, fill=1)
 
 
 def _rule(canvas: Canvas, y: float) -> None:

@@ -19,6 +19,7 @@ from checks.picture import Panel
 COLUMNS, ROWS = 3, 4  # of panels in one figure
 _ROW_HEIGHTS = (58.0, 42.0)  # mm of a row of panels: wanted, and the least that can be read
 _LARGEST_ROW = 64.0
+_SPACE_ABOVE = 5.0  # pt
 
 
 class _Gap(Flowable):
@@ -29,6 +30,9 @@ class _Gap(Flowable):
         self.panels = panels
         self.row_height = row_height
         self.place: tuple[int, float, float] | None = None
+
+    def getSpaceBefore(self) -> float:
+        return _SPACE_ABOVE
 
     @property
     def size(self) -> tuple[float, float]:
@@ -108,7 +112,7 @@ def _row_height(flowables: Sequence[Flowable], rows: int) -> float:
     """Height [mm] of a row of panels: what the first page leaves, when that is enough to read them."""
     if rows == 0:
         return _ROW_HEIGHTS[0]
-    used = sum(f.wrap(look.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
+    used = _SPACE_ABOVE + sum(f.wrap(look.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
     left = (_first_frame()[1] - used - 1.0) / mm / rows
     return min(left, _LARGEST_ROW) if left >= _ROW_HEIGHTS[1] else _ROW_HEIGHTS[0]
 

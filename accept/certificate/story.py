@@ -13,7 +13,7 @@ from accept.certificate.strip import strip
 from accept.pictures.words import pretty
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
-_FINDING_WIDTHS = [w * mm for w in (41, 37, 27, 33, 14, 13, 17)]
+_FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
@@ -32,7 +32,7 @@ def identity(dossier: Dossier) -> list[Flowable]:
         ("Operator", dossier.operator or "not named"),
         ("Instruments", _listed(dossier.instruments) or "none named by the spec"),
         ("Parts", _listed(parts)),
-        ("Record", f"{len(dossier.inputs)} input files, {attached} attached; the hash of each in manifest.json"),
+        ("Record", f"{attached} of {len(dossier.inputs)} input files attached; the hash of each in manifest.json"),
     ]
     cells = [[words(name, look.TABLE_HEAD), words(text, look.SMALL)] for name, text in rows if text]
     table = Table(cells, colWidths=[20 * mm, look.INNER - 20 * mm], splitInRow=1)
@@ -51,6 +51,8 @@ def findings(dossier: Dossier) -> list[Flowable]:
         ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
         ("LINEBELOW", (0, 0), (-1, 0), 0.8, look.INK_COLOUR),
         *_padding(1.3, left=2),
+        ("RIGHTPADDING", (2, 0), (2, -1), 9),
+        ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
     for finding in dossier.result["findings"]:
         first = len(cells)
@@ -101,11 +103,11 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
     unit_text = "" if unit == "1" else f" {unit}"
     return [
         Paragraph(f"{name}<br/>{below}", look.BODY),
-        words(shown + unit_text, look.NUMBER),
+        words(shown + (unit_text if finding["value"] is not None else ""), look.NUMBER),
         words(numbers.limits(finding) + unit_text, look.NUMBER),
         strip(finding, _FINDING_WIDTHS[3] - 4 * mm, 13),
         words(finding["rule"], look.SMALL),
-        words(numbers.risk(finding["p_false_accept"]), look.SMALL_NUMBER),
+        words(numbers.risk(finding["p_false_accept"], finding["verdict"]), look.SMALL_NUMBER),
         Paragraph(
             f"<font color='{sign.ink.hexval().replace('0x', '#')}'><b>{sign.mark} {sign.word}</b></font>", look.BODY
         ),

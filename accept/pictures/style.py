@@ -5,7 +5,7 @@ from typing import Any
 import matplotlib as mpl
 
 NAVY, BLUE, SKY = "#14213d", "#0072b2", "#56b4e9"
-VERMILION, GREEN, ORANGE, PINK = "#d55e00", "#009e73", "#e69f00", "#cc79a7"
+VERMILION, GREEN, ORANGE = "#d55e00", "#009e73", "#e69f00"
 INK, GREY, PALE, GRID = "#222222", "#777777", "#c8ccd0", "#e4e6e8"
 
 ROLES = {
@@ -18,7 +18,7 @@ ROLES = {
     "quiet": PALE,
 }
 # Dark to light and back, so that neighbours differ in grey too.
-SERIES = (NAVY, VERMILION, SKY, GREEN, PINK, ORANGE)
+SERIES = (NAVY, VERMILION, SKY, GREEN, ORANGE, BLUE)
 MAP = "cividis"  # monotone in lightness (Nuñez, Anderton, Renslow, PLoS ONE 13(7), 2018)
 
 _OURS: dict[str, Any] = {
