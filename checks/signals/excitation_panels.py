@@ -1,0 +1,44 @@
+"""Pictures of an excitation: over time, and its spectrum."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+from scipy.signal import welch
+
+from checks.picture import Band, Item, Line, Mark, Panel
+from checks.signals.excitation import Excitation
+
+Array = NDArray[np.float64]
+
+_COLUMNS = 2000  # of the time picture: more cannot be told apart in print
+_SEGMENT_s = 1.0
+
+
+def panels(excitation: Excitation) -> dict[str, Panel]:
+    """ "time": voltage at the DAC; "spectrum": amplitude lines of a periodic signal, amplitude density of others."""
+    return {"time": _time(excitation), "spectrum": _spectrum(excitation)}
+
+
+def _time(e: Excitation) -> Panel:
+    step = -(-e.Va.size // _COLUMNS)
+    starts = np.arange(0, e.Va.size, step)
+    t = e.t[starts]
+    signal: Item = Line(t, e.Va[starts], role="data")
+    if step > 1:
+        lo, hi = np.minimum.reduceat(e.Va, starts), np.maximum.reduceat(e.Va, starts)
+        signal = Band(t, lo, hi, "lowest to highest", role="data")
+    marks = [Mark(float(e.t[k]), label=w, role="quiet") for k, w in ((e.start, "start"), (e.stop - 1, "end"))]
+    return Panel(e.meaning, "time [s]", "voltage at the DAC [V]", (signal, *marks))
+
+
+def _spectrum(e: Excitation) -> Panel:
+    if e.period:
+        x = e.proper[: e.period]
+        f, amplitude = fft.rfftfreq(x.size, 1 / e.fs), 2.0 * np.abs(fft.rfft(x)) / x.size
+        driven = amplitude > 1e-6 * amplitude.max()
+        line = Line(f[driven], amplitude[driven], "lines", "points", "data")
+        return Panel("Spectrum of one period", "frequency [Hz]", "amplitude [V]", (line,), x_log=True, y_log=True)
+    f, density = welch(e.proper, e.fs, nperseg=min(round(_SEGMENT_s * e.fs), e.proper.size))
+    use = (f > 0) & (density > 1e-12 * density.max())
+    line = Line(f[use], np.sqrt(density[use]), role="data")
+    return Panel("Spectrum", "frequency [Hz]", "amplitude density [V/√Hz]", (line,), x_log=True, y_log=True)
