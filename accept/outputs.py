@@ -18,7 +18,8 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     """The document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
     spec = specs[0] if specs else None
     document = {"accept_version": version(), "spec": spec, "specs": specs, "units": units, "refused": refused}
-    return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
+    # sorted: an entry taken from the store and one just judged are then the same bytes
+    return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
 def findings_frame(units: list[dict[str, Any]]) -> pd.DataFrame:

@@ -257,6 +257,8 @@ def load(unit: UnitFolder, section: Section, hashes: Mapping[str, str]) -> Value
 
 def _read_file(unit: UnitFolder, entry: FileEntry, hashes: Mapping[str, str]) -> Any:
     path = inside(unit.path, entry.name)
+    if not path.is_file():  # said here, without the folder's own path: a certificate is judged again elsewhere
+        raise RecordError(f"{entry.name}: there is no such file in the unit folder")
     if isinstance(entry.declared, Table):
         found = records.read_table(path, entry.declared)
         if hashes.get(entry.name) != _hash(unit.path, entry.name):

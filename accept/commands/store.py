@@ -1,7 +1,5 @@
 """`accept store`."""
 
-from rich.table import Table
-
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
 from accept.store import check_lines, open_store
@@ -18,10 +16,9 @@ def check() -> Exit:
 
 @clear_errors
 def log(serial: str | None) -> Exit:
-    table = Table("event", "time (UTC)", "who", "what", "unit", "spec", "code")
     with open_store() as store:
         for event in store.events(subject=serial):
             spec = event.spec.split("@")[0]
-            table.add_row(str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, event.code[:8])
-    stdout.print(table)
+            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, f"code {event.code[:8]}")
+            print("  ".join(word for word in words if word))
     return Exit.ACCEPTED

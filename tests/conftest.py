@@ -1,0 +1,16 @@
+"""Every test has a bench's folder of its own: none touches the keys and events of whoever runs the tests."""
+
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def bench_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    home = tmp_path_factory.mktemp("home")
+    monkeypatch.setenv("ACCEPT_HOME", str(home))
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
+    monkeypatch.setenv("ACCEPT_OPERATOR", "Test Technician")
+    for name in ("ACCEPT_STORE_URL", "ACCEPT_PASSPHRASE_FILE", "ACCEPT_QA_PASSPHRASE"):
+        monkeypatch.delenv(name, raising=False)
+    return home
