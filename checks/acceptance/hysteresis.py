@@ -1,0 +1,174 @@
+"""Hysteresis loops under slow sines of growing amplitude (seed 3.1.6)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.acceptance.stated import stated
+from checks.declare import Check, Form, Series, Setting, Values
+from checks.picture import Band, Line, Panel
+from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.record import Record
+from checks.signals.cycles import Cycle, last_cycles
+from checks.signals.loops import Estimate, thin
+from checks.signals.regression import least_squares
+from specs.spec import CheckSpec
+
+Array = NDArray[np.float64]
+
+UM = 1e-6
+CENTRE_LINE_DEGREE = 5
+MAX_MISFIT = 0.02  # of half the peak to peak: rms of what the loop's shape leaves
+MIN_AMPLITUDE_V = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """The loop of one amplitude. width : opening at mid-voltage relative to the peak to peak of the response, positive
+    when the response lags; drive, response : (n,) samples of its period, centred."""
+
+    amplitude: float
+    width: Estimate
+    drive: Array
+    response: Array
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Loop width of the displacement [percent] at the largest and the smallest amplitude; that of Vs where recorded.
+
+    The width is the opening at mid-voltage relative to the peak to peak of the displacement, of the last period of each
+    amplitude. A high-pass turns the loop of Vs into an ellipse at every amplitude alike, so its hysteresis is what the
+    width at the largest amplitude has above that at the smallest.
+    """
+    if "record" not in values:
+        raise NoResult("record: not measured")
+    record: Record = values["record"]
+    cycles = _cycles(record, float(spec.settings.get("min_amplitude_V", MIN_AMPLITUDE_V)))
+    loops = _loops(record, "de", cycles)
+    notes = [f"loops at {', '.join(f'{loop.amplitude:.3g}' for loop in loops)} V about {cycles[-1].centre:.3g} V of Va"]
+    if loops[-1].width.value < -3 * loops[-1].width.u:
+        notes.append("de runs ahead of Va: channels swapped, or a delay in Va")
+    quantities = [_width("hysteresis_percent", loops[-1], spec), _small(loops, spec), _amplitude(loops)]
+    panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
+    if "Vs" in record.channels:
+        sensor = _loops(record, "Vs", cycles)
+        quantities.append(_sensor(sensor))
+        panels |= _panels("sensor", "Vs [V]", 1.0, sensor)
+    else:
+        quantities.append(Quantity.missing("sensor_hysteresis_percent", "the record holds no Vs"))
+    return Outcome(tuple(quantities), tuple(notes), panels)
+
+
+def _cycles(record: Record, at_least: float) -> list[Cycle]:
+    cycles = last_cycles(record["Va"])
+    if not cycles:
+        raise NoResult("Va holds no whole period of a steady sine")
+    if cycles[-1].amplitude < 0.98 * at_least:
+        raise NoResult(f"the largest sine in Va has {cycles[-1].amplitude:.3g} V, {at_least:g} V are asked for")
+    return cycles
+
+
+def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
+    return [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
+
+
+def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response") -> Loop:
+    """Loop of one period, drive and response (n,).
+
+    response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
+    The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter
+    also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law: Bertotti,
+    Hysteresis in Magnetism (1998), 2.3. Raises NoResult when such a loop does not describe the response.
+    """
+    v, angle = (drive - cycle.centre) / cycle.amplitude, cycle.angle
+    up, sine = np.cos(angle), np.sin(angle)
+    rayleigh = up * np.abs(up)
+    opening = [up, rayleigh, up * sine, rayleigh * sine, rayleigh * sine**2]
+    drift = np.linspace(-0.5, 0.5, v.size)
+    line = [v**k for k in range(CENTRE_LINE_DEGREE + 1)]
+    fit = least_squares(np.column_stack([*line, *opening, drift]), response)
+    to_width, to_span = np.zeros(fit.x.size), np.zeros(fit.x.size)
+    to_width[len(line) : len(line) + 2] = -2.0  # down minus up, at sine = 0 and |cos| = 1
+    to_span[1 : len(line) : 2] = 2.0  # odd powers, at v = 1 minus at v = -1
+    width, span = float(to_width @ fit.x), float(to_span @ fit.x)
+    if not fit.scatter <= MAX_MISFIT * abs(span) / 2:
+        raise NoResult(f"{name} does not follow Va in a loop at {cycle.amplitude:.3g} V")
+    ratio = width / span
+    u = fit.u(to_width - ratio * to_span) / abs(span)
+    return Loop(
+        cycle.amplitude, Estimate(ratio, u), drive - cycle.centre, response - (response.max() + response.min()) / 2
+    )
+
+
+def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
+    percent = 100 * abs(loop.width.value)
+    scatter = Contribution("scatter of the record", 100 * loop.width.u, "A")
+    linearity = stated(spec, percent, "hysteresis_percent")
+    return Quantity.of(name, percent, *([scatter, linearity] if linearity else [scatter]))
+
+
+def _small(loops: list[Loop], spec: CheckSpec) -> Quantity:
+    name = "hysteresis_small_signal_percent"
+    if len(loops) < 2:
+        return Quantity.missing(name, "only one amplitude was recorded")
+    return _width(name, loops[0], spec)
+
+
+def _amplitude(loops: list[Loop]) -> Quantity:
+    return Quantity("hysteresis_amplitude_V", loops[-1].amplitude)
+
+
+def _sensor(loops: list[Loop]) -> Quantity:
+    name = "sensor_hysteresis_percent"
+    if len(loops) < 2:
+        return Quantity.missing(name, "only one amplitude was recorded: a phase shift cannot be told from hysteresis")
+    small, large = loops[0].width, loops[-1].width
+    scatter = [
+        Contribution("scatter at the largest amplitude", 100 * large.u, "A"),
+        Contribution("scatter at the smallest amplitude", 100 * small.u, "A"),
+    ]
+    return Quantity.of(name, 100 * abs(large.value - small.value), *scatter)
+
+
+def _panels(key: str, label: str, scale: float, loops: list[Loop]) -> dict[str, Panel]:
+    curves = tuple(Line(thin(p.drive), thin(p.response) * scale, f"{p.amplitude:.3g} V") for p in loops)
+    amplitude = np.array([p.amplitude for p in loops])
+    width = 100 * np.array([p.width.value for p in loops])
+    U = 100 * COVERAGE_FACTOR * np.array([p.width.u for p in loops])
+    growth = (Band(amplitude, width - U, width + U), Line(amplitude, width, "width", role="data"))
+    return {
+        f"{key}_loops": Panel(f"Loops of the {key}, last period, centred", "Va about its mean [V]", label, curves),
+        f"{key}_width": Panel(
+            f"Loop width of the {key}", "amplitude of Va [V]", "width [percent of peak to peak]", growth, x_log=True
+        ),
+    }
+
+
+CHECK = Check(
+    name="hysteresis",
+    title="Hysteresis under slow sines",
+    kinds=("apa", "strut"),
+    forms=(
+        Form(
+            "record",
+            (
+                Series(
+                    "record",
+                    "slow sines of growing amplitude",
+                    {"t": "s", "Va": "V", "de": "m"},
+                    optional_channels={"Vs": "V"},
+                ),
+            ),
+        ),
+    ),
+    quantities=(
+        "hysteresis_percent",
+        "hysteresis_small_signal_percent",
+        "hysteresis_amplitude_V",
+        "sensor_hysteresis_percent",
+    ),
+    measure=measure,
+    settings=(Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),),
+    stated=("hysteresis_percent",),
+)
