@@ -302,7 +302,7 @@ def test_the_limits_themselves_are_allowed():
 def test_pictures(kind):
     drawn = panels(KINDS[kind](QUICK))
     assert set(drawn) == {"time", "spectrum"}
-    assert drawn["time"].title == KINDS[kind](QUICK).meaning
+    assert KINDS[kind](QUICK).meaning.startswith(drawn["time"].title)
 
 
 @pytest.mark.parametrize("command", ["sweep", "noise", "sine", "multisine"])

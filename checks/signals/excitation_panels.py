@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 
 _COLUMNS = 2000  # of the time picture: more cannot be told apart in print
 _SEGMENT_s = 1.0
+_FLOOR = 1e-8  # of the largest density: below, it is only rounding and the window's skirt
 
 
 def panels(excitation: Excitation) -> dict[str, Panel]:
@@ -23,12 +24,13 @@ def _time(e: Excitation) -> Panel:
     step = -(-e.Va.size // _COLUMNS)
     starts = np.arange(0, e.Va.size, step)
     t = e.t[starts]
-    signal: Item = Line(t, e.Va[starts], role="data")
+    signal: list[Item] = [Line(t, e.Va[starts], role="data")]
     if step > 1:
         lo, hi = np.minimum.reduceat(e.Va, starts), np.maximum.reduceat(e.Va, starts)
-        signal = Band(t, lo, hi, "lowest to highest", role="data")
+        # Where nothing but a ramp runs the band has no width: its edges are drawn too.
+        signal = [Band(t, lo, hi, "lowest to highest", role="data"), Line(t, lo, role="data"), Line(t, hi, role="data")]
     marks = [Mark(float(e.t[k]), label=w, role="quiet") for k, w in ((e.start, "start"), (e.stop - 1, "end"))]
-    return Panel(e.meaning, "time [s]", "voltage at the DAC [V]", (signal, *marks))
+    return Panel(e.meaning.split(",")[0], "time [s]", "voltage at the DAC [V]", (*signal, *marks))
 
 
 def _spectrum(e: Excitation) -> Panel:
@@ -37,8 +39,8 @@ def _spectrum(e: Excitation) -> Panel:
         f, amplitude = fft.rfftfreq(x.size, 1 / e.fs), 2.0 * np.abs(fft.rfft(x)) / x.size
         driven = amplitude > 1e-6 * amplitude.max()
         line = Line(f[driven], amplitude[driven], "lines", "points", "data")
-        return Panel("Spectrum of one period", "frequency [Hz]", "amplitude [V]", (line,), x_log=True, y_log=True)
-    f, density = welch(e.proper, e.fs, nperseg=min(round(_SEGMENT_s * e.fs), e.proper.size))
-    use = (f > 0) & (density > 1e-12 * density.max())
-    line = Line(f[use], np.sqrt(density[use]), role="data")
+        y_range = 0.3 * float(amplitude[driven].min()), 3.0 * float(amplitude.max())
+        return Panel("One period", "frequency [Hz]", "amplitude [V]", (line,), x_log=True, y_log=True, y_range=y_range)
+    f, density = welch(e.proper, e.fs, nperseg=min(round(_SEGMENT_s * e.fs), e.proper.size), detrend=False)
+    line = Line(f[1:], np.sqrt(np.maximum(density[1:], _FLOOR * density.max())), role="data")
     return Panel("Spectrum", "frequency [Hz]", "amplitude density [V/√Hz]", (line,), x_log=True, y_log=True)
