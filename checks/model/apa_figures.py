@@ -17,8 +17,9 @@ def figures(s: Superelement) -> dict[str, float]:
     mass, inertia_x..z about the origin; compliance_ux..rz of the top with the bottom clamped [m/N, rad/(N m)], and
     coupling_ux_ry, coupling_uy_rx of it [rad/N]; stiffness_sensor, stiffness_actuator [N/m] felt by a pair of forces
     on the stacks' nodes; stroke_sensor, stroke_actuator: motion of the top along z per elongation of the stacks under
-    that pair; crosstalk_stacks [m/N], elongation of one per force pair on the other; clamped_i, free_i [Hz]: modes with
-    the bottom clamped, and elastic modes of the free body.
+    that pair; push_sensor, push_actuator [m/N]: the same per force of the pair; crosstalk_free, crosstalk_blocked
+    [m/N]: elongation of one per force pair on the other, with the top free and with its z held (what Vs is below and
+    above the axial resonance); clamped_i, free_i [Hz]: modes with the bottom clamped, elastic modes of the free body.
     """
     R = rigid_motions(s.xyz, s.size)
     body = R.T @ s.M @ R
@@ -44,7 +45,10 @@ def _static(s: Superelement) -> dict[str, float]:
         "stiffness_actuator": 1.0 / C[actuator, actuator],
         "stroke_sensor": C[2, sensor] / C[sensor, sensor],
         "stroke_actuator": C[2, actuator] / C[actuator, actuator],
-        "crosstalk_stacks": C[sensor, actuator],
+        "push_sensor": C[2, sensor],
+        "push_actuator": C[2, actuator],
+        "crosstalk_free": C[sensor, actuator],
+        "crosstalk_blocked": C[sensor, actuator] - C[2, sensor] * C[2, actuator] / C[2, 2],
     }
 
 

@@ -13,7 +13,7 @@ from checks.model.frame_geometry import Block, FrameGeometry
 from checks.model.superelement import DOFS, Array, Superelement
 
 INTERFACE_NODES = 7
-MODES = 16  # to about 14 kHz, seven times the band's end
+MODES = 40  # to 33 kHz: fewer would lift the modes below 2.5 kHz by 0.2 %
 ARM_ELEMENTS = 6
 STACK_ELEMENTS = 2
 

@@ -8,7 +8,7 @@ from checks.model.beam import Material
 from checks.model.superelement import ModelError
 
 STEEL = Material(E=200e9, nu=0.3, rho=7850.0)
-CERAMIC = Material(E=45.37e9, nu=0.3, rho=7850.0)  # soft PZT along its layers; E calibrated, see FrameGeometry
+CERAMIC = Material(E=45.78e9, nu=0.3, rho=7850.0)  # soft PZT along its layers; E calibrated, see FrameGeometry
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class FrameGeometry:
     the middle of the top or bottom block, at (0, +-arm_foot_z), bowed outwards by arm_rise at its middle.
 
     Dimensions are round where the maker's outline (about 78 x 20 x 30 mm) or the stacks' faces (10 x 10 mm, as the
-    published matrices' mass and stiffness of a stack imply) fix them. Twelve others are EFFECTIVE: calibrated by
+    published matrices' mass and stiffness of a stack imply) fix them. Fourteen others are EFFECTIVE: calibrated by
     `frame_identify.identify` on the published finite-element matrices of the APA300ML (T. Dehaeze, stewart-simscape,
     MIT licence), not measured on a part. They are E of the ceramic, arm_root_z, arm_foot_z, arm_thickness (2),
-    arm_width, arm_rise, the end box's sides (3), the top box's along z, and the height of the top neck. They came out
-    as a plausible drawing would have them, but stand for what beams leave out: fillets, the shell's curvature, local
-    compliance under the stacks' faces. The boxes are the least determined, as only their mass and inertia show.
+    arm_width, arm_rise, the end block's box (3) and neck (2), the top box's side along z and the height of its neck.
+    They stand for what beams leave out: fillets, the shell's curvature, local compliance under the stacks' faces. The
+    boxes are the least determined, as only their mass and inertia show: do not read a drawing out of them.
     """
 
     height: float = 30e-3
@@ -48,13 +48,13 @@ class FrameGeometry:
     spacer_side: float = 10.4e-3  # of the part that carries load: a face a little wider than the stacks' footprint
     spacer_box: float = 14e-3  # outline along y and z, which sets its mass
     arm_beyond: float = 6.5e-3
-    arm_root_z: float = 5.61e-3
-    arm_foot_z: float = 12.634e-3
-    arm_thickness: tuple[float, float] = (1.642e-3, 1.689e-3)  # at the root and at the foot, linear between
-    arm_width: float = 19.0e-3  # along y
-    arm_rise: float = 0.835e-3
-    end: Block = Block(box=(20.8e-3, 14.15e-3, 3.38e-3), center=6.0e-3, neck=(10e-3, 10e-3))
-    top: Block = Block(box=(20e-3, 22e-3, 0.865e-3), center=2.0e-3, neck=(16e-3, 5.20e-3))
+    arm_root_z: float = 5.658e-3
+    arm_foot_z: float = 12.722e-3
+    arm_thickness: tuple[float, float] = (1.671e-3, 1.66e-3)  # at the root and at the foot, linear between
+    arm_width: float = 19.57e-3  # along y
+    arm_rise: float = 0.88e-3
+    end: Block = Block(box=(24.4e-3, 8.68e-3, 4.49e-3), center=6.0e-3, neck=(5.79e-3, 10.85e-3))
+    top: Block = Block(box=(20e-3, 24e-3, 0.719e-3), center=2.0e-3, neck=(16e-3, 5.044e-3))
     steel: Material = STEEL
     ceramic: Material = CERAMIC
 
@@ -70,8 +70,14 @@ class FrameGeometry:
             raise ModelError(
                 f"frame APA: arm_foot_z {self.arm_foot_z} m is not inside half the height {self.height / 2} m"
             )
-        if not math.isfinite(self.arm_rise):
-            raise ModelError(f"frame APA: arm_rise is {self.arm_rise}, expected a number")
+        for name, value in (
+            ("arm_rise", self.arm_rise),
+            ("end.center", self.end.center),
+            ("top.center", self.top.center),
+            *((f"stations[{i}]", x) for i, x in enumerate(self.stations)),
+        ):
+            if not math.isfinite(value):
+                raise ModelError(f"frame APA: {name} is {value}, expected a number")
 
 
 def _sizes(part: float | tuple[float, ...] | Block | Material) -> tuple[float, ...]:
@@ -79,7 +85,7 @@ def _sizes(part: float | tuple[float, ...] | Block | Material) -> tuple[float, .
         case Block():
             return (*part.box, *part.neck)
         case Material():
-            return (part.E, part.rho)
+            return (part.E, part.G, part.rho)
         case tuple():
             return part
         case _:

@@ -11,7 +11,8 @@ from checks.model.frame_geometry import FrameGeometry
 from checks.model.superelement import Array, ModelError, Superelement
 
 PULL = 2e-2  # of the relative change of a dimension, against relative errors of the figures
-HEAVY, LIGHT = 3.0, 1.0  # weight of what a strut's response below 1 kHz hangs on, and of the rest
+# Weights: what places the axial resonance, what else a strut's response below 1 kHz hangs on, the rest.
+AXIAL, HEAVY, LIGHT = 9.0, 3.0, 1.0
 _HEAVY = (
     "mass",
     "compliance_",
@@ -28,7 +29,7 @@ def identify(
 ) -> tuple[FrameGeometry, dict[str, float]]:
     """The geometry whose figures come closest to the reference's, and the relative error left in each figure.
 
-    Least squares on log ratios over the twelve effective dimensions, from `start`, with a weak pull (2 % per 100 %)
+    Least squares on log ratios over the fourteen effective dimensions, from `start`, with a weak pull (2 % per 100 %)
     towards it, since the figures leave some directions (the sides of a box) nearly open.
     Raises ModelError when a figure of the reference has the opposite sign to the start's.
     """
@@ -39,7 +40,7 @@ def identify(
             raise ModelError(
                 f"{reference.name}: {name} is {target[name]:.4g}, the frame gives {value:.4g}: not the same APA"
             )
-    weight = np.array([HEAVY if name.startswith(_HEAVY) else LIGHT for name in target])
+    weight = np.array([_weight(name) for name in target])
     centre = effective(start)
 
     def residuals(x: Array) -> Array:
@@ -54,8 +55,14 @@ def identify(
     return geometry, {name: got[name] / target[name] - 1.0 for name in target}
 
 
+def _weight(figure: str) -> float:
+    if figure == "compliance_uz":
+        return AXIAL
+    return HEAVY if figure.startswith(_HEAVY) else LIGHT
+
+
 def effective(g: FrameGeometry) -> Array:
-    """(12,) the identified dimensions, in the order in which `with_effective` takes them."""
+    """(14,) the identified dimensions, in the order in which `with_effective` takes them."""
     return np.array(
         [
             g.ceramic.E,
@@ -65,6 +72,7 @@ def effective(g: FrameGeometry) -> Array:
             g.arm_width,
             g.arm_rise,
             *g.end.box,
+            *g.end.neck,
             g.top.box[2],
             g.top.neck[1],
         ]
@@ -72,8 +80,9 @@ def effective(g: FrameGeometry) -> Array:
 
 
 def with_effective(g: FrameGeometry, values: Array) -> FrameGeometry:
-    """The geometry with other effective dimensions (12,)."""
-    E, root_z, foot_z, t_root, t_foot, width, rise, end_x, end_y, end_z, top_z, neck = (float(v) for v in values)
+    """The geometry with other effective dimensions (14,)."""
+    E, root_z, foot_z, t_root, t_foot, width, rise, *blocks = (float(v) for v in values)
+    end_x, end_y, end_z, end_width, end_height, top_z, neck = blocks
     return replace(
         g,
         ceramic=replace(g.ceramic, E=E),
@@ -82,6 +91,6 @@ def with_effective(g: FrameGeometry, values: Array) -> FrameGeometry:
         arm_thickness=(t_root, t_foot),
         arm_width=width,
         arm_rise=rise,
-        end=replace(g.end, box=(end_x, end_y, end_z)),
+        end=replace(g.end, box=(end_x, end_y, end_z), neck=(end_width, end_height)),
         top=replace(g.top, box=(*g.top.box[:2], top_z), neck=(g.top.neck[0], neck)),
     )
