@@ -25,7 +25,8 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
 
 def _mat(path: Path) -> tuple[Array, Array, Array]:
     try:
-        content = io.loadmat(path, variable_names=("K", "M", "int_xyz"))
+        with path.open("rb") as stream:
+            content = io.loadmat(stream, variable_names=("K", "M", "int_xyz"))
     except FileNotFoundError as e:
         raise ModelError(f"{path}: no such file") from e
     except (OSError, ValueError, NotImplementedError, TypeError) as e:

@@ -69,11 +69,12 @@ class Document(Strict):
 
     def sections(self) -> Iterator[tuple[str, Section]]:
         """Sections with numbers, each by the prefix of its parameters' flat names."""
-        joint = (
-            {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top} if isinstance(self.joint, Joints) else {}
-        )
-        joint |= {"joint": self.joint} if isinstance(self.joint, Joint) else {}
-        named = {"apa": self.apa, **joint, "encoder": self.encoder, "bench": self.bench, "constants": self.constants}
+        named: dict[str, Section | None] = {"apa": self.apa}
+        if isinstance(self.joint, Joints):
+            named |= {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top}
+        else:
+            named |= {"joint": self.joint}
+        named |= {"encoder": self.encoder, "bench": self.bench, "constants": self.constants}
         named |= {"misalignment": self.misalignment, "delay": self.delay}
         named |= {"amplifier": self.amplifier, "sensor": self.sensor}
         yield from ((name, section) for name, section in named.items() if section is not None)

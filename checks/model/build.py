@@ -3,9 +3,13 @@
 import hashlib
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
 
 from checks.model.apa import ApaBody, superelement_body
 from checks.model.apa_2dof import two_dof_body
+from checks.model.frame import frame_matrices
+from checks.model.frame_geometry import FrameGeometry
 from checks.model.model import Model, Values
 from checks.model.parameters import in_range, si
 from checks.model.reduce import reduce_apa
@@ -46,7 +50,7 @@ def _values(spec: ModelSpec) -> dict[str, float]:
 
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:
     if isinstance(spec.apa, ApaFrame):
-        s = frame(spec.apa.geometry)
+        s = _frame(_replaced(FrameGeometry(), spec.apa.geometry, "apa.geometry"))
     elif not isinstance(spec.apa, ApaSuperelement):
         return _two_dof, b""
     if s is None:
@@ -56,8 +60,34 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
     return lambda values: body, s.K.tobytes() + s.M.tobytes()
 
 
-def frame(geometry: Mapping[str, object]) -> Superelement:
-    raise ModelError(f"{geometry}")
+def _frame(geometry: FrameGeometry) -> Superelement:
+    """All nodes of the frame: the reduction here is by its two ends alone, so it is better than that of `frame_apa`,
+    and as cheap."""
+    K, M, points = frame_matrices(geometry)
+    return Superelement(K, M, points, name="frame APA")
+
+
+def _replaced(part: Any, changes: Mapping[str, Any], path: str) -> Any:
+    """A frozen part with entries of the same names replaced, parts within parts too. Raises ModelError."""
+    entries = {f.name for f in fields(part)}
+    for key in changes:
+        if key not in entries:
+            raise ModelError(f"[{path}] has no '{key}' (has: {', '.join(sorted(entries))})")
+    return replace(part, **{key: _entry(getattr(part, key), new, f"{path}.{key}") for key, new in changes.items()})
+
+
+def _entry(old: Any, new: Any, path: str) -> Any:
+    if is_dataclass(old) and isinstance(new, Mapping):
+        return _replaced(old, new, path)
+    if isinstance(old, tuple) and isinstance(new, list) and len(new) == len(old) and all(map(_is_number, new)):
+        return tuple(float(v) for v in new)
+    if isinstance(old, float) and _is_number(new):
+        return float(new)
+    raise ModelError(f"[{path}] is {new!r}; expected the like of {old!r}")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _two_dof(values: Values) -> ApaBody:

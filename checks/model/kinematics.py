@@ -7,7 +7,7 @@ Array = NDArray[np.float64]
 
 
 def lever(r: ArrayLike) -> Array:
-    """(6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of that node: u + theta x r."""
+    """(6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u + theta x r."""
     x, y, z = np.asarray(r, dtype=float)
     T = np.eye(6)
     T[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]

@@ -22,6 +22,7 @@ from checks.model.superelement import Array, ModelError
 Complex = NDArray[np.complex128]
 
 FAST = 1e-9  # [s/rad] of 1/|pole|: faster than 100 MHz is at rest
+NO_MASS = 1e-9  # of the largest 1/w^2: round-off of a coordinate without mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,14 +42,21 @@ class Modal:
     def frf(self, f: Array) -> Complex:
         """(F, c) response at f (F,) [Hz].
 
-        A pair is one real section of second order, so all runs in real products of (F, p) by (p, c)."""
+        A pair is one real section of second order, so all runs in real products of (F, p) by (p, 2 c), in place:
+        writing new arrays took three quarters of the time."""
+        c = len(self.channels)
         w = 2.0 * np.pi * f[:, None]
-        x = w * self._damping
-        y = 1.0 - (w * self._inverse_w) ** 2
-        scale = 1.0 / (x * x + y * y)
-        re, im = y * scale, x * scale
-        A, B = self._numerators
-        return (re @ A - w * (im @ B)) + 1j * (im @ A + w * (re @ B))
+        im, re = w * self._damping, w * self._inverse_w
+        np.subtract(1.0, np.multiply(re, re, out=re), out=re)
+        scale = im * im
+        scale += re * re
+        re /= scale
+        im /= scale
+        real, imag = re @ self._numerators, im @ self._numerators
+        H = np.empty((f.size, c), dtype=complex)
+        H.real = real[:, :c] - w * imag[:, c:]
+        H.imag = imag[:, :c] + w * real[:, c:]
+        return H
 
     @property
     def _damping(self) -> Array:
@@ -59,11 +67,11 @@ class Modal:
         return np.where(self.paired, np.abs(self.mu), 0.0)
 
     @property
-    def _numerators(self) -> tuple[Array, Array]:
-        """(p, c) of 1 and of s in the numerator of each section; its denominator is 1 - damping s + (s / w)^2."""
+    def _numerators(self) -> Array:
+        """(p, 2 c) of 1, then of s, in the numerator of each section; its denominator is 1 - damping s + (s / w)^2."""
         weight = np.where(self.paired, 2.0, 1.0)[:, None]
         rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
-        return -weight * self.residues.real, rate
+        return np.hstack([-weight * self.residues.real, rate])
 
     def static(self) -> Array:
         """(c,) response at rest."""
@@ -124,6 +132,8 @@ def _energy_form(system: System) -> tuple[Array, Array]:
         raise ModelError(f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}") from e
     inverse = linalg.solve_triangular(L, np.eye(len(L)), lower=True, check_finite=False)
     m, U = np.linalg.eigh(inverse @ system.M @ inverse.T)
+    if m[0] < -NO_MASS * m[-1]:
+        raise ModelError(f"the assembly's mass is not positive: {m[0]:.3g} s2 beside {m[-1]:.3g} s2 (1 / w^2)")
     T = inverse.T @ U
     root = np.sqrt(np.maximum(m, 0.0))  # round-off of a coordinate without mass
     n = len(root)

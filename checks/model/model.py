@@ -23,7 +23,7 @@ from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, o
 from checks.model.superelement import Array, ModelError
 
 CHANNELS = ("Vs", "de", "da")
-F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is good to 2 kHz and still within 1 % here
+F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
 PRIOR_ONLY: Mapping[str, float] = {}
 
 Values = Mapping[str, float]
