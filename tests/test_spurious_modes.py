@@ -136,6 +136,45 @@ def test_noise_alone_is_no_result(unit):
     assert found["x_bending_Hz"].reason
 
 
+def test_two_good_impacts_are_too_few_whatever_the_spec_says(unit):
+    hits = ((0.5, 80.0), (2.0, 85.0))
+    two = record(*noisy(clean(Struck(MODES["x_bending"], hits, 4.0)), np.random.default_rng(2)))
+    found, _ = measured({"x_bending": two}, CheckSpec(limits=SPEC.limits, settings={"impacts_min": 2}))
+    assert "2 of 2 impacts good; 3 good ones are needed" in found["x_bending_Hz"].reason
+
+
+def test_sampled_too_slowly_is_said(unit):
+    slow = record(unit["x_bending"]["Track1"], unit["x_bending"]["Track2"], fs=100.0)
+    found, _ = measured({"x_bending": slow})
+    assert "too slowly" in found["x_bending_Hz"].reason
+
+
+def _garbage(rng, n, hits):
+    spikes = np.zeros(n)
+    spikes[rng.integers(0, n, rng.integers(1, 9))] = rng.uniform(1, 100)
+    kinds = (
+        rng.standard_normal(n),
+        rng.standard_cauchy(n),
+        np.sin(np.arange(n) * rng.uniform(0.001, 1)),
+        np.cumsum(rng.standard_normal(n)),
+        np.where(rng.random(n) < 0.01, 100.0, 0.0),
+        np.arange(n) * 1.0,
+        spikes,
+        np.resize(hits, n) * rng.uniform(-2, 2) + rng.standard_normal(n) * 10.0 ** rng.uniform(-6, 1),
+    )
+    return kinds[rng.integers(len(kinds))] * 10.0 ** rng.integers(-12, 12)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_garbage_gives_reasons_or_finite_values(unit, seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.choice([2, 3, 17, 100, 3000, 20000]))
+    tracks = (_garbage(rng, n, unit["x_bending"]["Track1"]), _garbage(rng, n, unit["x_bending"]["Track2"]))
+    values = dict.fromkeys(("x_bending", "torsion_left", "torsion_top"), record(*tracks))
+    for quantity in CHECK.measure(values, SPEC).quantities:
+        assert quantity.reason or np.isfinite([quantity.value, quantity.U]).all()
+
+
 def test_a_spec_may_state_the_instrument(unit):
     stated = {"x_bending_Hz": {"U": 0.5, "source": "analyser"}}
     found, _ = measured(unit, CheckSpec(limits=SPEC.limits, uncertainty=stated))

@@ -191,6 +191,7 @@ def _least_agreeing(frf: ImpactFrf, band_Hz: tuple[float, float]) -> tuple[int, 
     others = (cross.sum(axis=0) - cross) / (power.sum(axis=0) - power)
     predicted = others * F
     overlap = np.abs(np.sum(Y * predicted.conj(), axis=1)) ** 2
-    agreement = overlap / (np.sum(np.abs(Y) ** 2, axis=1) * np.sum(np.abs(predicted) ** 2, axis=1))
+    energy = np.sum(np.abs(Y) ** 2, axis=1) * np.sum(np.abs(predicted) ** 2, axis=1)
+    agreement = np.divide(overlap, energy, out=np.zeros_like(overlap), where=energy > 0)
     worst = int(np.argmin(agreement))
     return worst, float(agreement[worst])

@@ -122,8 +122,8 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
 def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
     """First and last sample of the pulse that are above half its peak."""
     half, reach = 0.5 * impact.force_N, impact.end - impact.start + 1
-    lo = _last_below(upward, impact.peak, half, reach) + 1
-    return lo, _first_below(upward, impact.peak, half, reach) - 1
+    lo = min(_last_below(upward, impact.peak, half, reach) + 1, impact.peak)
+    return lo, max(_first_below(upward, impact.peak, half, reach) - 1, impact.peak)
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
