@@ -19,17 +19,19 @@ Array = NDArray[np.float64]
 
 UM = 1e-6
 CENTRE_LINE_DEGREE = 5
-MAX_MISFIT = 0.02  # of half the peak to peak: rms of what the loop's shape leaves
+MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
 MIN_AMPLITUDE_V = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
     """The loop of one amplitude. width : opening at mid-voltage relative to the peak to peak of the response, positive
-    when the response lags; drive, response : (n,) samples of its period, centred."""
+    when the response lags; misfit : rms of what the loop's shape leaves, relative to half the peak to peak; drive,
+    response : (n,) samples of its period, centred."""
 
     amplitude: float
     width: Estimate
+    misfit: float
     drive: Array
     response: Array
 
@@ -70,7 +72,10 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
-    return [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
+    loops = [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
+    if not loops[-1].misfit <= MAX_MISFIT:
+        raise NoResult(f"{channel} does not follow Va in a loop at {cycles[-1].amplitude:.3g} V")
+    return loops
 
 
 def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response") -> Loop:
@@ -79,7 +84,7 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
     The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter
     also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law: Bertotti,
-    Hysteresis in Magnetism (1998), 2.3. Raises NoResult when such a loop does not describe the response.
+    Hysteresis in Magnetism (1998), 2.3. Raises NoResult when the response stands still.
     """
     v, angle = (drive - cycle.centre) / cycle.amplitude, cycle.angle
     up, sine = np.cos(angle), np.sin(angle)
@@ -87,18 +92,22 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     opening = [up, rayleigh, up * sine, rayleigh * sine, rayleigh * sine**2]
     drift = np.linspace(-0.5, 0.5, v.size)
     line = [v**k for k in range(CENTRE_LINE_DEGREE + 1)]
-    fit = least_squares(np.column_stack([*line, *opening, drift]), response)
-    to_width, to_span = np.zeros(fit.x.size), np.zeros(fit.x.size)
+    design = np.column_stack([*line, *opening, drift])
+    fit = least_squares(design, response)
+    to_width = np.zeros(fit.x.size)
     to_width[len(line) : len(line) + 2] = -2.0  # down minus up, at sine = 0 and |cos| = 1
-    to_span[1 : len(line) : 2] = 2.0  # odd powers, at v = 1 minus at v = -1
-    width, span = float(to_width @ fit.x), float(to_span @ fit.x)
-    if not fit.scatter <= MAX_MISFIT * abs(span) / 2:
-        raise NoResult(f"{name} does not follow Va in a loop at {cycle.amplitude:.3g} V")
-    ratio = width / span
-    u = fit.u(to_width - ratio * to_span) / abs(span)
-    return Loop(
-        cycle.amplitude, Estimate(ratio, u), drive - cycle.centre, response - (response.max() + response.min()) / 2
-    )
+    # Peak to peak of the fitted loop without its drift; positive where the response rises with the drive.
+    design[:, -1] = 0.0
+    fitted = design @ fit.x
+    top, bottom = int(np.argmax(fitted)), int(np.argmin(fitted))
+    to_span = (design[top] - design[bottom]) * (1.0 if v[top] > v[bottom] else -1.0)
+    span = float(to_span @ fit.x)
+    if span == 0.0:
+        raise NoResult(f"{name} does not follow Va: it does not move at {cycle.amplitude:.3g} V")
+    ratio = float(to_width @ fit.x) / span
+    width = Estimate(ratio, fit.u(to_width - ratio * to_span) / abs(span))
+    centred = response - (response.max() + response.min()) / 2
+    return Loop(cycle.amplitude, width, fit.scatter / abs(span / 2), drive - cycle.centre, centred)
 
 
 def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:

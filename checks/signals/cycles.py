@@ -45,6 +45,8 @@ def last_cycles(drive: Array) -> list[Cycle]:
 
 def sine_cycles(drive: Array) -> list[Cycle]:
     """Every period of a drive (N,) that is a sine about the middle of its range, in time order."""
+    if drive.size < MIN_SAMPLES:
+        return []
     middle = (drive.max() + drive.min()) / 2
     ups, downs = _passages(drive, float(middle))
     cycles = (_cycle(drive, int(up), _period(int(up), ups, downs)) for up in ups)

@@ -14,6 +14,7 @@ from checks.signals.regression import least_squares
 Array = NDArray[np.float64]
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
+MIN_SAMPLES = 200
 TRIALS = 40
 LOWEST_PERIODS = 0.2  # a corner below this over the length of the record is a drift, not a corner
 EDGE_PERIODS = 3.0  # of the highest frequency, cut off at each end where the filter has started and stopped
@@ -52,6 +53,10 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
     Raises ValueError when too little is left of the record.
     """
     t, u, y = _band(t, u, y, top_Hz)
+    size_u, size_y = float(np.ptp(u)), float(np.ptp(y))
+    if size_u == 0.0 or size_y == 0.0:
+        raise ValueError(f"nothing moves below {top_Hz:g} Hz")
+    u, y = u / size_u, y / size_y
     lo, hi = LOWEST_PERIODS / (t[-1] - t[0]), top_Hz / 2
 
     def left(log_corner: float) -> float:
@@ -73,13 +78,16 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
     joint = least_squares(np.column_stack([design, slope]), y)
     u_relative = joint.u(np.eye(joint.x.size)[-1])
     unexplained = float(fit.residual @ fit.residual / ((y - y.mean()) @ (y - y.mean())))
-    terms = (float(fit.x[0]), float(fit.x[1]), float(fit.x[2]))
+    g, a, b = (float(x) * (size_y / size_u) for x in fit.x[:3])
     at_edge = best in (0, TRIALS - 1)
-    return HighPass(Estimate(corner, corner * u_relative), terms, unexplained, at_edge, t, y, design @ fit.x)
+    found_corner = Estimate(corner, corner * u_relative)
+    return HighPass(found_corner, (g, a, b), unexplained, at_edge, t, y * size_y, design @ fit.x * size_y)
 
 
 def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Array]:
     """Time, u and y low-passed to top_Hz, without the edges, at about PER_TOP samples per period of it."""
+    if t.size < MIN_SAMPLES:
+        raise ValueError(f"{t.size} samples are too short a record, {MIN_SAMPLES} are needed")
     fs = (t.size - 1) / (t[-1] - t[0])
     if fs > 2.5 * top_Hz:
         sos = butter(4, top_Hz, fs=fs, output="sos")
@@ -87,7 +95,7 @@ def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Ar
     every = max(1, int(fs / (PER_TOP * top_Hz)))
     edge = int(EDGE_PERIODS * fs / top_Hz)
     kept = slice(edge, t.size - edge, every)
-    if t[kept].size < 200:
+    if t[kept].size < MIN_SAMPLES:
         raise ValueError(f"the record of {t[-1] - t[0]:.3g} s is too short for a high-pass below {top_Hz:g} Hz")
     return t[kept], u[kept], y[kept]
 

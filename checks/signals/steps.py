@@ -17,6 +17,7 @@ ABOVE_SCATTER = 10.0  # times the scatter of the jumps elsewhere
 ABOVE_CHANGE = 4.0  # times the usual change of those medians from one to the next
 QUIET = 8.0  # times the usual change from sample to sample: what moves faster has not settled
 TOUCH_S = 0.075  # a touch shorter than this is not yet the step
+MIN_SAMPLES = 100
 REACH_S = 2.0  # a step must settle within it
 
 
@@ -40,6 +41,8 @@ def find_steps(t: Array, y: Array) -> list[Step]:
     A jump is the difference of the medians over 0.5 s after and before; a step is where the jumps are largest. Steps
     less than about 1 s apart blur into one another. Raises ValueError when the record is too short to hold any.
     """
+    if t.size < MIN_SAMPLES:
+        raise ValueError(f"{t.size} samples are too few to hold a step, {MIN_SAMPLES} are needed")
     per_grid = max(1, round(GRID_S * (t.size - 1) / (t[-1] - t[0])))
     used = t.size // per_grid * per_grid
     level = np.median(y[:used].reshape(-1, per_grid), axis=1)
