@@ -48,6 +48,7 @@ def assemble(
         _draw_figure(writer, figure, f"/Figure{nth}")
     _attach(writer, attachments)
     _add_fields(writer, fields)
+    writer.pdf_header = "%PDF-1.7"  # reportlab writes 1.3, which knows no signatures of this kind
     writer.metadata = {"/Title": title, "/Producer": "accept", "/Creator": "accept"}
     writer.root_object[NameObject("/Lang")] = TextStringObject("en")
     writer.root_object[NameObject("/ViewerPreferences")] = _dictionary({"/DisplayDocTitle": BooleanObject(True)})

@@ -15,8 +15,8 @@ from accept import version
 from accept.certificate import dossier as dossiers
 from accept.certificate.compare import differences
 from accept.certificate.dossier import RESERVED, Dossier, DossierError
+from accept.certificate.pdf import render
 from accept.certificate.refused import Refused
-from accept.certificate.render import render
 from accept.files import write_atomic
 
 _SHOWN = 3  # differences named in the reason; the details have all

@@ -17,19 +17,17 @@ class LockedError(ValueError):
     """A private key that does not open: wrong passphrase or damaged file."""
 
 
-def lock(key: ec.EllipticCurvePrivateKey, passphrase: str, iterations: int = ITERATIONS) -> bytes:
+def lock(key: ec.EllipticCurvePrivateKey, passphrase: str) -> bytes:
     """PEM of the key, encrypted. Any PKCS#8 reader opens it, e.g. `openssl pkey`."""
     plain = key.private_bytes(
         serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
     salt, vector = os.urandom(16), os.urandom(16)
-    derived = PBKDF2HMAC(hashes.SHA256(), 32, salt, iterations).derive(passphrase.encode("utf-8"))
+    derived = PBKDF2HMAC(hashes.SHA256(), 32, salt, ITERATIONS).derive(passphrase.encode("utf-8"))
     padder = padding.PKCS7(128).padder()
     encryptor = Cipher(algorithms.AES(derived), modes.CBC(vector)).encryptor()
     hidden = encryptor.update(padder.update(plain) + padder.finalize()) + encryptor.finalize()
-    box = keys.EncryptedPrivateKeyInfo(
-        {"encryption_algorithm": _algorithm(salt, vector, iterations), "encrypted_data": hidden}
-    )
+    box = keys.EncryptedPrivateKeyInfo({"encryption_algorithm": _algorithm(salt, vector), "encrypted_data": hidden})
     return pem.armor("ENCRYPTED PRIVATE KEY", box.dump())
 
 
@@ -44,10 +42,10 @@ def unlock(box: bytes, passphrase: str) -> ec.EllipticCurvePrivateKey:
     return key
 
 
-def _algorithm(salt: bytes, vector: bytes, iterations: int) -> dict[str, object]:
+def _algorithm(salt: bytes, vector: bytes) -> dict[str, object]:
     derivation = {
         "salt": algos.Pbkdf2Salt("specified", salt),
-        "iteration_count": iterations,
+        "iteration_count": ITERATIONS,
         "prf": {"algorithm": "sha256"},
     }
     return {

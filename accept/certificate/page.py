@@ -16,7 +16,7 @@ from accept.certificate.numbers import title_of
 
 TECHNICIAN, QA = "technician", "qa"
 BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
-_BOX = (66 * mm, 25 * mm)
+_BOX = (187, 71)  # pt, whole numbers because pyhanko rounds the box of an appearance
 _CODE = 29 * mm
 _TOP = look.HEIGHT - look.MARGIN
 _BAND_TOP = look.MARGIN + look.FOOTER + look.BAND

@@ -22,8 +22,7 @@ from pyhanko.sign.validation import (
 )
 from pyhanko_certvalidator import ValidationContext
 
-from accept.certificate import authority, contents
-from accept.certificate.contents import Rejudge
+from accept.certificate import Rejudge, authority, contents
 from accept.certificate.hole import byte_range, check_cms, read_hole
 from accept.certificate.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.refused import Refused, one_line
