@@ -8,9 +8,8 @@ from typing import Any
 from cryptography import x509
 
 from accept import campaign, seed, unit
-from accept.certificate.contents import Attachments
+from accept.certificate import Attachments, Report, verify
 from accept.certificate.refused import Refused
-from accept.certificate.verify import Report, verify
 from accept.unit import UNIT_FILE, UnitError
 from specs import SpecError, parse
 

@@ -187,7 +187,7 @@ def test_another_spec_judges_again(tmp_path: Path) -> None:
     assert verdicts(tmp_path / "out") == {"A": "rejected"}
 
 
-def test_without_a_passphrase_units_are_judged_and_not_certified(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
+def test_without_a_passphrase_units_are_judged_and_not_certified(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.delenv("ACCEPT_PASSPHRASE")
     make_unit(tmp_path / "a", "A")
     done = batch(tmp_path / "a", "--out", tmp_path / "out")
@@ -196,7 +196,7 @@ def test_without_a_passphrase_units_are_judged_and_not_certified(tmp_path: Path,
     assert results(tmp_path / "out")["units"][0]["certificate"] is None
 
 
-def test_a_wrong_passphrase_is_said(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
+def test_a_wrong_passphrase_is_said(tmp_path: Path, monkeypatch) -> None:
     make_unit(tmp_path / "a", "A")
     batch(tmp_path / "a", "--out", tmp_path / "out")
     monkeypatch.setenv("ACCEPT_PASSPHRASE", "wrong")
@@ -223,7 +223,7 @@ def test_report_verify_countersign_and_store(tmp_path: Path) -> None:
     assert accept("store", "check").exit_code == 0
 
 
-def test_a_foreign_bench_does_not_trust_it(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
+def test_a_foreign_bench_does_not_trust_it(tmp_path: Path, monkeypatch) -> None:
     folder = make_unit(tmp_path / "a", "A")
     accept("report", folder, "--out", tmp_path / "A.pdf", "--spec", "apa-basic")
     ours = Path(os.environ["ACCEPT_HOME"]) / "keys" / "ca.pem"
@@ -243,7 +243,7 @@ def test_a_unit_with_a_missing_file_has_a_certificate_that_verifies(tmp_path: Pa
 
 
 @pytest.mark.parametrize("where", ["out", "home"])
-def test_a_folder_that_cannot_be_written_is_a_clear_error(tmp_path: Path, monkeypatch, where: str) -> None:  # noqa: ANN001
+def test_a_folder_that_cannot_be_written_is_a_clear_error(tmp_path: Path, monkeypatch, where: str) -> None:
     """A file stands where the folder should be: that refuses root too, unlike permissions."""
     make_unit(tmp_path / "a", "A")
     (tmp_path / "taken").write_text("")

@@ -18,7 +18,7 @@ from checks.model.superelement import Array, ModelError, Superelement
 from checks.model.superelement_check import check_superelement
 from hw.model import open_model
 from hw.superelement import read_superelement
-from tests.units_model import APA300ML, needs_data
+from tests.units_model import APA300ML, NOMINAL, needs_data
 
 # Facts page, from the published matrices: (value, accepted relative difference). 3 % on what is a frequency, a
 # stiffness of the whole or a mass, 5 % on amplifications and stacks, as asked for; lateral stiffness as a bonus.
@@ -137,6 +137,18 @@ class TestAgainstThePublishedMatrices:
         error = np.abs(got - truth) / np.abs(truth)
         assert np.median(error) < median
         assert np.quantile(error, 0.9) < quantile
+
+    @pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (0.0, 200.0), (0.0, -200.0), (60.0, -170.0)])
+    def test_misaligned_strut(self, dx: float, dy: float) -> None:
+        """The built-in strut against the one made of the published matrices: what a misalignment is read from."""
+        at = {"misalignment.dx_um": dx, "misalignment.dy_um": dy}
+        got, truth = open_model("strut"), open_model(str(NOMINAL))
+        for roots in (lambda m: m.poles(at), lambda m: m.zeros("de", at)):
+            f, f_true = (frequency_and_damping(roots(m))[0] for m in (got, truth))
+            assert f[f_true < 700] == pytest.approx(f_true[f_true < 700], rel=0.006)  # half the stiffnesses' 1 %
+        f = np.geomspace(10.0, 1000.0, 300)
+        error = np.abs(got.frf(f, at) / truth.frf(f, at) - 1)
+        assert (np.median(error, axis=0) < 0.015).all()  # Vs, de, da: the static figures' errors
 
     def test_identification_finds_the_constants_again(self, published: Superelement) -> None:
         """From dimensions off by 10 %, all figures come as close as with the constants in FrameGeometry.

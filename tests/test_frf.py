@@ -1,5 +1,7 @@
 """H1 against scipy, closed forms and the statistics that it states."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -71,6 +73,18 @@ def test_chunks_change_nothing(noise: tuple[np.ndarray, np.ndarray], size: int) 
     assert streamed.segments == whole.segments
     assert close(streamed.H, whole.H)
     assert close(streamed.cov, whole.cov)
+
+
+def test_memory_does_not_grow_with_the_record() -> None:
+    def peak(seconds: int) -> int:
+        x = np.random.default_rng(1).standard_normal(1000)
+        tracemalloc.start()
+        h1_stream(([x, x] for _ in range(seconds)), ("y",), 1000.0, 500)
+        top = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return top
+
+    assert peak(400) < 1.05 * peak(20)
 
 
 def test_refusals(noise: tuple[np.ndarray, np.ndarray]) -> None:

@@ -186,7 +186,54 @@ def test_plateaus_of_stroke_and_encoder_are_signals(tmp_path):
     assert np.array_equal(records.read(path, STROKE)["V"], volt)
 
 
+def test_only_voltages_clip_at_ten(tmp_path):
+    """An impact may well stay at 10 N for some samples of a quantised force."""
+    force = np.minimum(100 * np.abs(slow_sine(1.0)), 10.0)
+    path = tmp_path / "hammer.mat"
+    path.write_bytes(made.mat5({"Track1": force, "dt": 1e-4}))
+    assert np.array_equal(records.read(path, Series("h", "h", {"Track1": "N"}, step="dt"))["Track1"], force)
+
+
 # --- damaged and hostile files
+
+
+def one_packed(edit) -> bytes:
+    """A compressed file of `t` alone, its deflate stream replaced by edit(stream, what it holds)."""
+    raw = made.mat5({"t": made.channels()["t"]})
+    stream = edit(zlib.compress(raw[128:], 9), raw[128:])
+    return raw[:128] + b"\x0f\0\0\0" + len(stream).to_bytes(4, "little") + stream
+
+
+def longer(held: bytes) -> bytes:
+    return held[:4] + (int.from_bytes(held[4:8], "little") + 8).to_bytes(4, "little") + held[8:]
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda stream, held: stream[:-4],  # the checksum is missing
+        lambda stream, held: zlib.compress(held[:-8], 9),
+        lambda stream, held: zlib.compress(held + b"\0", 9),
+        lambda stream, held: zlib.compress(longer(held), 9),
+    ],
+)
+def test_a_deflate_stream_of_another_length(edit, refusal):
+    only_time = Series("x", "x", {"t": "s"})
+    assert "'t' is cut or damaged inside its compressed data" in refusal(one_packed(edit), only_time)
+
+
+def test_sizes_that_contradict_each_other(refusal):
+    raw = made.mat5(made.channels())
+    assert "is cut: the variable at byte 2400 lacks its last 3 bytes" in refusal(raw[:-3])
+    fewer = raw.replace(np.array([64, 1], "<i4").tobytes(), np.array([32, 1], "<i4").tobytes())
+    assert "variable 'Va' declares 32 numbers, but its data are 512 bytes of type 9" in refusal(fewer)
+
+
+def test_a_signalling_nan_is_named_like_any_other(refusal):
+    """Casting one from single to double raises a floating-point warning."""
+    vs = np.linspace(1.0, 2.0, 64, dtype="f4")
+    raw = made.mat5(made.channels() | {"Vs": vs})
+    assert "'Vs' holds nan at sample 0" in refusal(raw.replace(vs[:1].tobytes(), b"\x01\0\x80\x7f"))
 
 
 @pytest.mark.parametrize("name", ["plain.mat", "packed.mat", "v73.mat", "v73-packed.mat", "table.csv", "binary.uff"])
@@ -244,6 +291,10 @@ def _half_written(f):
     f.create_dataset("Vs", (64,), "f8", chunks=(16,))[:32] = 1.0
 
 
+def _half_packed(f):
+    f.create_dataset("Vs", (64,), "f8", chunks=(16,), compression=3)[:32] = np.arange(32.0)
+
+
 def _huge(f):
     f.create_dataset("Vs", (10**12,), "f8", chunks=(10**6,), compression=3)
 
@@ -282,6 +333,7 @@ def _lzf(f):
     [
         (_declared_only, "variable 'Vs' declares 512 bytes, the file holds 0 of them"),
         (_half_written, "variable 'Vs' declares 512 bytes, the file holds 256 of them"),
+        (_half_packed, "variable 'Vs' has 2 chunks of data, expected 4"),
         (_huge, "1000000000000 of them in channel 'Vs'; at most 200000000 are read"),
         (_char, "channel 'Vs' is of kind char"),
         (_empty, "channel 'Vs' is of kind empty"),
@@ -312,6 +364,7 @@ def test_what_universal_files_may_not_hold(refusal, tmp_path):
     assert "declares 65 values of 20 bytes, but 1280 bytes are there" in refusal(
         text.replace(b"        64", b"        65")
     )
+    assert "declares 63 values of 20 bytes, but 1280 bytes" in refusal(text.replace(b"        64", b"        63"))
     short = made.uff({"t": data["t"][:-1], "de": data["de"][:-1]}, path)
     assert "another time axis than 'Va'" in refusal(text + short.replace(b"        de", b"        dx"))
     assert "holds 'de' more than once" in refusal(text + short)

@@ -7,62 +7,23 @@ in full (ACCEPT_SOAK=1) all; then each system call that writes is a point as wel
 A kill leaves the page cache alone, so this does not show what synchronous=FULL does against a power cut.
 """
 
-import multiprocessing
 import os
 import random
 import re
 import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from sqlalchemy import Engine, event
-from sqlalchemy.pool import Pool
 
 from accept.store import Entry, open_store
+from tests.killing import SOAK, Points, fork
 
-SOAK = bool(os.environ.get("ACCEPT_SOAK"))
 WRITER = Path(__file__).with_name("store_writer.py")
 GROUP = 3  # events of one append_many
-fork = multiprocessing.get_context("fork")
-
-
-class Points:
-    """Counts the points that a process passes and kills it at the chosen one."""
-
-    def __init__(self, at: int | None) -> None:
-        self.passed, self.at = 0, at
-
-    def __call__(self, *_: Any) -> None:
-        self.passed += 1
-        if self.passed == self.at:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    def around(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        def wrapped(*args: Any, **kwargs: Any) -> Any:
-            self()
-            result = function(*args, **kwargs)
-            self()
-            return result
-
-        return wrapped
-
-    def install(self) -> None:
-        def trace(connection: sqlite3.Connection, _record: Any) -> None:
-            connection.set_trace_callback(self)
-
-        event.listen(Pool, "connect", trace)
-        event.listen(Engine, "after_cursor_execute", self.after)
-        os.fsync, os.replace = self.around(os.fsync), self.around(os.replace)
-
-    def after(self, conn: Any, cursor: Any, statement: Any, parameters: Any, context: Any, executemany: Any) -> None:
-        self()
 
 
 def work(folder: Path, points: Points) -> None:

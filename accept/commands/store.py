@@ -19,6 +19,7 @@ def log(serial: str | None) -> Exit:
     with open_store() as store:
         for event in store.events(subject=serial):
             spec = event.spec.split("@")[0]
-            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, f"code {event.code[:8]}")
+            code = f"code {event.code[:8]}"
+            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, code)
             print("  ".join(word for word in words if word))
     return Exit.ACCEPTED

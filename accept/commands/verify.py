@@ -4,9 +4,7 @@ from pathlib import Path
 
 from cryptography import x509
 
-from accept.certificate import keys
-from accept.certificate.contents import Rejudge
-from accept.certificate.verify import Report, verify
+from accept.certificate import Rejudge, Report, keys, verify
 from accept.commands.signing import DEMO
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit

@@ -1,0 +1,46 @@
+"""SIGKILL of a real process at a chosen point of its work."""
+
+import multiprocessing
+import os
+import signal
+import sqlite3
+from collections.abc import Callable
+from typing import Any
+
+from sqlalchemy import Engine, event
+from sqlalchemy.pool import Pool
+
+SOAK = bool(os.environ.get("ACCEPT_SOAK"))
+fork = multiprocessing.get_context("fork")
+
+
+class Points:
+    """Counts the points that a process passes and kills it at the chosen one."""
+
+    def __init__(self, at: int | None) -> None:
+        self.passed, self.at = 0, at
+
+    def __call__(self, *_: Any) -> None:
+        self.passed += 1
+        if self.passed == self.at:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def around(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        def wrapped(*args: Any, **kwargs: Any) -> Any:
+            self()
+            result = function(*args, **kwargs)
+            self()
+            return result
+
+        return wrapped
+
+    def install(self) -> None:
+        def trace(connection: sqlite3.Connection, _record: Any) -> None:
+            connection.set_trace_callback(self)
+
+        event.listen(Pool, "connect", trace)
+        event.listen(Engine, "after_cursor_execute", self.after)
+        os.fsync, os.replace = self.around(os.fsync), self.around(os.replace)
+
+    def after(self, conn: Any, cursor: Any, statement: Any, parameters: Any, context: Any, executemany: Any) -> None:
+        self()
