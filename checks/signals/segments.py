@@ -1,5 +1,6 @@
 """Averaged cross-spectra of all channels in one pass (Welch), fed whole or chunk by chunk."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -51,11 +52,7 @@ class Segments:
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
         self._sum = np.zeros((bins, 2 * channels + 2, 2 * channels))
-        # Work space is kept: fresh pages for every batch would cost more than the transforms.
-        self._frames = np.empty((channels, self._batch, nperseg))
-        self._transforms = np.empty((channels, self._batch, bins), dtype=complex)
-        self._tile = np.zeros((min(bins, TILE_BINS), self._batch, channels + 1), dtype=complex)
-        self._product = np.empty((min(bins, TILE_BINS), 2 * channels + 2, 2 * channels))
+        self._frames, self._transforms, self._tile, self._product = _work_space(channels, self._batch, nperseg)
         self._tail = np.empty((channels, 0))
 
     def feed(self, columns: Sequence[Array]) -> None:
@@ -114,6 +111,7 @@ class Segments:
         return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
 
     def _hermitian(self) -> Complex:
+        """(F, M, M) sums of X_i conj(X_j) from the products of their real and imaginary parts."""
         re, im = self._sum[:, :-2:2], self._sum[:, 1:-2:2]
         return re[:, :, ::2] + im[:, :, 1::2] + 1j * (im[:, :, ::2] - re[:, :, 1::2])
 
@@ -127,6 +125,27 @@ class Segments:
         shifts = range(1, min(K - 1, (self.nperseg - 1) // self.hop) + 1)
         rho = [float(w[m * self.hop :] @ w[: -m * self.hop] / (w @ w)) for m in shifts]
         return K / (1.0 + 2.0 * sum(r * r * (K - m) / K for m, r in zip(shifts, rho, strict=True)))
+
+
+def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Array]:
+    """Windowed segments, their transforms, a tile of them by bin (with a channel of zeros more) and its products.
+
+    All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms.
+    The channel of zeros makes the two factors of a product differ in shape: numpy would take an array times its own
+    transpose to syrk, which is three times slower for so few channels.
+    """
+    bins = nperseg // 2 + 1
+    tile, pairs = min(bins, TILE_BINS), channels + 1
+    shapes = (
+        (channels, batch, (nperseg + 1) // 2),
+        (channels, batch, bins),
+        (tile, batch, pairs),
+        (tile, 2 * pairs, channels),
+    )
+    ends = np.cumsum([math.prod(shape) for shape in shapes])
+    pieces = np.split(np.zeros(ends[-1], dtype=complex), ends[:-1])
+    frames, transforms, by_bin, products = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
+    return frames.view(float)[..., :nperseg], transforms, by_bin, products.view(float)
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
