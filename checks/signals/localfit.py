@@ -17,7 +17,7 @@ Complex = NDArray[np.complex128]
 
 _HALF_BINS = 8  # at least, each side of the peak: 17 complex bins for 5 complex unknowns
 _HALF_WIDTHS = 6.0  # half-power half-widths each side: beyond, a bin says little about the pole
-_SMOOTH_BINS = 5
+_SMOOTH_BINS = 11  # with fewer, bins that happen to scatter little get the weight, and the interval comes out short
 
 
 @dataclass(frozen=True, eq=False)
