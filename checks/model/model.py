@@ -18,7 +18,7 @@ from checks.model.bench import suspension
 from checks.model.builder import System
 from checks.model.encoder import bracket
 from checks.model.modal import Complex, Modal, direct_frf, modal
-from checks.model.parameters import derivative_step, in_range, known
+from checks.model.parameters import derivative_step, in_range, is_mechanical, known
 from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, offset_of
 from checks.model.superelement import Array, ModelError
 
@@ -113,13 +113,17 @@ class Model:
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
         """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name; central differences."""
-        f, base, wanted = frequencies(f), self._at(changes), tuple(channels or self.channels)
-        out = np.empty((len(names := tuple(names)), f.size, len(wanted)), dtype=complex)
+        f, base, names = frequencies(f), self._at(changes), tuple(names)
         known(names, base)
+        at = replace(self, values=base)
+        form = at.modal()
+        wanted = form.channels if channels is None else tuple(channels)
+        out = np.empty((len(names), f.size, len(wanted)), dtype=complex)
         for i, name in enumerate(names):
             h = derivative_step(name, base[name])
-            above, below = ({**base, name: base[name] + sign * h} for sign in (1.0, -1.0))
-            out[i] = (self._unchecked(f, above, wanted) - self._unchecked(f, below, wanted)) / (2.0 * h)
+            same = None if is_mechanical(name) else form
+            above, below = (at._unchecked(f, {**base, name: base[name] + d}, same, wanted) for d in (h, -h))
+            out[i] = (above - below) / (2.0 * h)
         return out
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
@@ -135,10 +139,11 @@ class Model:
         in_range(changes)
         return {**self.values, **changes}
 
-    def _unchecked(self, f: Array, values: Values, channels: tuple[str, ...]) -> Complex:
-        """A derivative may look just past a bound, so the values of its two sides are not judged."""
+    def _unchecked(self, f: Array, values: Values, form: Modal | None, channels: tuple[str, ...]) -> Complex:
+        """Response at values that are not judged: a derivative may look just past a bound. form: the modes, if they
+        are known already."""
         at = replace(self, values=values)
-        form = at.modal()
+        form = form or at.modal()
         return at._measured(f, values, form, form.frf(f), channels)
 
     def _measured(self, f: Array, v: Values, form: Modal, H: Complex, channels: Iterable[str] | None) -> Complex:

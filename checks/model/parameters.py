@@ -60,6 +60,7 @@ _RULES = {
 }
 RELATIVE_STEP = 1e-4  # truncation 1e-8 and round-off 1e-11 / 1e-4 of a central difference are both small
 
+_SEEN_ONLY = ("constants.", "delay.", "amplifier.", "sensor.", "bench.mode_", "encoder.scale", "encoder.bracket_")
 _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 
@@ -82,6 +83,11 @@ def known(names: Iterable[str], allowed: Iterable[str]) -> None:
     for name in names:
         if name not in have:
             raise ModelError(f"no parameter '{name}' (has: {', '.join(sorted(have))})")
+
+
+def is_mechanical(name: str) -> bool:
+    """Does a parameter change the modes, and not only what is seen of them?"""
+    return not name.startswith(_SEEN_ONLY)
 
 
 def in_range(values: Mapping[str, float]) -> None:
