@@ -204,7 +204,7 @@ def test_a_mass_that_slips_gives_no_result() -> None:
 def test_a_short_record_gives_no_result() -> None:
     t = np.arange(0, 0.8, 0.01)
     q = measured(Record(t, {"de": np.where(t > 0.4, 1e-5, 0) + 1e-9 * np.sin(t * 1e3)}, {"de": "m"}))
-    assert "too short" in (q["k_closed_N_per_um"].reason or "")
+    assert "too few" in (q["k_closed_N_per_um"].reason or "")
 
 
 def test_unstated_accuracy_is_unknown_not_zero() -> None:

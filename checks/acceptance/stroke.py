@@ -110,7 +110,7 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
         raise NoResult(f"{words}: it does not follow the voltage, or the gauge's sign is turned")
     reach = END_ZONE * wanted.span
     start = _level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
-    tip = _level(V - V.max(), d, top, V_smooth >= V_smooth[top] - reach, reach)
+    tip = _highest(V, d, V_smooth >= V_smooth[top] - reach, reach)
     stroke = Estimate(tip.value - start.value, math.hypot(tip.u, start.u))
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
@@ -134,6 +134,20 @@ def _running_mean(x: Array, n: int) -> Array:
     """Mean over n samples about each one; the ends repeat the first and the last sample."""
     padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
     return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
+
+
+def _highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estimate:
+    """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
+    the largest of them would be too high."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
+    stays = [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
+    if not stays:
+        raise NoResult(f"fewer than {MIN_SAMPLES} samples at the top of the voltage range")
+    levels = [_level(V - V[lo:hi].max(), d, lo + int(np.argmax(V[lo:hi])), zone, reach) for lo, hi in stays]
+    best = max(levels, key=lambda level: level.value)
+    alike = [level for level in levels if best.value - level.value <= 3 * math.hypot(best.u, level.u)]
+    u = math.hypot(*(level.u for level in alike)) / len(alike)
+    return Estimate(sum(level.value for level in alike) / len(alike), u)
 
 
 def _level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> Estimate:
