@@ -23,6 +23,7 @@ _TAIL = 0.1  # of a block: where the decay must have ended
 _CUT_SHARE = 0.005  # a decay above this share of its start at the block's end is cut
 _CUT_TARGET = 0.001  # and is brought down to this share
 _DRIFT_SIGMAS = 3.0
+_DRIVEN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,12 @@ class ImpactFrf:
     @property
     def df(self) -> float:
         return float(self.f[1] - self.f[0])
+
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """(M,) bins where the force has power, 30 dB down at most: a half sine of width T has none about 1.5/T."""
+        power = np.sum(np.abs(self.F) ** 2, axis=0)
+        return np.asarray(power >= _DRIVEN * power.max())
 
     @property
     def coherence(self) -> Array:
