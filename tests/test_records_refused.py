@@ -229,6 +229,21 @@ def test_sizes_that_contradict_each_other(refusal):
     assert "variable 'Va' declares 32 numbers, but its data are 512 bytes of type 9" in refusal(fewer)
 
 
+def test_a_matlab_object_of_today(refusal):
+    """A `timeseries` as MATLAB saves it: opaque, its name before its class, its data in an unnamed array at the end."""
+
+    def element(kind: int, data: bytes) -> bytes:
+        return kind.to_bytes(4, "little") + len(data).to_bytes(4, "little") + data + b"\0" * (-len(data) % 8)
+
+    words = element(6, np.array([17, 0], "<u4").tobytes()) + b"".join(
+        element(1, text) for text in (b"Vs", b"MCOS", b"timeseries")
+    )
+    unnamed = made.mat5({"zz": np.arange(3, dtype="u1")})[128:].replace(b"\1\0\2\0zz", b"\1\0\0\0\0\0")
+    data = {name: values for name, values in made.channels().items() if name != "Vs"}
+    raw = made.mat5(data) + element(14, words) + unnamed + unnamed
+    assert "channel 'Vs' is of kind opaque, expected real numbers" in refusal(raw)
+
+
 def test_a_signalling_nan_is_named_like_any_other(refusal):
     """Casting one from single to double raises a floating-point warning."""
     vs = np.linspace(1.0, 2.0, 64, dtype="f4")

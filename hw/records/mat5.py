@@ -46,7 +46,8 @@ class Element:
 def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
     """Variables of the bytes of a level 5 MAT-file. Raises RecordError and whatever `damage.refused` converts."""
     order = ">" if raw[126:128] == b"MI" else "<"
-    return unique(file, [_variable(file, raw, e, order) for e in _elements(file, raw, order)])
+    found = [_variable(file, raw, e, order) for e in _elements(file, raw, order)]
+    return unique(file, [v for v in found if v.name])  # unnamed: what MATLAB keeps behind its objects
 
 
 def _elements(file: str, raw: bytes, order: str) -> Iterator[Element]:
@@ -73,12 +74,12 @@ def _tag(data: bytes, at: int, order: str) -> Element:
 def _variable(file: str, raw: bytes, element: Element, order: str) -> Variable:
     end = element.start + element.size
     if element.kind == COMPRESSED:
-        return _compressed(file, raw[element.start : end], order)
+        return _compressed(file, memoryview(raw)[element.start : end], order)
     head = _head(file, raw, element.start, order)
     return head.variable(lambda: _numbers(file, raw, head, end, order))
 
 
-def _compressed(file: str, packed: bytes, order: str) -> Variable:
+def _compressed(file: str, packed: memoryview, order: str) -> Variable:
     first = zlib.decompressobj().decompress(packed, HEAD_BYTES)
     outer = _tag(first, 0, order)
     declared = outer.start + outer.size

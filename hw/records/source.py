@@ -30,7 +30,7 @@ class Source:
     def variables(self) -> dict[str, Variable]:
         """By name, in the file's order. Raises RecordError and whatever `damage.refused` converts."""
         raw = self.raw
-        if raw.startswith(SIGNATURE) or raw[USERBLOCK_BYTES:].startswith(SIGNATURE):
+        if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
             return open_mat73(self.file, raw)
         if len(raw) >= HEADER_BYTES and raw[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
             return open_mat5(self.file, raw)
