@@ -37,7 +37,9 @@ def _entry(attached: Mapping[str, Any], again: Mapping[str, Any], key: str, path
 
 
 def _same(a: Any, b: Any, path: str) -> bool:
-    if isinstance(a, bool) or isinstance(b, bool) or not isinstance(a, int | float) or not isinstance(b, int | float):
+    if isinstance(a, bool) or isinstance(b, bool):
+        return a is b
+    if not isinstance(a, int | float) or not isinstance(b, int | float):
         return a == b or (isinstance(a, str) and isinstance(b, str) and _same_words(a, b))
     relative = _RELATIVE_RISK if path.endswith("p_false_accept") else _RELATIVE
     return math.isclose(a, b, rel_tol=relative, abs_tol=_ABSOLUTE)
