@@ -1,6 +1,6 @@
 """The acceptance checks: one file each, one line here."""
 
-from checks.acceptance import capacitance, flatness, spurious_modes, stiffness, stroke
+from checks.acceptance import capacitance, flatness, frf, spurious_modes, stiffness, stroke
 from checks.declare import Check
 
 CHECKS: dict[str, Check] = {
@@ -11,5 +11,6 @@ CHECKS: dict[str, Check] = {
         stroke.CHECK,
         stiffness.CHECK,
         spurious_modes.CHECK,
+        frf.CHECK,
     )
 }

@@ -1,0 +1,134 @@
+"""Resonances and the zero in the frequency responses of a unit, as quantities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.acceptance.frf_rules import OUTPUTS, Rules
+from checks.acceptance.stated import stated
+from checks.quantity import Contribution, NoResult, Quantity
+from checks.record import Record
+from checks.signals.frf import Frf
+from checks.signals.lpm import lpm_record
+from checks.signals.poles import window
+from checks.signals.resonance import Resonance, find, find_beside
+from checks.signals.zeros import Zero, find_zero
+from specs.spec import CheckSpec
+
+NARROW = 0.12  # of the resonance: the band of the fit
+WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched (seed 3.1.4: 95 and 105 Hz)
+INNER = 0.02  # left at the ends of a band, so that a pole is seen from both sides
+AROUND_ZERO = 0.2
+ZERO_ORDER = 4
+SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
+
+
+@dataclass(frozen=True, eq=False)
+class Axial:
+    """The axial resonance, the second one where two poles fit better than one, and the responses behind them."""
+
+    first: Resonance
+    second: Resonance | None
+    frf: Frf
+
+
+def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
+    """Frequency of the largest response of a band. Raises NoResult when the band was not measured."""
+    part = frf.band(f_lo, f_hi)
+    if part.f.size < 3 or not part.usable.any():
+        raise NoResult(f"{channel}: nothing was measured in {f_lo:g} to {f_hi:g} Hz")
+    return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
+
+
+def axial(record: Record, near_Hz: float, rules: Rules) -> Axial:
+    """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
+    try:
+        frf = lpm_record(record, "Va", OUTPUTS, (WIDE[0] - INNER) * near_Hz, (WIDE[1] + INNER) * near_Hz)
+        narrow = window(frf, (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz, *OUTPUTS)
+        first = find(narrow, (1 - NARROW + INNER) * near_Hz, (1 + NARROW - INNER) * near_Hz)
+        if first is None:
+            raise NoResult(f"{record.name}: no resonance stands out of the scatter near {near_Hz:.4g} Hz")
+        both = find_beside(
+            window(frf, WIDE[0] * near_Hz, WIDE[1] * near_Hz, *OUTPUTS),
+            first,
+            (WIDE[0] + INNER) * near_Hz,
+            (WIDE[1] - INNER) * near_Hz,
+            rules.second_share,
+        )
+    except ValueError as e:
+        raise NoResult(f"{record.name}: {e}") from e
+    return Axial(first, None, frf) if both is None else Axial(*both, frf)
+
+
+def axial_quantities(found: Axial, repeat: Axial | None, spec: CheckSpec) -> list[Quantity]:
+    """axial_resonance_Hz, axial_damping_percent, second_resonance_Hz."""
+    first, second = found.first, found.second
+    again = None if repeat is None else repeat.first
+    spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
+    spread_damping = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
+    quantities = [
+        resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz),
+        Quantity.of(
+            "axial_damping_percent",
+            100 * first.damping_ratio,
+            *_budget(100 * first.u_damping, 100 * first.u_damping_model, spread_damping),
+        ),
+    ]
+    if second is None:
+        why = "two poles do not fit better than one (F test, false alarms below 1 in 1000)"
+        return [*quantities, Quantity.missing("second_resonance_Hz", why)]
+    return [*quantities, resonance_quantity("second_resonance_Hz", second, spec)]
+
+
+def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
+    """Frequency of a resonance with its budget."""
+    budget = _budget(found.u_Hz, found.u_Hz_model, repeat)
+    instrument = stated(spec, found.f_Hz, name, "f_Hz")
+    return Quantity.of(name, found.f_Hz, *budget, *([] if instrument is None else [instrument]))
+
+
+def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contribution]:
+    budget = [
+        Contribution("scatter of the response", u, "A"),
+        Contribution("what surrounds the pole: polynomials of one order more", u_model),
+    ]
+    return budget if repeat is None else [*budget, Contribution("second realisation, half the difference", repeat, "A")]
+
+
+def vs_zero(record: Record, near_Hz: float) -> tuple[Zero, float]:
+    """Zero of Vs and the lowest coherence next to it. Raises NoResult when there is none."""
+    lo, hi = (1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz
+    try:
+        frf = lpm_record(record, "Va", ("Vs",), lo, hi)
+        found = find_zero(window(frf, lo, hi, "Vs"), ZERO_ORDER)
+    except ValueError as e:
+        raise NoResult(f"{record.name}: {e}") from e
+    if found is None:
+        raise NoResult(f"{record.name}: Vs has no zero near {near_Hz:.4g} Hz")
+    near = np.abs(frf.f - found.f_Hz) < 0.02 * found.f_Hz
+    return found, float(frf.coherence[near].min()) if near.any() else 0.0
+
+
+def zero_quantity(found: Zero, coherence: float, spec: CheckSpec) -> Quantity:
+    """vs_zero_Hz; the note says on which side of the imaginary axis it lies and what the coherence there is."""
+    instrument = stated(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
+    note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there down to {coherence:.2f}"
+    budget = [
+        Contribution("scatter of the response", found.u_Hz, "A"),
+        Contribution("polynomial of one order more", found.u_Hz_model),
+    ]
+    return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, *([] if instrument is None else [instrument]), note=note)
+
+
+def spurious(record: Record, near_Hz: float, within: float) -> Resonance | str:
+    """The mode within a part of near_Hz, from all channels; the reason where none is seen.
+
+    A mode that no channel shows cannot be measured: on a strut whose encoder sits on the axis, de is blind to it too.
+    """
+    lo, hi = (1 - within) * near_Hz, (1 + within) * near_Hz
+    try:
+        frf = lpm_record(record, "Va", OUTPUTS, lo - 0.05 * near_Hz, hi + 0.05 * near_Hz)
+        found = find(window(frf, lo - 0.04 * near_Hz, hi + 0.04 * near_Hz, *OUTPUTS), lo, hi)
+    except ValueError as e:
+        return f"{record.name}: {e}"
+    return found or f"{record.name}: no mode stands out of the scatter between {lo:.4g} and {hi:.4g} Hz"
