@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from accept.cli_excite import app as excite_app
 from accept.exit import Exit
 
 app = typer.Typer(
@@ -21,6 +22,7 @@ store_app = typer.Typer(help="The bench's event store.", no_args_is_help=True)
 app.add_typer(spec_app, name="spec")
 app.add_typer(keys_app, name="keys")
 app.add_typer(store_app, name="store")
+app.add_typer(excite_app, name="excite")
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]

@@ -19,7 +19,9 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
     extra = extra or {}
     quantities = list(dict.fromkeys(f["quantity"] for unit in units for f in unit["findings"]))
     shown = quantities if len(quantities) <= MAX_COLUMNS - len(extra) else []
-    table = Table("unit", *extra, *(_title(q, units) for q in shown), "verdict", box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
+    table = Table(
+        "unit", *extra, *(_title(q, units) for q in shown), "verdict", box=box.SIMPLE_HEAD, padding=0, pad_edge=False
+    )
     for column in table.columns[1:-1]:
         column.justify = "right"
     for column in table.columns:

@@ -1,5 +1,5 @@
-"""SIGKILL of a batch wherever it writes: nothing acknowledged is lost, nothing is half-written, and the next run goes on
-to the result that an undisturbed run has.
+"""SIGKILL of a batch wherever it writes: nothing acknowledged is lost, nothing is half-written, the next run goes on to
+the result that an undisturbed run has.
 
 The points are those of the event store (each SQL statement, fsync, rename) and, around every fsync and rename, those of
 the result files and certificates. By default every 40th point, in full (ACCEPT_SOAK=1) all, then two hundred more at
