@@ -115,6 +115,13 @@ def test_a_shift_of_half_a_sample_is_no_shift_of_the_corner() -> None:
     assert q.value == pytest.approx(0.39, rel=5e-4)  # left in, it would move the corner by 1.2 percent
 
 
+def test_the_discrete_filter_is_the_continuous_one() -> None:
+    t, u, y = Bench(f_pole=2000.0, corner=1.0).clean()
+    q = measured({"with_resistor": Record(t, {"Va": u, "Vs": y}, {})})["sensor_highpass_Hz"]
+    # What the sampling leaves. A bilinear filter would be 2e-4 off.
+    assert q.value == pytest.approx(1.0, rel=3e-5)
+
+
 def test_intervals_are_honest() -> None:
     repeats = 200 if os.environ.get("ACCEPT_SOAK") else 60
     bench = Bench(fs=100.0, seconds=100.0)

@@ -194,6 +194,15 @@ def test_a_swing_or_a_drift_is_no_step() -> None:
         assert math.isnan(q.value)
 
 
+def test_two_unlike_steps_give_their_mean_and_a_wider_interval() -> None:
+    plain = Bench().record(np.random.default_rng(4))
+    q = measured(plain)["k_closed_N_per_um"]
+    de = plain["de"] + np.where(plain.t - 2.2 > 22.0874, 7.4e-7, 0.0)  # 2 percent of the deflection
+    unlike = measured(Record(plain.t, {"de": de}, {"de": "m"}))["k_closed_N_per_um"]
+    assert unlike.value == pytest.approx(q.value / 1.01, rel=1e-3)
+    assert unlike.budget[0].u == pytest.approx(0.01 * unlike.value, rel=0.05)
+
+
 def test_a_mass_that_slips_gives_no_result() -> None:
     record = Bench().record(np.random.default_rng(4))
     de = record["de"] + np.where(record.t - 2.2 > 22.0874, 8e-6, 0.0)

@@ -88,7 +88,7 @@ def test_recovers_a_closed_form_stroke(drive: str) -> None:
 
 def test_intervals_are_honest(sine_response: np.ndarray) -> None:
     """Scatter and the stated accuracy drawn, 95 percent interval = 1.96/2 of U."""
-    repeats = 200 if os.environ.get("ACCEPT_SOAK") else 100
+    repeats = 1000 if os.environ.get("ACCEPT_SOAK") else 400
     rng = np.random.default_rng(20262)
     spec = CheckSpec(required=False, uncertainty={"d_um": StatedU(U=0.02, source="gauge")})
     truth, hits = 1e6 * ONE.first_rise(170), 0
@@ -145,6 +145,14 @@ def test_half_a_loop_has_a_stroke_and_no_width() -> None:
     q = measured(record(V, ONE.response(V)), None)
     assert q["stroke_one_stack_um"].value == pytest.approx(1e6 * ONE.first_rise(170), rel=1e-3)
     assert "no loop" in (q["stroke_hysteresis_one_stack_percent"].reason or "")
+
+
+def test_a_record_that_ends_rising_has_the_same_loop(sine_response: np.ndarray) -> None:
+    n = round(2.5 / 0.15 / 0.002)  # two and a half cycles
+    rising = measured(record(SINE[:n], sine_response[:n]), None)["stroke_hysteresis_one_stack_percent"]
+    falling = measured(record(SINE, sine_response), None)["stroke_hysteresis_one_stack_percent"]
+    assert rising.value == pytest.approx(falling.value, abs=0.01)
+    assert rising.value > 0
 
 
 def test_what_the_voltage_lacks_widens_the_interval(sine_response: np.ndarray) -> None:

@@ -105,12 +105,10 @@ def _design(t: Array, u: Array, corner: float) -> Array:
     dt = (t[-1] - t[0]) / (t.size - 1)
     h = 2 * math.pi * corner * dt
     a, mean = math.exp(-h), -math.expm1(-h) / h
-    # s/(s + w) = 1 - w/(s + w), the latter exact for a drive that runs straight from sample to sample. A smooth drive
-    # bulges above its chords; a twelfth of its second difference makes up for it. A hold would delay by half a sample
-    # instead, which looks like a shift of the corner of a percent.
-    bulged = u - u[0]
-    bulged[1:-1] -= np.diff(u, 2) / 12
-    passed = u - u[0] - lfilter([1 - mean, mean - a], [1.0, -a], bulged)
+    # s/(s + w) = 1 - w/(s + w), the latter exact for a drive that runs straight from sample to sample; how a smooth one
+    # bulges above its chords goes into the second derivative.
+    drive = u - u[0]
+    passed = drive - lfilter([1 - mean, mean - a], [1.0, -a], drive)
     rate = np.gradient(passed, dt)
     after = t - t[0]
     decay = np.exp(-2 * math.pi * corner * after)
