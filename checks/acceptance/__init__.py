@@ -1,6 +1,15 @@
 """The acceptance checks: one file each, one line here."""
 
-from checks.acceptance import capacitance, flatness, frf, spurious_modes, stiffness, stroke
+from checks.acceptance import (
+    capacitance,
+    flatness,
+    frf,
+    hysteresis,
+    sensor_highpass,
+    spurious_modes,
+    stiffness,
+    stroke,
+)
 from checks.declare import Check
 
 CHECKS: dict[str, Check] = {
@@ -10,6 +19,8 @@ CHECKS: dict[str, Check] = {
         capacitance.CHECK,
         stroke.CHECK,
         stiffness.CHECK,
+        hysteresis.CHECK,
+        sensor_highpass.CHECK,
         spurious_modes.CHECK,
         frf.CHECK,
     )
