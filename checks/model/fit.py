@@ -1,0 +1,263 @@
+"""Parameters of a model fitted to measured responses: maximum a posteriori, with an honest covariance."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, stats
+
+from checks.model.dataset import Dataset
+from checks.model.model import Model
+from checks.model.parameters import rule
+from checks.model.superelement import ModelError
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Values = Mapping[str, float]
+Channels = tuple[str, ...]
+
+COARSE_BINS = 250
+SPREAD = 1.0  # of further starts, in prior standard deviations
+AT_BOUND = 1e-3  # of the standard deviation
+
+
+class Response(Protocol):
+    """What can be fitted; a `Model` is one. Values are changes by name, in the names' units."""
+
+    def frf(self, f: Array, changes: Values, channels: Channels) -> Complex:
+        """(F, C)."""
+
+    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
+        """(P, F, C) derivatives per unit."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter that is fitted. prior and sd: Gaussian prior (sd infinite: none); start, scale: where to begin and how
+    far other starts lie from it (default: prior and sd); lo, hi: physical bounds, included."""
+
+    name: str
+    prior: float
+    sd: float = np.inf
+    lo: float = -np.inf
+    hi: float = np.inf
+    start: float | None = None
+    scale: float | None = None
+
+    @property
+    def begin(self) -> float:
+        return float(np.clip(self.prior if self.start is None else self.start, self.lo, self.hi))
+
+    @property
+    def unit(self) -> float:
+        """What a step of one means to the optimiser."""
+        if self.scale is not None:
+            return self.scale
+        return self.sd if np.isfinite(self.sd) else max(abs(self.begin) * 0.1, 1e-12)
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """Squared residual over noise variance plus squared tolerance, per degree of freedom. p: chance of so large a G
+    when the model is right, of the noise alone (F distribution)."""
+
+    G: float
+    dof: float
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
+
+    cost: half the sum of squared whitened residuals plus prior_cost, half that of the priors. residuals: (F, C) of every
+    dataset, data minus model. starts: cost of every start tried. at_bound: names whose value lies on a bound."""
+
+    names: tuple[str, ...]
+    values: Array
+    cov: Array
+    free: tuple[Free, ...]
+    cost: float
+    prior_cost: float
+    converged: bool
+    message: str
+    at_bound: tuple[str, ...]
+    starts: tuple[float, ...]
+    datasets: tuple[Dataset, ...]
+    residuals: tuple[Complex, ...]
+
+    @property
+    def at(self) -> dict[str, float]:
+        """Name -> fitted value."""
+        return dict(zip(self.names, (float(v) for v in self.values), strict=True))
+
+    @property
+    def sds(self) -> dict[str, float]:
+        """Name -> standard uncertainty."""
+        return dict(zip(self.names, (float(s) for s in np.sqrt(np.diag(self.cov))), strict=True))
+
+    def interval(self, name: str, p: float = 0.95) -> tuple[float, float]:
+        """Interval that holds the truth with probability p."""
+        half = float(stats.norm.ppf(0.5 + 0.5 * p)) * self.sds[name]
+        return self.at[name] - half, self.at[name] + half
+
+    @property
+    def gaps(self) -> dict[str, Gap]:
+        """G of every channel, all datasets together."""
+        return gaps(self.datasets, self.residuals, len(self.names))
+
+
+def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
+    """The model's uncertain parameters with their priors and physical bounds; names: only these, priors where they have
+    one. Raises ModelError for an unknown name."""
+    wanted = tuple(model.sds) if names is None else tuple(names)
+    out = []
+    for name in wanted:
+        if name not in model.values:
+            raise ModelError(f"no parameter '{name}' (has: {', '.join(sorted(model.values))})")
+        r = rule(name)
+        lo = np.nextafter(r.lo, np.inf) if r.open else r.lo
+        out.append(Free(name, model.values[name], model.sds.get(name, np.inf), float(lo), r.hi))
+    return out
+
+
+def fit(
+    response: Response,
+    datasets: Dataset | Sequence[Dataset],
+    free: Sequence[Free],
+    *,
+    starts: int = 1,
+    seed: int = 0,
+    coarse_bins: int = COARSE_BINS,
+) -> Fit:
+    """Maximum a posteriori by a trust-region Gauss-Newton on whitened complex residuals and priors.
+
+    starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
+    best goes on with all. Raises ModelError when nothing is free or no start can be evaluated."""
+    sets = (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
+    free = tuple(free)
+    if not free or not sets:
+        raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
+    coarse = _Problem(response, tuple(s.thinned(coarse_bins) for s in sets), free)
+    tried = [coarse.solve(x) for x in _starts(free, starts, seed)]
+    best = min(tried, key=lambda r: r.cost)
+    problem = _Problem(response, sets, free)
+    return _result(problem, problem.solve(best.x), tuple(float(r.cost) for r in tried))
+
+
+def function(call: Callable[[Values, Array, Channels], Complex], steps: Mapping[str, float]) -> "Function":
+    """A response given as call(values, f, channels) -> (F, C); steps: of the central differences, by name."""
+    return Function(call, dict(steps))
+
+
+@dataclass(frozen=True)
+class Function:
+    """A response from a plain function, derivatives by central differences."""
+
+    call: Callable[[Values, Array, Channels], Complex]
+    steps: Mapping[str, float]
+
+    def frf(self, f: Array, changes: Values, channels: Channels) -> Complex:
+        return self.call(changes, f, channels)
+
+    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
+        out = []
+        for n in names:
+            h = self.steps[n]
+            above, below = (self.call({**changes, n: changes[n] + d}, f, channels) for d in (h, -h))
+            out.append((above - below) / (2.0 * h))
+        return np.array(out)
+
+
+def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: int = 0) -> dict[str, Gap]:
+    """G of every channel. residuals: (F, C) of each dataset; fitted: parameters that the data were fitted with, whose
+    degrees of freedom are shared out over the channels."""
+    sums: dict[str, list[Array]] = {}
+    noise: dict[str, list[Array]] = {}
+    for data, r in zip(datasets, residuals, strict=True):
+        for c, name in enumerate(data.channels):
+            sums.setdefault(name, []).append(np.abs(r[:, c]) ** 2 / data.variance[:, c])
+            # an estimated variance is on average too small where it divides: F(2, 2 nu) has the mean nu / (nu - 1)
+            share = data.noise[:, c] / data.variance[:, c]
+            noise.setdefault(name, []).append(1.0 + share / np.maximum(data.nu - 1.0, 1.0))
+    lost = fitted / max(len(sums), 1)
+    return {name: _gap(np.concatenate(sums[name]), np.concatenate(noise[name]), lost) for name in sums}
+
+
+def _gap(ratio: Array, expected: Array, lost: float) -> Gap:
+    dof = max(2.0 * float(expected.sum()) - lost, 1.0)
+    total = 2.0 * float(ratio.sum())
+    return Gap(total / dof, dof, float(stats.chi2.sf(total, dof)))
+
+
+class _Problem:
+    """Whitened residuals and their derivatives over x, the parameters in units of their scale from their start."""
+
+    def __init__(self, response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...]) -> None:
+        self.response, self.sets, self.free = response, sets, free
+        self.names = tuple(p.name for p in free)
+        self.origin = np.array([p.begin for p in free])
+        self.unit = np.array([p.unit for p in free])
+        self.prior = np.array([p.prior for p in free])
+        self.weight = np.array([1.0 / p.sd for p in free])
+        self.lo, self.hi = (np.array([getattr(p, k) for p in free]) for k in ("lo", "hi"))
+
+    def values(self, x: Array) -> dict[str, float]:
+        v = np.clip(self.origin + self.unit * x, self.lo, self.hi)
+        return dict(zip(self.names, (float(a) for a in v), strict=True))
+
+    def errors(self, x: Array) -> tuple[Complex, ...]:
+        values = self.values(x)
+        return tuple(s.H - self.response.frf(s.f, values, s.channels) for s in self.sets)
+
+    def residual(self, x: Array) -> Array:
+        white = [s.whitener(e) for s, e in zip(self.sets, self.errors(x), strict=True)]
+        return np.concatenate([*white, self._prior(x)])
+
+    def _prior(self, x: Array) -> Array:
+        return (self.origin + self.unit * x - self.prior) * self.weight
+
+    def jacobian(self, x: Array) -> Array:
+        values = self.values(x)
+        blocks = []
+        for s in self.sets:
+            D = self.response.jacobian(s.f, self.names, values, s.channels)
+            blocks.append(-s.whitener(D * self.unit[:, None, None]).T)
+        return np.vstack([*blocks, np.diag(self.unit * self.weight)])
+
+    def solve(self, x: Array) -> optimize.OptimizeResult:
+        lo, hi = (self.lo - self.origin) / self.unit, (self.hi - self.origin) / self.unit
+        inside = np.clip(x, lo + 1e-9, hi - 1e-9)
+        return optimize.least_squares(
+            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-9, gtol=1e-6, max_nfev=60
+        )
+
+
+def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
+    rng = np.random.default_rng(seed)
+    return [np.zeros(len(free)), *(SPREAD * rng.standard_normal((max(starts - 1, 0), len(free))))]
+
+
+def _result(problem: _Problem, found: optimize.OptimizeResult, starts: tuple[float, ...]) -> Fit:
+    J = found.jac
+    values = np.array(list(problem.values(found.x).values()))
+    cov = np.linalg.pinv(J.T @ J, hermitian=True) * np.outer(problem.unit, problem.unit)
+    near = AT_BOUND * np.sqrt(np.diag(cov))
+    bound = (values - problem.lo < near) | (problem.hi - values < near)
+    prior = 0.5 * float(np.sum(problem._prior(found.x) ** 2))
+    return Fit(
+        names=problem.names,
+        values=values,
+        cov=cov,
+        free=problem.free,
+        cost=float(found.cost),
+        prior_cost=prior,
+        converged=bool(found.status > 0),
+        message=str(found.message),
+        at_bound=tuple(n for n, b in zip(problem.names, bound, strict=True) if b),
+        starts=starts,
+        datasets=problem.sets,
+        residuals=problem.errors(found.x),
+    )
