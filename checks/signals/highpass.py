@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
 MIN_SAMPLES = 200
-TRIALS = 40
+TRIALS = 20
 LOWEST_PERIODS = 0.2  # a corner below this over the length of the record is a drift, not a corner
 EDGE_PERIODS = 3.0  # of the highest frequency, cut off at each end where the filter has started and stopped
 
@@ -61,14 +61,16 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
 
     def left(log_corner: float) -> float:
         design = _design(t, u, math.exp(log_corner))
-        design /= np.linalg.norm(design, axis=0)  # normal equations are ten times faster, and sound when scaled
-        residual = y - design @ np.linalg.lstsq(design.T @ design, design.T @ y, rcond=None)[0]
+        gram = design.T @ design  # normal equations are ten times faster, and sound when scaled
+        scale = 1 / np.sqrt(np.diag(gram))
+        scaled = np.linalg.lstsq(gram * np.outer(scale, scale), scale * (design.T @ y), rcond=None)[0]
+        residual = y - design @ (scale * scaled)
         return float(residual @ residual)
 
     grid = np.linspace(math.log(lo), math.log(hi), TRIALS)
     best = int(np.argmin([left(x) for x in grid]))
     bracket = grid[max(best - 1, 0)], grid[min(best + 1, TRIALS - 1)]
-    found = minimize_scalar(left, bounds=bracket, method="bounded", options={"xatol": 1e-7})
+    found = minimize_scalar(left, bounds=bracket, method="bounded", options={"xatol": 1e-6})
     corner = math.exp(float(found.x))
     design = _design(t, u, corner)
     fit = least_squares(design, y)
