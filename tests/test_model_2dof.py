@@ -50,6 +50,15 @@ def test_static_gain_by_hand() -> None:
     assert H[1] == pytest.approx(20 * 32.2 * KE / (KE + KA) / (K + KA * KE / (KA + KE)), rel=1e-12)
 
 
+@pytest.mark.parametrize(("sensor", "actuator"), [(0.4, 0.0), (0.0, 0.4), (0.2, 0.7)])
+def test_open_circuits_stiffen_their_own_stack(sensor: float, actuator: float) -> None:
+    open_stacks = {"apa.sensor_stiffening": sensor, "apa.actuator_stiffening": actuator}
+    ke, ka = KE * (1 + sensor), KA * (1 + actuator)
+    pole = np.sqrt((K + ka * ke / (ka + ke)) / PAYLOAD) / (2 * np.pi)
+    f = frequency_and_damping(open_model("apa-2dof").poles(UNDAMPED | open_stacks))[0]
+    assert f == pytest.approx([pole], rel=1e-12)
+
+
 def test_strut_of_two_springs_has_the_axial_mode_of_joints_in_series() -> None:
     """Two joints in series with the APA, the encoder's masses beside the payload's being small."""
     k = 1 / (1 / (K + KA * KE / (KA + KE)) + 2 / 90e6)

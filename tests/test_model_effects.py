@@ -139,6 +139,15 @@ class TestConstants:
         assert by_seed["ga_N_per_V"] == pytest.approx(-30.0, rel=0.05)  # static gain for that at 10..20 Hz
         assert by_seed["gs_V_per_m"] == pytest.approx(-5.0e6, rel=0.07)  # 1 kHz for 400..500 Hz, and ga's error
 
+    def test_uncertainty_of_a_stated_variance(self, strut: Model) -> None:
+        """One real factor from 2 n real numbers, each with half of the variance: u^2 = 1 / sum(2 |x|^2 / v)."""
+        H = dict(zip(strut.channels, strut.frf(self.GRID, self.TRUE).T, strict=True))
+        variance = {c: np.abs(h) ** 2 * 1e-4 for c, h in H.items()}
+        ga = fit_constants(strut, self.GRID, H, variance)["ga_N_per_V"]
+        n = 9  # 11..19 Hz
+        assert ga.u == pytest.approx(30.0 * np.sqrt(1e-4 / (2 * n)), rel=1e-9)
+        assert ga.hi - ga.value == pytest.approx(stats.t.ppf(0.975, 2 * n - 1) * ga.u)
+
     def test_intervals_cover(self, strut: Model) -> None:
         """95 % intervals over 200 draws: hits within the 99.9 % binomial band."""
         rng = np.random.default_rng(11)

@@ -125,7 +125,7 @@ def test_the_nominal_strut() -> None:
         ('[apa]\ntype = "2dof"', '[apa]\ntype = "3dof"', r"\[apa\]"),
         ('[apa]\ntype = "2dof"', '[apa]\ntype = "superelement"', r"\[apa\.superelement\.file\]"),
         ("[bench]", "[bench", "is not TOML"),
-        ("[bench]", "sha256 = 'x'\n[bench]", "unknown key"),
+        ('name = "small"', 'name = "small"\nsha256 = "x"', r"\[sha256\] unknown key"),
     ],
 )
 def test_refused_with_the_key(old: str, new: str, words: str) -> None:

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import linalg
 
+from checks.model.apa import superelement_body
 from checks.model.builder import Builder, System
+from checks.model.frame import frame_apa
 from checks.model.modal import direct_frf, modal
 from checks.model.model import Model, frequency_and_damping
 from checks.model.superelement import ModelError
@@ -123,6 +126,26 @@ class TestLaws:
         here = {**{n: strut.values[n] for n in names}, "misalignment.dy_um": 150.0}
         there = {n: -v for n, v in here.items()}
         np.testing.assert_allclose(strut.frf(BAND, here), strut.frf(BAND, there), rtol=1e-7)  # round-off at zeros
+
+    def test_dz_makes_one_joint_longer_and_the_other_shorter(self, strut: Model) -> None:
+        """Moving the APA up between centres that stay is the same as a longer bottom joint and a shorter top one."""
+        shared = {n.removeprefix("joint."): v for n, v in strut.values.items() if n.startswith("joint.")}
+        rest = {n: v for n, v in strut.values.items() if not n.startswith("joint.")}
+        both = {f"joint.{end}.{key}": v for end in ("bottom", "top") for key, v in shared.items()}
+        for end, sign in (("bottom", 1.0), ("top", -1.0)):
+            both[f"joint.{end}.length_mm"] += sign * 2 * 0.4
+            both[f"joint.{end}.half_arm_mm"] += sign * 0.4
+        tilted = {"misalignment.dx_um": 50.0, "misalignment.dy_um": 100.0}
+        other = Model("two joints", strut.apa, rest | both)
+        moved = strut.frf(BAND, tilted | {"misalignment.dz_um": 400.0})
+        np.testing.assert_allclose(moved, other.frf(BAND, tilted), rtol=1e-8)  # round-off at zeros
+
+    def test_every_elastic_mode_of_the_free_apa_has_the_damping_ratio(self) -> None:
+        body = superelement_body(frame_apa())
+        w2, shapes = linalg.eigh(body.K, body.M)
+        C = shapes.T @ body.C_ratio @ shapes
+        assert np.diag(C)[6:] / (2 * np.sqrt(w2[6:])) == pytest.approx(np.ones(len(w2) - 6), rel=1e-6)
+        assert np.abs(np.diag(C)[:6]).max() < 1e-6 * np.diag(C).max()
 
     def test_a_joint_made_stiff_becomes_a_rigid_one(self, strut: Model) -> None:
         """Springs a million times stiffer and a rigid direction are the same strut."""
