@@ -1,5 +1,6 @@
 """Model files: read strictly, every number a value or a value with its spread, names as in the design."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,12 @@ per_decade = 0.02
 def test_hash_follows_the_bytes() -> None:
     assert build(parse(SMALL)).sha256 == build(parse(SMALL)).sha256
     assert build(parse(SMALL)).sha256 != build(parse(SMALL + "# again")).sha256
+
+
+@pytest.mark.parametrize("name", sorted(builtin_models()))
+def test_models_travel_to_other_cores(name: str) -> None:
+    model = open_model(name)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(model)).frf([50.0]), model.frf([50.0]))
 
 
 @pytest.mark.parametrize("name", sorted(builtin_models()))

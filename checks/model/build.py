@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from checks.model.apa import ApaBody, superelement_body
@@ -17,6 +17,16 @@ from checks.model.superelement import ModelError, Nodes, Superelement
 from checks.model.superelement_check import check_superelement
 from specs.model import ModelSpec
 from specs.model_sections import ApaFrame, ApaSuperelement
+
+
+@dataclass(frozen=True, eq=False)
+class Fixed:
+    """An APA whose matrices depend on no parameter; a class and no closure, so that a model travels to other cores."""
+
+    body: ApaBody
+
+    def __call__(self, values: Values) -> ApaBody:
+        return self.body
 
 
 def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
@@ -57,7 +67,7 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
         raise ModelError(f"{spec.name}: needs the superelement of {spec.apa_file}")
     body = superelement_body(check_superelement(s))
     body = reduce_apa(body) if reduced else body
-    return lambda values: body, s.K.tobytes() + s.M.tobytes()
+    return Fixed(body), s.K.tobytes() + s.M.tobytes()
 
 
 def _frame(geometry: FrameGeometry) -> Superelement:
