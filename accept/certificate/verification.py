@@ -23,7 +23,7 @@ from pyhanko.sign.validation import (
 from pyhanko_certvalidator import ValidationContext
 
 from accept.certificate import Rejudge, authority, contents
-from accept.certificate.hole import byte_range, check_cms, read_hole
+from accept.certificate.hole import byte_range, check_hole, read_hole
 from accept.certificate.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.refused import Refused, one_line
 
@@ -145,11 +145,11 @@ def _certificate(
 ) -> x509.Certificate:
     """Certificate of a signature whose hole is canonical and whose digest fits the document."""
     start, end, last = place
-    der = read_hole(pdf, start, end)
-    if not embedded.pkcs7_content.startswith(der):
+    content = read_hole(pdf, start, end)
+    if embedded.pkcs7_content != content:
         raise Refused("the signature that was read is not the one in the hole")
     digest = hashlib.sha256(pdf[:start] + pdf[end:last]).digest()
-    return check_cms(der, digest, trust)
+    return check_hole(content, digest, trust)
 
 
 def _signature(
