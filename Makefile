@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test soak bench lint lock clean setup
+.PHONY: demo test soak bench lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
@@ -35,6 +35,12 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
+
+# Renew the pictures of the documentation (needs pdftoppm).
+pictures: $(STAMP)
+	$(BIN)/accept demo --out build/pictures
+	mkdir -p docs/img
+	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
 
 # Renew the lock after a change of pyproject.toml (needs uv).
 lock:

@@ -112,6 +112,14 @@ def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in name
     raise typer.Exit(command.validate(names))
 
 
+@spec_app.command("checks")
+def spec_checks() -> None:
+    """Every check that a spec may ask for: what it needs, what it measures, what can be set."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.checks())
+
+
 @keys_app.command("init")
 def keys_init(
     technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,

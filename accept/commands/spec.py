@@ -4,6 +4,7 @@ from rich.table import Table
 
 from accept.campaign import load_spec
 from accept.commands.talk import clear_errors, say, stdout
+from accept.describe import all_checks
 from accept.exit import Exit
 from specs import Limit, SpecError, builtin
 
@@ -55,3 +56,9 @@ def validate(names: list[str]) -> Exit:
             say(str(e))
             worst = Exit.BAD_INPUT
     return worst
+
+
+@clear_errors
+def checks() -> Exit:
+    print(all_checks(), end="")
+    return Exit.ACCEPTED

@@ -1,0 +1,58 @@
+"""The checks in words, from what they declare: `docs/checks.md` is written by this."""
+
+import inspect
+
+from checks.acceptance import CHECKS
+from checks.declare import Check, Form, Input, Scalar, Series, Table, Vector
+
+HEAD = """# The checks
+
+Written by `accept spec checks` from the checks' own declarations.
+"""
+
+
+def all_checks() -> str:
+    """Markdown of every check: what it needs, what it measures, what a spec may set."""
+    return "\n".join([HEAD, *(_check(check) for check in CHECKS.values())])
+
+
+def _check(check: Check) -> str:
+    forms = "\n".join(_form(form) for form in check.forms)
+    settings = "".join(f"\n- setting `{s.name}` = `{s.default}`: {s.meaning}" for s in check.settings)
+    stated = f"\n- a spec may state the uncertainty of: {_codes(check.stated)}" if check.stated else ""
+    return f"""## {check.name}: {check.title}
+
+{_about(check)}
+
+{forms}
+- measures: {_codes(check.quantities)}{stated}{settings}
+"""
+
+
+def _about(check: Check) -> str:
+    """The module's own words; a blank line ends what is of interest to a reader of the page."""
+    text = inspect.getdoc(inspect.getmodule(check.measure)) or ""
+    kinds = " and ".join(check.kinds)
+    return f"{text}\n\nFor: {kinds}."
+
+
+def _form(form: Form) -> str:
+    return f"- give ({form.name}): " + "; ".join(_input(i) for i in form.inputs)
+
+
+def _input(declared: Input) -> str:
+    optional = ", optional" if declared.optional else ""
+    match declared:
+        case Scalar():
+            return f"`{declared.name}`, {declared.label} [{declared.unit}]{optional}"
+        case Vector():
+            return f"`{declared.name}`, {declared.size} values [{declared.unit}], {declared.label}{optional}"
+        case Table():
+            return f"`{declared.name}`, {declared.label}: columns {', '.join(declared.columns)}{optional}"
+        case Series():
+            channels = ", ".join(f"{name} [{unit}]" for name, unit in declared.channels.items())
+            return f"`{declared.name}`, {declared.label}: record with {channels}{optional}"
+
+
+def _codes(names: tuple[str, ...]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
