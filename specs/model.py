@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -37,6 +37,7 @@ class Document(Strict):
     """The TOML document of a model."""
 
     name: Words
+    damping: Literal["full", "modal"] = "full"
     apa: Annotated[Apa2dof | ApaFrame | ApaSuperelement, Field(discriminator="type")]
     joint: Joint | Joints | None = None
     encoder: Encoder | None = None

@@ -38,7 +38,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     in_range(values)
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
-    return Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256)
+    return Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256, damping=spec.damping)
 
 
 def file_nodes(spec: ModelSpec) -> Nodes:

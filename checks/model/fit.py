@@ -35,8 +35,8 @@ class Response(Protocol):
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that is fitted. prior and sd: Gaussian prior (sd infinite: none); start, scale: where to begin and how
-    far other starts lie from it (default: prior and sd); lo, hi: physical bounds, included."""
+    """A parameter that is fitted. prior and sd: Gaussian prior (sd infinite: none); lo, hi: physical bounds, included.
+    start, scale: where to begin and how far other starts lie from it (default: prior and sd)."""
 
     name: str
     prior: float
@@ -72,8 +72,8 @@ class Gap:
 class Fit:
     """names (p,), values (p,), cov (p, p) of the posterior, in the names' units, never rescaled by the residual.
 
-    cost: half the sum of squared whitened residuals plus prior_cost, half that of the priors. residuals: (F, C) of every
-    dataset, data minus model. starts: cost of every start tried. at_bound: names whose value lies on a bound."""
+    cost: half the sum of squared whitened residuals plus prior_cost, half that of the priors. residuals: (F, C) of
+    every dataset, data minus model. starts: cost of every start. at_bound: names whose value lies on a bound."""
 
     names: tuple[str, ...]
     values: Array
@@ -143,7 +143,8 @@ def fit(
     coarse = _Problem(response, tuple(s.thinned(coarse_bins) for s in sets), free)
     tried = [coarse.solve(x) for x in _starts(free, starts, seed)]
     best = min(tried, key=lambda r: r.cost)
-    problem = _Problem(response, sets, free)
+    values = coarse.values(best.x)
+    problem = _Problem(response, tuple(s.around(response.frf(s.f, values, s.channels)) for s in sets), free)
     return _result(problem, problem.solve(best.x), tuple(float(r.cost) for r in tried))
 
 

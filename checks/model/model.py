@@ -18,6 +18,7 @@ from checks.model.bench import suspension
 from checks.model.builder import System
 from checks.model.encoder import bracket
 from checks.model.modal import Complex, Modal, direct_frf, modal
+from checks.model.modal_damping import modally_damped
 from checks.model.parameters import derivative_step, in_range, is_mechanical, known
 from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, offset_of
 from checks.model.superelement import Array, ModelError
@@ -43,7 +44,8 @@ class Model:
     """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
 
     apa: parameters -> the APA's body; sds: prior standard deviations; tolerance: relative model error too small to
-    matter; held: the payload is clamped as well. sha256: of the model's file and of the APA's matrices.
+    matter; held: the payload is clamped as well. sha256: of the model's file and of the APA's matrices. damping: "full",
+    or "modal" where each real mode keeps its own damping and modes do not exchange energy through the dampers.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Model:
     tolerance: float = 0.0
     held: bool = False
     sha256: str = ""
+    damping: str = "full"
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
@@ -92,7 +95,8 @@ class Model:
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
         """Complex modes of `system`."""
-        return modal(self.system(changes))
+        system = self.system(changes)
+        return modal(modally_damped(system) if self.damping == "modal" else system)
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
         """(F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.

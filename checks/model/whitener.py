@@ -2,15 +2,16 @@
 
 A tolerance t says: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own.
 Such an error is smooth over some range of frequencies, so many bins do not average it away. Nothing says over how wide
-a range; so its variance t^2 is shared equally by three scales:
+a range, so there are three scales, each with the variance t^2 / 2 of an error that lies anywhere within |d| <= t:
 
     wide    4 octaves: gain errors
     middle  half an octave: a mode beyond the band, a static residual
     narrow  2 % of f, the width of a mode: a resonance that sits or rings a little otherwise
 
 The first two are random smooth functions (cosine bumps on log f), marginalised exactly. The narrow one is as good as
-independent for parameters that act over more than a mode's width, when each bin's variance is raised by the number of
-bins that share one error. An error of one scale alone that stays below t has the variance that is stated here.
+independent for parameters that act over a mode's width or more, when each bin's variance is raised by the number of
+bins that share one error. So the intervals hold for an error of any one scale that stays below t, and are wider than
+they had to be for a model that is exact.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ Complex = NDArray[np.complex128]
 
 SCALES_OCTAVES = (4.0, 0.5)
 NARROW = 0.02  # of f
-SHARE = 1.0 / (len(SCALES_OCTAVES) + 1)
+SHARE = 0.5  # of t^2: |d| <= t, anywhere in that disc
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,57 @@
+"""Noise that neighbouring windows share: an estimate of few degrees of freedom made one of many."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from checks.signals.frf import Frf
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+NEIGHBOURS = 2  # windows on either side that share one estimate
+ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if it is the same noise
+
+
+def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
+    """cov (F, C, C) and its degrees of freedom nu (F,), averaged over independent neighbours, of a local fit.
+
+    frf: independent, usable bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is
+    the noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to tell H by.
+    A window with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial)
+    keeps its own and lends it to nobody.
+    """
+    power = _power(frf, input_power)
+    noise = frf.cov * power[:, None, None]
+    alone = _alone(np.einsum("fcc->fc", noise).real, frf.nu)
+    lend = np.where(alone, 0.0, 1.0)
+    total, nu = _moving(noise * (lend * frf.nu)[:, None, None]), _moving(lend * frf.nu)
+    keep = alone | (nu <= frf.nu)
+    mean = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
+    cov = np.where(keep[:, None, None], noise, mean) / power[:, None, None]
+    return cov, np.where(keep, frf.nu, nu)
+
+
+def _power(frf: Frf, input_power: Array) -> Array:
+    """(F,) power of the input that tells H: var is noise / power, and coherence gives noise / input_power."""
+    c = np.argmin(np.abs(frf.coherence - 0.5), axis=1)  # there neither 1 - coherence nor coherence is round-off
+    at = np.arange(frf.f.size)
+    coherence = frf.coherence[at, c]
+    ratio = np.abs(frf.H[at, c]) ** 2 * (1.0 - coherence) / np.maximum(coherence, 1e-300)
+    known = (ratio > 0.0) & (frf.var[at, c] > 0.0)
+    return np.where(known, ratio / np.where(known, frf.var[at, c], 1.0), 1.0) * input_power
+
+
+def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
+    """(F,) windows whose noise (F, C) in any channel is beyond what chance makes of the median about it."""
+    wide = 2 * NEIGHBOURS + 1
+    padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
+    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)
+    limit = stats.chi2.isf(ALONE, 2.0 * nu) / stats.chi2.median(2.0 * nu)
+    return np.asarray((noise > limit[:, None] * median).any(axis=1))
+
+
+def _moving(x: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Sums over the neighbours on both sides along the first axis; fewer at the ends."""
+    padded = np.pad(x, ((NEIGHBOURS, NEIGHBOURS), *((0, 0),) * (x.ndim - 1)))
+    return np.asarray(sum(padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)))
