@@ -192,6 +192,17 @@ def test_no_glyph_leaves_the_page(made: Dossier) -> None:
     assert all(20 < x < 575 and 20 < y < 822 for x, y in places)  # margins of 39 pt less a line's height
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 13])
+def test_every_picture_is_on_a_page(made: Dossier, count: int) -> None:
+    """Several rows of figures share a page with its text; each figure is drawn once."""
+    (one, *_) = panels().values()
+    pages = words(render(replace(made, panels={str(n): replace(one, title=f"Panel{n:02d}.") for n in range(count)})))
+    text = " ".join(pages)
+    assert [text.count(f"Panel{n:02d}.") for n in range(count)] == [1] * count
+    assert "REJECTED" in pages[0]
+    assert ("Panel00." in pages[0]) and (len(pages) == 1 or count > 3)
+
+
 @pytest.mark.parametrize(
     ("sensor", "stroke", "verdict", "sentence"),
     [

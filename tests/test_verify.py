@@ -309,7 +309,7 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
 
 
 def test_quality_assurance_alone_and_first_is_refused(bench: Bench) -> None:
-    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN))
+    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa)))
     refused(bench.check(alone), "signed by qa")
     refused(bench.check(approval(alone, bench.technician, TECHNICIAN)), "signed by qa, technician")
 

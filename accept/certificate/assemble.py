@@ -79,7 +79,9 @@ def _draw_figure(writer: PdfWriter, figure: Placed, name: str) -> None:
     resources[NameObject("/XObject")] = forms
     drawing = DecodedStreamObject()
     drawing.set_data(f"q 1 0 0 1 {figure.x:.3f} {figure.y:.3f} cm {name} Do Q\n".encode())
-    page[NameObject("/Contents")] = ArrayObject([page.raw_get("/Contents"), writer._add_object(drawing)])
+    before = page.raw_get("/Contents")
+    parts = list(before) if isinstance(before, ArrayObject) else [before]
+    page[NameObject("/Contents")] = ArrayObject([*parts, writer._add_object(drawing)])
 
 
 def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:

@@ -37,10 +37,10 @@ class KeyInfo:
 
 @dataclass(frozen=True, eq=False)
 class Credential:
-    """An opened key with its certificate and that of the bench's CA."""
+    """An opened key with its certificate and that of the bench's CA; no key where a token holds it."""
 
     role: str
-    key: ec.EllipticCurvePrivateKey
+    key: ec.EllipticCurvePrivateKey | None
     certificate: x509.Certificate
     ca: x509.Certificate
 

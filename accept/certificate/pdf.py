@@ -1,7 +1,6 @@
 """A dossier as an unsigned PDF. Equal dossiers give equal bytes."""
 
 import io
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,18 +15,17 @@ from accept.certificate.fonts import register
 from accept.pictures import picture, reduced
 from checks.picture import Panel
 
-COLUMNS, ROWS = 3, 4  # of panels in one figure
-_ROW_HEIGHTS = (58.0, 42.0)  # mm of a row of panels: wanted, and the least that can be read
-_LARGEST_ROW = 64.0
+_ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
 _SPACE_ABOVE = 5.0  # pt
 
 
 class _Gap(Flowable):
-    """Room for a figure; remembers where it came to stand."""
+    """Room for a row of panels; remembers where it came to stand."""
 
-    def __init__(self, panels: Sequence[Panel], row_height: float) -> None:
+    def __init__(self, panels: Sequence[Panel], columns: int, row_height: float) -> None:
         super().__init__()
         self.panels = panels
+        self.columns = columns
         self.row_height = row_height
         self.place: tuple[int, float, float] | None = None
 
@@ -36,7 +34,7 @@ class _Gap(Flowable):
 
     @property
     def size(self) -> tuple[float, float]:
-        return look.INNER, self.row_height * mm * math.ceil(len(self.panels) / COLUMNS)
+        return look.INNER, self.row_height * mm
 
     def wrap(self, available_width: float, available_height: float) -> tuple[float, float]:
         return self.size
@@ -73,9 +71,10 @@ def render(dossier: Dossier) -> bytes:
     panels = [reduced(panel) for panel in dossier.panels.values()]
     above = [*story.identity(dossier), *story.findings(dossier)]
     below = [*story.information(dossier), *story.remarks(dossier)]
-    row = _row_height(above + below, math.ceil(len(panels) / COLUMNS))
-    step = COLUMNS * ROWS
-    gaps = [_Gap(panels[start : start + step], row) for start in range(0, len(panels), step)]
+    columns = 2 if len(panels) in (1, 2, 4) else 3
+    rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
+    height = _row_height(_height(above), _height(below), len(rows))
+    gaps = [_Gap(row, columns, height) for row in rows]
     text = _build(dossier, [*above, *gaps, *below])
     figures = [_placed(gap) for gap in gaps]
     return assemble(text, figures, dossier.attachments(), page.field_rectangles(), _title(dossier))
@@ -108,13 +107,20 @@ def _frame(place: tuple[float, float]) -> Frame:
     return Frame(look.MARGIN, bottom, look.INNER, height, 0, 0, 0, 0)
 
 
-def _row_height(flowables: Sequence[Flowable], rows: int) -> float:
-    """Height [mm] of a row of panels: what the first page leaves, when that is enough to read them."""
-    if rows == 0:
-        return _ROW_HEIGHTS[0]
-    used = _SPACE_ABOVE + sum(f.wrap(look.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
-    left = (_first_frame()[1] - used - 1.0) / mm / rows
-    return min(left, _LARGEST_ROW) if left >= _ROW_HEIGHTS[1] else _ROW_HEIGHTS[0]
+def _row_height(above: float, below: float, rows: int) -> float:
+    """Height [mm] of a row of panels between text of these heights [pt]: all on the first page where that can be read,
+    else as many rows on it as can be read, filling it."""
+    least, most = _ROW_HEIGHTS
+    free = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
+    if rows and (free - below / mm) / rows >= least:
+        return min((free - below / mm) / rows, most)
+    fitting = min(int(free / least), rows)
+    return min(free / fitting, most) if fitting > 0 else most
+
+
+def _height(flowables: Sequence[Flowable]) -> float:
+    """Height [pt] of text, at most: neighbours share some of the space between them."""
+    return sum(f.wrap(look.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
 
 
 def _placed(gap: _Gap) -> Placed:
@@ -122,8 +128,7 @@ def _placed(gap: _Gap) -> Placed:
         raise RuntimeError("a figure of the certificate found no place on any page")
     number, x, y = gap.place
     size = (gap.size[0] / mm, gap.size[1] / mm)
-    columns = min(COLUMNS, max(len(gap.panels), 2))
-    return Placed(number, x, y, picture(gap.panels, "pdf", size, columns))
+    return Placed(number, x, y, picture(gap.panels, "pdf", size, gap.columns))
 
 
 def _title(dossier: Dossier) -> str:

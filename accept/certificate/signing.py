@@ -14,7 +14,7 @@ from pyhanko.pdf_utils.misc import PdfError
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.sign.fields import MDPPerm, SigSeedSubFilter, enumerate_sig_fields
 from pyhanko.sign.general import SigningError
-from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, SimpleSigner
+from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, Signer, SimpleSigner
 from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
 from pyhanko_certvalidator.registry import SimpleCertificateStore
 
@@ -32,29 +32,37 @@ class SigningRefused(ValueError):
     """A document that must not be signed in this role now; the text says why."""
 
 
-class _Signer(SimpleSigner):
-    """ECDSA with the nonce of RFC 6979 and s in the lower half: of the two valid values of s one is written, so that
-    nobody can swap it for the other."""
+class LowS(Signer):
+    """Mix-in before any ECDSA signer: s goes to the lower half. Of the two valid values of s one is written, so that
+    nobody can swap it for the other; `verify` takes no other."""
+
+    async def async_sign_raw(self, data: bytes, digest_algorithm: str, dry_run: bool = False) -> bytes:
+        r, s = decode_dss_signature(await super().async_sign_raw(data, digest_algorithm, dry_run))
+        return encode_dss_signature(r, min(s, P256_ORDER - s))
+
+
+class _Signer(LowS, SimpleSigner):
+    """ECDSA with the nonce of RFC 6979."""
 
     def sign_raw(self, data: bytes, digest_algorithm: str) -> bytes:
         key = serialization.load_der_private_key(self.signing_key.dump(), password=None)
         if not isinstance(key, ec.EllipticCurvePrivateKey) or digest_algorithm != "sha256":
             raise SigningError(f"certificates are signed with P-256 and SHA-256, not {digest_algorithm}")
-        r, s = decode_dss_signature(key.sign(data, ec.ECDSA(hashes.SHA256(), deterministic_signing=True)))
-        return encode_dss_signature(r, min(s, P256_ORDER - s))
+        return key.sign(data, ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
 
 
-def sign(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+def sign(pdf: bytes, credential: Credential, when: datetime, signer: Signer | None = None) -> bytes:
     """The document with one more signature; the bytes before it stay as they are.
 
-    when: time of signing with its zone; the bench's clock, not a trusted timestamp.
+    when : time of signing with its zone; the bench's clock, not a trusted timestamp.
+    signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
     Raises SigningRefused: out of order (technician, then qa), signed already, not a certificate.
     """
     if when.tzinfo is None:
         raise SigningRefused("the time of signing has no time zone")
     try:
         _check_order(pdf, credential.role)
-        return asyncio.run(_append(pdf, credential, when.replace(microsecond=0)))
+        return asyncio.run(_append(pdf, credential, when.replace(microsecond=0), signer or _signer(credential)))
     except (PdfError, SigningError) as e:
         raise SigningRefused(f"cannot be signed as {credential.role}: {e}") from e
 
@@ -68,11 +76,11 @@ def _check_order(pdf: bytes, role: str) -> None:
         raise SigningRefused(f"signed by {have}; {role} signs after {need}")
 
 
-async def _append(pdf: bytes, credential: Credential, when: datetime) -> bytes:
+async def _append(pdf: bytes, credential: Credential, when: datetime, by: Signer) -> bytes:
     left, bottom, right, top = field_rectangles()[credential.role]
     signer = PdfSigner(
         _metadata(credential),
-        signer=_signer(credential),
+        signer=by,
         stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
     )
     session = signer.init_signing_session(IncrementalPdfFileWriter(io.BytesIO(pdf)), existing_fields_only=True)
@@ -98,7 +106,9 @@ def _metadata(credential: Credential) -> PdfSignatureMetadata:
     )
 
 
-def _signer(credential: Credential) -> SimpleSigner:
+def _signer(credential: Credential) -> Signer:
+    if credential.key is None:
+        raise SigningRefused(f"there is no key to sign with as {credential.role}")
     certificate, root = (
         asn1_x509.Certificate.load(c.public_bytes(serialization.Encoding.DER))
         for c in (credential.certificate, credential.ca)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -15,6 +16,8 @@ from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 
 MAPS = (Heights, Image)  # items that need room for a colour bar
 _BAR_WIDTH_MM = 2.0
+_FEW_POINTS = 60  # above this they are a cloud and drawn small
+_EM_PER_LETTER = 0.66  # of the bold typeface, a little above its mean
 _DASH = {"solid": "-", "dashed": (0, (4, 2)), "points": "none"}
 
 
@@ -28,15 +31,29 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     # Zones without an end and labels of marks go by the limits, so by everything else: they come last.
     for item in sorted(panel.items, key=lambda i: isinstance(i, Span | Mark)):
         _DRAWERS[type(item)](axes, item, counter)
-    axes.set_title(pretty(panel.title))
-    axes.set_xlabel(pretty(panel.x_label))
-    axes.set_ylabel(pretty(panel.y_label))
+    _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
     _legend(axes)
+
+
+def _labels(axes: Axes, panel: Panel) -> None:
+    """Title and labels, smaller where they would leave the panel."""
+    figure, box = axes.figure, axes.get_position()
+    wide = 72.0 * figure.get_figwidth() * box.width  # type: ignore[union-attr]
+    tall = 72.0 * figure.get_figheight() * box.height  # type: ignore[union-attr]
+    # The title may reach over the margins of the axes by an em or two, a vertical label below the axes.
+    for text, put, room in (
+        (panel.title, axes.set_title, wide + 8.0),
+        (panel.x_label, axes.set_xlabel, wide + 8.0),
+        (panel.y_label, axes.set_ylabel, tall + 20.0),
+    ):
+        words = pretty(text)
+        size = mpl.rcParams["axes.titlesize" if put == axes.set_title else "axes.labelsize"]
+        put(words, fontsize=min(size, room / (_EM_PER_LETTER * max(len(words), 1))))
 
 
 class _Series:
@@ -61,6 +78,7 @@ def _line(axes: Axes, item: Line, series: _Series) -> None:
         linestyle=dash,
         marker="o" if item.style == "points" else None,
         markeredgewidth=0.0,
+        markersize=mpl.rcParams["lines.markersize"] if len(item.x) <= _FEW_POINTS else 1.2,
         label=pretty(item.label) or None,
         zorder=2 if item.role in ("quiet", "before") else 3,
     )
