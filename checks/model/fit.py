@@ -1,36 +1,26 @@
 """Parameters of a model fitted to measured responses: maximum a posteriori, with an honest covariance."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from checks.model.dataset import Dataset
+from checks.model.goodness import Gap, gaps
 from checks.model.model import Model
 from checks.model.parameters import rule
+from checks.model.response import Response
 from checks.model.superelement import ModelError
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Values = Mapping[str, float]
-Channels = tuple[str, ...]
 
 COARSE_BINS = 250
 SPREAD = 1.0  # of further starts, in prior standard deviations
+BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 AT_BOUND = 1e-3  # of the standard deviation
-
-
-class Response(Protocol):
-    """What can be fitted; a `Model` is one. Values are changes by name, in the names' units."""
-
-    def frf(self, f: Array, changes: Values, channels: Channels) -> Complex:
-        """(F, C)."""
-
-    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
-        """(P, F, C) derivatives per unit."""
 
 
 @dataclass(frozen=True)
@@ -56,16 +46,6 @@ class Free:
         if self.scale is not None:
             return self.scale
         return self.sd if np.isfinite(self.sd) else max(abs(self.begin) * 0.1, 1e-12)
-
-
-@dataclass(frozen=True, eq=False)
-class Gap:
-    """Squared residual over noise variance plus squared tolerance, per degree of freedom. p: chance of so large a G
-    when the model is right, of the noise alone (F distribution)."""
-
-    G: float
-    dof: float
-    p: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,49 +128,23 @@ def fit(
     return _result(problem, problem.solve(best.x), tuple(float(r.cost) for r in tried))
 
 
-def function(call: Callable[[Values, Array, Channels], Complex], steps: Mapping[str, float]) -> "Function":
-    """A response given as call(values, f, channels) -> (F, C); steps: of the central differences, by name."""
-    return Function(call, dict(steps))
-
-
-@dataclass(frozen=True)
-class Function:
-    """A response from a plain function, derivatives by central differences."""
-
-    call: Callable[[Values, Array, Channels], Complex]
-    steps: Mapping[str, float]
-
-    def frf(self, f: Array, changes: Values, channels: Channels) -> Complex:
-        return self.call(changes, f, channels)
-
-    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
-        out = []
-        for n in names:
-            h = self.steps[n]
-            above, below = (self.call({**changes, n: changes[n] + d}, f, channels) for d in (h, -h))
-            out.append((above - below) / (2.0 * h))
-        return np.array(out)
-
-
-def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: int = 0) -> dict[str, Gap]:
-    """G of every channel. residuals: (F, C) of each dataset; fitted: parameters that the data were fitted with, whose
-    degrees of freedom are shared out over the channels."""
-    sums: dict[str, list[Array]] = {}
-    noise: dict[str, list[Array]] = {}
-    for data, r in zip(datasets, residuals, strict=True):
-        for c, name in enumerate(data.channels):
-            sums.setdefault(name, []).append(np.abs(r[:, c]) ** 2 / data.variance[:, c])
-            # an estimated variance is on average too small where it divides: F(2, 2 nu) has the mean nu / (nu - 1)
-            share = data.noise[:, c] / data.variance[:, c]
-            noise.setdefault(name, []).append(1.0 + share / np.maximum(data.nu - 1.0, 1.0))
-    lost = fitted / max(len(sums), 1)
-    return {name: _gap(np.concatenate(sums[name]), np.concatenate(noise[name]), lost) for name in sums}
-
-
-def _gap(ratio: Array, expected: Array, lost: float) -> Gap:
-    dof = max(2.0 * float(expected.sum()) - lost, 1.0)
-    total = 2.0 * float(ratio.sum())
-    return Gap(total / dof, dof, float(stats.chi2.sf(total, dof)))
+def calibrate(
+    model: Model, datasets: Dataset | Sequence[Dataset], free: Sequence[Free] | None = None, *, starts: int = 1
+) -> tuple[Model, Fit]:
+    """The model's uncertain parameters fitted, and the form of damping that the data ask for: the model's own, or the
+    other one where its likelihood is beyond doubt the larger. Raises ModelError as `fit` does."""
+    free = free_of(model) if free is None else free
+    own = fit(model, datasets, free, starts=starts)
+    other = replace(model, damping="full" if model.damping == "modal" else "modal")
+    try:
+        other.modal()
+    except ModelError:  # a 2-DoF APA has coordinates without mass, so no modal damping
+        return model, own
+    changed = fit(other, datasets, free, starts=starts)
+    # One whitener for both: the tolerance's part of it depends on the model's response.
+    as_own = _Problem(other, own.datasets, own.free)
+    cost = 0.5 * float(np.sum(as_own.residual((changed.values - as_own.origin) / as_own.unit) ** 2))
+    return (other, changed) if own.cost - cost > BEYOND_DOUBT else (model, own)
 
 
 class _Problem:

@@ -44,8 +44,8 @@ class Model:
     """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
 
     apa: parameters -> the APA's body; sds: prior standard deviations; tolerance: relative model error too small to
-    matter; held: the payload is clamped as well. sha256: of the model's file and of the APA's matrices. damping: "full",
-    or "modal" where each real mode keeps its own damping and modes do not exchange energy through the dampers.
+    matter; held: the payload is clamped as well. sha256: of the model's file and of the APA's matrices. damping:
+    "full", or "modal" where each real mode has its own and modes exchange no energy through the dampers.
     """
 
     name: str

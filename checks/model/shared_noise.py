@@ -22,13 +22,15 @@ def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     keeps its own and lends it to nobody.
     """
     power = _power(frf, input_power)
-    noise = frf.cov * power[:, None, None]
+    noise: Complex = frf.cov * power[:, None, None]
     alone = _alone(np.einsum("fcc->fc", noise).real, frf.nu)
     lend = np.where(alone, 0.0, 1.0)
-    total, nu = _moving(noise * (lend * frf.nu)[:, None, None]), _moving(lend * frf.nu)
+    lent: Complex = noise * (lend * frf.nu)[:, None, None]
+    total = _moving(lent)
+    nu = _moving(lend * frf.nu + 0j).real
     keep = alone | (nu <= frf.nu)
-    mean = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
-    cov = np.where(keep[:, None, None], noise, mean) / power[:, None, None]
+    mean: Complex = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
+    cov: Complex = np.where(keep[:, None, None], noise, mean) / power[:, None, None]
     return cov, np.where(keep, frf.nu, nu)
 
 
@@ -51,7 +53,7 @@ def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
     return np.asarray((noise > limit[:, None] * median).any(axis=1))
 
 
-def _moving(x: NDArray[np.generic]) -> NDArray[np.generic]:
+def _moving(x: Complex) -> Complex:
     """Sums over the neighbours on both sides along the first axis; fewer at the ends."""
     padded = np.pad(x, ((NEIGHBOURS, NEIGHBOURS), *((0, 0),) * (x.ndim - 1)))
-    return np.asarray(sum(padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)))
+    return np.sum([padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)], axis=0)

@@ -46,11 +46,11 @@ class Whitener:
 def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) -> Whitener:
     """f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom."""
     C = H.shape[1]
-    independent = cov * _unsure(nu, C)[:, None, None]
+    independent: Complex = cov * _unsure(nu, C)[:, None, None]
     d = np.arange(C)
     size = tolerance * np.sqrt(SHARE) * np.abs(H)
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
-    inverse = np.linalg.inv(np.linalg.cholesky(independent))
+    inverse: Complex = np.linalg.inv(np.linalg.cholesky(independent))
     if tolerance == 0.0:
         return Whitener(inverse, np.zeros((2 * H.size, 0)), np.zeros(0))
     B = _smooth_errors(f, tolerance * np.sqrt(SHARE) * H, inverse)
