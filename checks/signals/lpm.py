@@ -10,10 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
+from numpy.typing import NDArray
 
 from checks.record import Record
 from checks.signals.frf import Frf, guarded_covariance, named, power_floor
 from checks.signals.segments import Array, Complex
+
+Bins = NDArray[np.intp]
 
 ORDER, HALF = 4, 8
 MIN_DOF = 7  # with fewer, F(2, 2 nu) has tails so heavy that a variance says little
@@ -22,7 +25,7 @@ DEPENDENT = 1e-20  # share of a regressor's power left by the others, below whic
 
 
 @dataclass(frozen=True, eq=False)
-class _Local:
+class Local:
     """What a fit about one bin needs, the same for every bin.
 
     off_transient : (2 half + 1, m) orthonormal; its columns are blind to every transient of the order.
@@ -35,7 +38,7 @@ class _Local:
     dof: int
 
     @classmethod
-    def of(cls, order: int, half: int) -> "_Local":
+    def of(cls, order: int, half: int) -> "Local":
         dof = 2 * half + 1 - 2 * (order + 1)
         if order < 0 or dof < MIN_DOF:
             raise ValueError(f"order {order} over +-{half} bins leaves {dof} degrees of freedom; needed: {MIN_DOF}")
@@ -45,9 +48,9 @@ class _Local:
 
 
 @dataclass(frozen=True, eq=False)
-class _Fit:
+class Fit:
     """Of B bins: H (B, C), noise covariance (B, C, C), power (B,) of the input that is left to tell H by (0: none),
-    weights (B, 2 half + 1) of the neighbours' Y in H."""
+    and of some neighbouring bins the weights (b, 2 half + 1) of the neighbours' Y in H."""
 
     H: Complex
     noise: Complex
@@ -76,31 +79,12 @@ def lpm(
     Where u has no power of its own (a periodic u between its lines, a band not driven) the variance is infinite.
     Raises ValueError for unequal lengths, NaN or inf, an empty band, fewer than 7 degrees of freedom.
     """
-    outputs = named(y)
-    local = _Local.of(order, half)
-    spectra = _transform({input: u, **outputs} if input not in outputs else {"": u, **outputs})
-    n = len(u)
-    bins = _bins(n, fs, f_lo, fs / 2 if f_hi is None else f_hi, step, half)
-    batches = [bins[first : first + BATCH_BINS] for first in range(0, bins.size, BATCH_BINS)]
-    floor = power_floor(np.abs(spectra[0]) ** 2)
-    fits = [_solve(spectra, batch, local, floor) for batch in batches]
-    H = np.concatenate([fit.H for fit in fits])
-    noise = np.concatenate([fit.noise for fit in fits])
-    power = np.concatenate([fit.power for fit in fits])
-    powered = power > 0.0
-    cov = np.divide(noise, np.where(powered, power, 1.0)[:, None, None], dtype=complex)
-    return Frf(
-        f=bins * (fs / n),
-        H=H,
-        channels=tuple(outputs),
-        input=input,
-        coherence=_quality(H, noise, _local_mean(np.abs(spectra[0]) ** 2, half)[bins]),
-        cov=guarded_covariance(cov, powered),
-        nu=np.full(bins.shape, float(local.dof)),
-        correlation=_correlation(fits[0].weights, step),
-        estimator="lpm",
-        notes=(f"local polynomials of order {order} over +-{half} bins of {fs / n:.4g} Hz",),
-    )
+    problem = Problem.of(u, y, fs, f_lo, f_hi, step, input)
+    local = Local.of(order, half)
+    bins = problem.bins(half)
+    found = problem.fit(bins, local)
+    note = f"local polynomials of order {order} over +-{half} bins of {fs / len(u):.4g} Hz"
+    return problem.frf(bins, found, np.full(bins.shape, float(local.dof)), half, "lpm", note)
 
 
 def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, f_hi: float, step: int = 1) -> Frf:
@@ -109,29 +93,92 @@ def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, 
     return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input)
 
 
-def _transform(columns: Mapping[str, Array]) -> Complex:
-    """(1 + C, N//2 + 1) transforms of the channels without their mean."""
-    sizes = {name: np.shape(c) for name, c in columns.items()}
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Transforms (1 + C, N // 2 + 1) of a record, input first, and the bins where the response is wanted."""
+
+    spectra: Complex
+    input: str
+    channels: tuple[str, ...]
+    n: int
+    fs: float
+    first: int
+    last: int
+    step: int
+
+    @classmethod
+    def of(
+        cls,
+        u: Array,
+        y: Array | Mapping[str, Array],
+        fs: float,
+        f_lo: float,
+        f_hi: float | None,
+        step: int,
+        input: str,
+    ) -> "Problem":
+        if not (np.isfinite(fs) and fs > 0 and step >= 1):
+            raise ValueError(f"sampling frequency {fs} Hz and step {step}: expected positive numbers")
+        outputs = named(y)
+        if not outputs:
+            raise ValueError("no output channel given")
+        first = int(np.ceil(f_lo * len(u) / fs - 1e-9))
+        last = int(np.floor((fs / 2 if f_hi is None else f_hi) * len(u) / fs + 1e-9))
+        spectra = _transform([(input, u), *outputs.items()])
+        return cls(spectra, input, tuple(outputs), len(u), fs, first, last, step)
+
+    def bins(self, half: int) -> Bins:
+        """Wanted bins that have `half` neighbours on both sides. ValueError: there is none."""
+        # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
+        lo, hi = max(half + 1, self.first), min((self.n - 1) // 2 - half, self.last)
+        if hi < lo:
+            df = self.fs / self.n
+            band = f"{self.first * df:g}..{self.last * df:g} Hz"
+            raise ValueError(f"no bin of {df:.4g} Hz in {band} has {half} neighbours on both sides")
+        return np.arange(lo, hi + 1, self.step)
+
+    def fit(self, bins: Bins, local: Local) -> Fit:
+        """The fit about every one of the bins (B,)."""
+        floor = power_floor(np.abs(self.spectra[0]) ** 2)
+        cuts = range(0, bins.size, BATCH_BINS)
+        fits = [_solve(self.spectra, bins[first : first + BATCH_BINS], local, floor) for first in cuts]
+        return Fit(
+            H=np.concatenate([fit.H for fit in fits]),
+            noise=np.concatenate([fit.noise for fit in fits]),
+            power=np.concatenate([fit.power for fit in fits]),
+            weights=fits[0].weights,
+        )
+
+    def frf(self, bins: Bins, found: Fit, nu: Array, half: int, estimator: str, note: str) -> Frf:
+        """The response at the bins (B,) with degrees of freedom nu (B,)."""
+        powered = found.power > 0.0
+        cov = np.divide(found.noise, np.where(powered, found.power, 1.0)[:, None, None], dtype=complex)
+        return Frf(
+            f=bins.astype(float) * (self.fs / self.n),
+            H=found.H,
+            channels=self.channels,
+            input=self.input,
+            coherence=_quality(found.H, found.noise, _local_mean(np.abs(self.spectra[0]) ** 2, half)[bins]),
+            cov=guarded_covariance(cov, powered),
+            nu=nu,
+            correlation=_correlation(found.weights, self.step),
+            estimator=estimator,
+            notes=(note,),
+        )
+
+
+def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
+    """(1 + C, N // 2 + 1) transforms of the channels without their mean."""
+    sizes = {name: np.shape(c) for name, c in columns}
     if len(set(sizes.values())) != 1 or any(len(s) != 1 for s in sizes.values()):
         raise ValueError(f"expected channels of one equal length, got shapes {sizes}")
-    for name, c in columns.items():
+    for name, c in columns:
         if not np.isfinite(c).all():
             raise ValueError(f"channel '{name}' holds NaN or inf, first at sample {int(np.argmin(np.isfinite(c)))}")
-    return np.array([scipy.fft.rfft(c - np.mean(c)) for c in columns.values()])
+    return np.array([scipy.fft.rfft(c - np.mean(c)) for _, c in columns])
 
 
-def _bins(n: int, fs: float, f_lo: float, f_hi: float, step: int, half: int) -> np.ndarray:
-    if not (np.isfinite(fs) and fs > 0 and step >= 1):
-        raise ValueError(f"sampling frequency {fs} Hz and step {step}: expected positive numbers")
-    # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
-    first = max(half + 1, int(np.ceil(f_lo * n / fs - 1e-9)))
-    last = min((n - 1) // 2 - half, int(np.floor(f_hi * n / fs + 1e-9)))
-    if last < first:
-        raise ValueError(f"no bin of {fs / n:.4g} Hz with {half} neighbours on both sides in {f_lo:g}..{f_hi:g} Hz")
-    return np.arange(first, last + 1, step)
-
-
-def _solve(spectra: Complex, bins: np.ndarray, local: _Local, floor: float) -> _Fit:
+def _solve(spectra: Complex, bins: Bins, local: Local, floor: float) -> Fit:
     """Least squares about each bin by modified Gram-Schmidt, vectorised over the bins.
 
     The constant of G is the last regressor, so that its coefficient is H at once, and what is left of it after the
@@ -152,7 +199,7 @@ def _solve(spectra: Complex, bins: np.ndarray, local: _Local, floor: float) -> _
         rest -= coefficient[:, None] * q
     E = columns[last + 1 :]
     weights = (local.off_transient @ columns[last].conj()) / np.where(powered, power, 1.0)
-    return _Fit(
+    return Fit(
         H=np.where(powered, coefficient, 0.0).T,
         noise=np.einsum("cmb,dmb->bcd", E, E.conj()) / local.dof,
         power=np.where(powered, power, 0.0),
