@@ -97,6 +97,20 @@ def unlock(home: Path, role: str, passphrase: str) -> Credential:
     return Credential(role, key, certificate, ca(home))
 
 
+def issue(
+    home: Path, role: str, person: str, public_key: ec.EllipticCurvePublicKey, passphrase: str, when: datetime
+) -> x509.Certificate:
+    """Certificate of the bench's CA for a key that is elsewhere, such as on a token. Raises KeysError."""
+    if role not in ROLES or not isinstance(public_key.curve, ec.SECP256R1):
+        raise KeysError(f"a certificate is for a role ({', '.join(ROLES)}) and a P-256 key, not for {role}")
+    box = folder(home) / f"{CA}.key.pem"
+    try:
+        ca_key = keybox.unlock(_read(box), passphrase)
+    except keybox.LockedError as e:
+        raise KeysError(f"{box}: {e}") from e
+    return authority.leaf(role, person, public_key, ca(home), ca_key, when.replace(microsecond=0))
+
+
 def ca(home: Path) -> x509.Certificate:
     """The bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
     return certificate_of(folder(home) / f"{CA}.pem")
