@@ -23,6 +23,7 @@ from specs.model_sections import (
     Delay,
     EffectEntry,
     Encoder,
+    FitRecord,
     Joint,
     Joints,
     Misalignment,
@@ -49,6 +50,7 @@ class Document(Strict):
     sensor: Sensor = Field(default_factory=Sensor)
     tolerance: Tolerance = Field(default_factory=Tolerance)
     effects: list[EffectEntry] = Field(default_factory=list)
+    fit: FitRecord | None = None
 
     @model_validator(mode="before")
     @classmethod

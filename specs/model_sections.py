@@ -197,3 +197,28 @@ class EffectEntry(BaseModel):
     @property
     def parameters(self) -> dict[str, Any]:
         return dict(self.model_extra or {})
+
+
+class FitRecord(Strict):
+    """Where fitted values come from: their names and covariance in the names' units, the unit and its files, and the
+    model that was fitted. G: of every channel after the fit."""
+
+    names: Annotated[list[Words], Field(min_length=1)]
+    covariance: list[list[Finite]]
+    model: Words
+    model_sha256: Words
+    serial: Words | None = None
+    inputs: dict[str, Words] = Field(default_factory=dict)
+    G: dict[str, Finite] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _square(self) -> "FitRecord":
+        p = len(self.names)
+        if len(set(self.names)) != p:
+            raise ValueError("names: one stands there twice")
+        if len(self.covariance) != p or any(len(row) != p for row in self.covariance):
+            raise ValueError(f"covariance: expected {p} rows of {p} numbers, one for each name")
+        for i, name in enumerate(self.names):
+            if not self.covariance[i][i] > 0:
+                raise ValueError(f"covariance of {name} with itself is {self.covariance[i][i]:g}, expected above 0")
+        return self

@@ -27,10 +27,10 @@ def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
     lend = np.where(alone, 0.0, 1.0)
     lent: Complex = noise * (lend * frf.nu)[:, None, None]
     total = _moving(lent)
-    nu = _moving(lend * frf.nu + 0j).real
+    nu = _moving((lend * frf.nu).astype(np.complex128)).real
     keep = alone | (nu <= frf.nu)
     mean: Complex = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
-    cov: Complex = np.where(keep[:, None, None], noise, mean) / power[:, None, None]
+    cov = np.asarray(np.where(keep[:, None, None], noise, mean) / power[:, None, None], dtype=np.complex128)
     return cov, np.where(keep, frf.nu, nu)
 
 

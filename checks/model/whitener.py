@@ -50,7 +50,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) ->
     d = np.arange(C)
     size = tolerance * np.sqrt(SHARE) * np.abs(H)
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
-    inverse: Complex = np.linalg.inv(np.linalg.cholesky(independent))
+    inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(independent)), dtype=np.complex128)
     if tolerance == 0.0:
         return Whitener(inverse, np.zeros((2 * H.size, 0)), np.zeros(0))
     B = _smooth_errors(f, tolerance * np.sqrt(SHARE) * H, inverse)
