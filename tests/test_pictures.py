@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from accept.pictures import FORMATS, PictureError, draw, panels_from_json, panels_to_json, picture, reduced
-from accept.pictures.reduce import POINTS
-from accept.pictures.style import ROLES, SERIES
+from accept.pictures.colours import ROLES, SERIES
+from accept.pictures.draw import FORMATS, PictureError, draw, picture
+from accept.pictures.jsonform import panels_from_json, panels_to_json
+from accept.pictures.reduce import POINTS, reduced
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 from tests import certificate_help
@@ -61,7 +62,7 @@ def test_the_same_bytes_in_another_process_and_place(tmp_path: Path) -> None:
     program = (
         "import sys, hashlib; sys.path.insert(0, sys.argv[1])\n"
         "from tests.test_pictures import EVERYTHING, MAPS\n"
-        "from accept.pictures import FORMATS, picture\n"
+        "from accept.pictures.draw import FORMATS, picture\n"
         "print(*(hashlib.sha256(picture([EVERYTHING, MAPS], f)).hexdigest() for f in FORMATS))"
     )
     environment = os.environ | {"PYTHONHASHSEED": "77", "TZ": "Asia/Tokyo", "SOURCE_DATE_EPOCH": "1"}

@@ -1,7 +1,6 @@
 """Keys at rest and signatures: all keys or none, no secret in the open, QA after the technician, only appending."""
 
 import io
-import logging
 import os
 import shutil
 import stat
@@ -220,7 +219,3 @@ def test_pdfsig_agrees(unsigned: bytes, technician: Credential, qa: Credential, 
     said = subprocess.run(["pdfsig", str(file)], capture_output=True, text=True, env=os.environ | {"LANG": "C.UTF-8"})
     assert said.stdout.count("Signature is Valid.") == 2
     assert "Total document signed" in said.stdout
-
-
-def test_the_libraries_say_nothing_on_stderr() -> None:
-    assert any(isinstance(h, logging.NullHandler) for h in logging.getLogger("pyhanko").handlers)

@@ -5,6 +5,8 @@ import hashlib
 import io
 import json
 import os
+import subprocess
+import sys
 from binascii import hexlify, unhexlify
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -185,6 +187,25 @@ def test_a_truncated_file_is_found(bench: Bench, keep: float) -> None:
 @pytest.mark.parametrize("content", [b"", b"hello", b"%PDF-1.7", b"%PDF-1.7\n%%EOF\n", b"\0" * 5000, b"%PDF-" * 999])
 def test_what_is_no_pdf_is_refused(bench: Bench, content: bytes) -> None:
     refused(bench.check(content))
+
+
+def test_the_reason_is_all_that_is_said(bench: Bench, tmp_path: Path) -> None:
+    """pyhanko logs what it finds in a broken file; in a process without a logging setup that must not reach stderr."""
+    start, _ = hole_of(bench.countersigned, 1)
+    broken = bytearray(bench.countersigned)
+    broken[start - 300] ^= 1
+    (tmp_path / "broken.pdf").write_bytes(bytes(broken))
+    program = (
+        "import sys; from pathlib import Path; from accept.certificate import verify\n"
+        "from cryptography import x509\n"
+        "ca = x509.load_pem_x509_certificate(Path(sys.argv[2]).read_bytes())\n"
+        "print(verify(Path(sys.argv[1]).read_bytes(), [ca]).reason)"
+    )
+    (tmp_path / "ca.pem").write_bytes(bench.technician.ca.public_bytes(keys.Encoding.PEM))
+    command = [sys.executable, "-c", program, str(tmp_path / "broken.pdf"), str(tmp_path / "ca.pem")]
+    there = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, text=True, check=True)
+    assert there.stderr == ""
+    assert len(there.stdout.splitlines()) == 1
 
 
 def test_random_bytes_with_a_header_never_raise(bench: Bench) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from accept import version
-from accept.pictures import panels_from_json, panels_to_json, reduced
+from accept.pictures.jsonform import panels_from_json, panels_to_json
+from accept.pictures.reduce import reduced
 from accept.result import UnitResult
 from checks.picture import Panel
 from specs.spec import Spec

@@ -1,9 +1,9 @@
 """The typeface of a certificate: DejaVu, embedded: PDF's own fonts lack the ≤, the Ω and half of Europe."""
 
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
-import matplotlib as mpl
 from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 
@@ -19,7 +19,10 @@ _FILES = {
 @cache
 def register() -> None:
     """Make the typeface known to reportlab, once."""
-    folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
+    matplotlib = find_spec("matplotlib")  # its files are wanted, not its half second of loading
+    if matplotlib is None or matplotlib.origin is None:
+        raise RuntimeError("matplotlib is not installed: the certificate's typeface comes with it")
+    folder = Path(matplotlib.origin).parent / "mpl-data" / "fonts" / "ttf"
     for name, file in _FILES.items():
         pdfmetrics.registerFont(TTFont(name, str(folder / file)))
     pdfmetrics.registerFontFamily(REGULAR, normal=REGULAR, bold=BOLD, italic=OBLIQUE, boldItalic=BOLD)

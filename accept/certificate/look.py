@@ -9,7 +9,7 @@ from reportlab.lib.styles import ParagraphStyle
 from reportlab.lib.units import mm
 
 from accept.certificate.fonts import BOLD, REGULAR
-from accept.pictures.style import GREEN, GREY, INK, ORANGE, PALE, VERMILION
+from accept.pictures.colours import GREEN, GREY, INK, ORANGE, PALE, VERMILION
 
 WIDTH, HEIGHT = A4
 MARGIN = 14 * mm

@@ -12,7 +12,8 @@ from accept.certificate import look, page, story
 from accept.certificate.assemble import Placed, assemble
 from accept.certificate.dossier import Dossier
 from accept.certificate.fonts import register
-from accept.pictures import picture, reduced
+from accept.pictures.draw import picture
+from accept.pictures.reduce import reduced
 from checks.picture import Panel
 
 _ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use

@@ -1,8 +1,8 @@
 """What flows over a certificate's pages: identity, findings, pictures, information, what was not judged."""
 
 from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
-from xml.sax.saxutils import escape
 
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
@@ -20,7 +20,7 @@ _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 def words(text: object, style: Any = look.BODY) -> Paragraph:
     """Paragraph of any text: markup in it stays text, control characters become blanks."""
     plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
-    return Paragraph(escape(plain), style)
+    return Paragraph(escape(plain, quote=False), style)
 
 
 def identity(dossier: Dossier) -> list[Flowable]:
@@ -97,9 +97,9 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
     sign = look.FINDING_SIGNS[finding["verdict"]]
     value, U = numbers.value_and_U(finding["value"], finding["U"])
     shown = f"{value} ± {U}" if U else value
-    name = f"<b>{escape(numbers.title_of(finding['quantity'], unit))}</b>"
+    name = f"<b>{escape(numbers.title_of(finding['quantity'], unit), quote=False)}</b>"
     optional = "" if finding.get("required", True) else ", not required"
-    below = f"<font size='5.8' color='#777777'>{escape(finding['check'] + optional)}</font>"
+    below = f"<font size='5.8' color='#777777'>{escape(finding['check'] + optional, quote=False)}</font>"
     unit_text = "" if unit == "1" else f" {unit}"
     return [
         Paragraph(f"{name}<br/>{below}", look.BODY),

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.patheffects import withStroke
 
-from accept.pictures.style import INK, MAP, colour
+from accept.pictures.colours import INK, colour
+from accept.pictures.style import MAP
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 

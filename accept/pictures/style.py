@@ -1,24 +1,11 @@
-"""The house look: few colours (Okabe and Ito, 2008: safe for colour-blind eyes), also told apart in grey."""
+"""The house look: matplotlib's settings, all of them."""
 
 from typing import Any
 
 import matplotlib as mpl
 
-NAVY, BLUE, SKY = "#14213d", "#0072b2", "#56b4e9"
-VERMILION, GREEN, ORANGE = "#d55e00", "#009e73", "#e69f00"
-INK, GREY, PALE, GRID = "#222222", "#777777", "#c8ccd0", "#e4e6e8"
+from accept.pictures.colours import GREY, GRID, INK
 
-ROLES = {
-    "data": BLUE,
-    "model": VERMILION,
-    "before": "#999999",
-    "good": GREEN,
-    "bad": VERMILION,
-    "limit": "#444444",
-    "quiet": PALE,
-}
-# Dark to light and back, so that neighbours differ in grey too.
-SERIES = (NAVY, VERMILION, SKY, GREEN, ORANGE, BLUE)
 MAP = "cividis"  # monotone in lightness (Nuñez, Anderton, Renslow, PLoS ONE 13(7), 2018)
 
 _OURS: dict[str, Any] = {
@@ -76,8 +63,3 @@ def settings() -> Any:
     """Every matplotlib setting, so that nobody's matplotlibrc changes a picture."""
     default = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
     return default | _OURS
-
-
-def colour(role: str, nth: int) -> str:
-    """Colour of a role; "auto" takes the nth of the series."""
-    return SERIES[nth % len(SERIES)] if role == "auto" else ROLES[role]

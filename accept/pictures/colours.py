@@ -1,0 +1,22 @@
+"""The few colours of the house (Okabe and Ito, 2008: safe for colour-blind eyes), also told apart in grey."""
+
+NAVY, BLUE, SKY = "#14213d", "#0072b2", "#56b4e9"
+VERMILION, GREEN, ORANGE = "#d55e00", "#009e73", "#e69f00"
+INK, GREY, PALE, GRID = "#222222", "#777777", "#c8ccd0", "#e4e6e8"
+
+ROLES = {
+    "data": BLUE,
+    "model": VERMILION,
+    "before": "#999999",
+    "good": GREEN,
+    "bad": VERMILION,
+    "limit": "#444444",
+    "quiet": PALE,
+}
+# Dark to light and back, so that neighbours differ in grey too.
+SERIES = (NAVY, VERMILION, SKY, GREEN, ORANGE, BLUE)
+
+
+def colour(role: str, nth: int) -> str:
+    """Colour of a role; "auto" takes the nth of the series."""
+    return SERIES[nth % len(SERIES)] if role == "auto" else ROLES[role]
