@@ -38,6 +38,7 @@ from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import Record, RecordError
 from checks.signals.frf import Frf, h1_record
 from checks.signals.merge import merge
+from checks.signals.poles import Transforms
 from checks.signals.resonance import Resonance
 from checks.signals.timechecks import Delay
 from checks.signals.zeros import Zero
@@ -64,7 +65,7 @@ class Found:
 
     axial: Axial
     repeat: Axial | None
-    zero: tuple[Zero, float] | str
+    zero: Zero | str
     spurious: Mapping[str, Resonance | str]
 
 
@@ -76,7 +77,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
     found = _found(records, curves, rules)
     resonance_Hz = found.axial.first.f_Hz
-    zero_Hz = found.zero[0].f_Hz if isinstance(found.zero, tuple) else peak_dip(curves.low, rules)
+    zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
     quantities = [*_modal_quantities(found, spec)]
@@ -87,9 +88,9 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
     quantities += gains.constants(curves.whole, mass, rules, spec)
     without = _without(records, curves, rules)
-    panels = draw.merged(draw.curves(curves.whole, curves.merge_Hz), draw.zoom(found.axial))
-    if isinstance(found.zero, tuple):
-        panels |= draw.zero(found.zero[0])
+    panels = draw.curves(curves.whole, curves.merge_Hz) | draw.zoom(records["low"], found.axial)
+    if isinstance(found.zero, Zero):
+        panels |= draw.zero(records["low"], found.zero)
     if isinstance(without, Frf):
         panels |= draw.beside(curves.whole, without)
     return Outcome(tuple(quantities), tuple(_notes(values, found, curves, without)), panels)
@@ -134,24 +135,20 @@ def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
 
 
 def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found:
-    low = records["low"]
+    low = Transforms.of(records["low"], "Va", OUTPUTS)
     near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
     first = axial(low, near_Hz, rules)
     modes: dict[str, Resonance | str] = {}
-    for name, f in zip(SPURIOUS, rules.spurious_Hz, strict=False):
-        modes[name] = spurious(low if f < curves.merge_Hz else records["high"], f, rules.spurious_within)
-    _refuse_exchanged(modes)
-    return Found(first, _repeat(records, near_Hz, rules), _zero(low, curves.low, rules), modes)
+    if rules.spurious_Hz:
+        high = Transforms.of(records["high"], "Va", OUTPUTS)
+        for name, f in zip(SPURIOUS, rules.spurious_Hz, strict=True):
+            modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
+        _refuse_exchanged(modes)
+    zero = vs_zero(low, dip_Hz(curves.low, rules))
+    return Found(first, _repeat(records, near_Hz, rules), zero, modes)
 
 
-def _zero(record: Record, frf: Frf, rules: Rules) -> tuple[Zero, float] | str:
-    try:
-        return vs_zero(record, peak_dip(frf, rules))
-    except NoResult as e:
-        return str(e)
-
-
-def peak_dip(frf: Frf, rules: Rules) -> float:
+def dip_Hz(frf: Frf, rules: Rules) -> float:
     """Frequency of the smallest |Vs| where its zero is searched."""
     part = frf.select("Vs").band(*rules.zero_Hz)
     if part.f.size == 0:
@@ -164,7 +161,7 @@ def _repeat(records: Mapping[str, Record], near_Hz: float, rules: Rules) -> Axia
     if "low_repeat" not in records:
         return None
     try:
-        return axial(records["low_repeat"], near_Hz, rules)
+        return axial(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz, rules)
     except NoResult:
         return None
 
@@ -179,8 +176,8 @@ def _refuse_exchanged(modes: Mapping[str, Resonance | str]) -> None:
 
 def _modal_quantities(found: Found, spec: CheckSpec) -> list[Quantity]:
     quantities = axial_quantities(found.axial, found.repeat, spec)
-    if isinstance(found.zero, tuple):
-        quantities.append(zero_quantity(*found.zero, spec))
+    if isinstance(found.zero, Zero):
+        quantities.append(zero_quantity(found.zero, spec))
     else:
         quantities.append(Quantity.missing("vs_zero_Hz", found.zero))
     for name in SPURIOUS:

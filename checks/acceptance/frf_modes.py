@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.frf_rules import OUTPUTS, Rules
+from checks.acceptance.frf_rules import Rules
 from checks.acceptance.stated import stated
 from checks.quantity import Contribution, NoResult, Quantity
-from checks.record import Record
 from checks.signals.frf import Frf
-from checks.signals.lpm import lpm_record
-from checks.signals.poles import window
+from checks.signals.poles import Transforms
 from checks.signals.resonance import Resonance, find, find_beside
 from checks.signals.zeros import Zero, find_zero
 from specs.spec import CheckSpec
@@ -19,17 +17,15 @@ NARROW = 0.12  # of the resonance: the band of the fit
 WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched (seed 3.1.4: 95 and 105 Hz)
 INNER = 0.02  # left at the ends of a band, so that a pole is seen from both sides
 AROUND_ZERO = 0.2
-ZERO_ORDER = 4
 SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
 
 
 @dataclass(frozen=True, eq=False)
 class Axial:
-    """The axial resonance, the second one where two poles fit better than one, and the responses behind them."""
+    """The axial resonance, and the second one where two poles fit better than one."""
 
     first: Resonance
     second: Resonance | None
-    frf: Frf
 
 
 def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
@@ -40,24 +36,18 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
     return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
 
 
-def axial(record: Record, near_Hz: float, rules: Rules) -> Axial:
+def axial(low: Transforms, near_Hz: float, rules: Rules) -> Axial:
     """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
+    lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
     try:
-        frf = lpm_record(record, "Va", OUTPUTS, (WIDE[0] - INNER) * near_Hz, (WIDE[1] + INNER) * near_Hz)
-        narrow = window(frf, (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz, *OUTPUTS)
-        first = find(narrow, (1 - NARROW + INNER) * near_Hz, (1 + NARROW - INNER) * near_Hz)
+        first = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
         if first is None:
-            raise NoResult(f"{record.name}: no resonance stands out of the scatter near {near_Hz:.4g} Hz")
-        both = find_beside(
-            window(frf, WIDE[0] * near_Hz, WIDE[1] * near_Hz, *OUTPUTS),
-            first,
-            (WIDE[0] + INNER) * near_Hz,
-            (WIDE[1] - INNER) * near_Hz,
-            rules.second_share,
-        )
+            raise NoResult(f"no resonance stands out of the scatter near {near_Hz:.4g} Hz")
+        lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
+        both = find_beside(low.window(lo, hi), first, lo + INNER * near_Hz, hi - INNER * near_Hz, rules.second_share)
     except ValueError as e:
-        raise NoResult(f"{record.name}: {e}") from e
-    return Axial(first, None, frf) if both is None else Axial(*both, frf)
+        raise NoResult(f"about {near_Hz:.4g} Hz: {e}") from e
+    return Axial(first, None) if both is None else Axial(*both)
 
 
 def axial_quantities(found: Axial, repeat: Axial | None, spec: CheckSpec) -> list[Quantity]:
@@ -95,24 +85,19 @@ def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contr
     return budget if repeat is None else [*budget, Contribution("second realisation, half the difference", repeat, "A")]
 
 
-def vs_zero(record: Record, near_Hz: float) -> tuple[Zero, float]:
-    """Zero of Vs and the lowest coherence next to it. Raises NoResult when there is none."""
-    lo, hi = (1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz
+def vs_zero(low: Transforms, near_Hz: float) -> Zero | str:
+    """Zero of Vs, or why there is none."""
     try:
-        frf = lpm_record(record, "Va", ("Vs",), lo, hi)
-        found = find_zero(window(frf, lo, hi, "Vs"), ZERO_ORDER)
+        found = find_zero(low.window((1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz, "Vs"))
     except ValueError as e:
-        raise NoResult(f"{record.name}: {e}") from e
-    if found is None:
-        raise NoResult(f"{record.name}: Vs has no zero near {near_Hz:.4g} Hz")
-    near = np.abs(frf.f - found.f_Hz) < 0.02 * found.f_Hz
-    return found, float(frf.coherence[near].min()) if near.any() else 0.0
+        return f"Vs: {e}"
+    return found or f"Vs has no zero near {near_Hz:.4g} Hz"
 
 
-def zero_quantity(found: Zero, coherence: float, spec: CheckSpec) -> Quantity:
+def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
     """vs_zero_Hz; the note says on which side of the imaginary axis it lies and what the coherence there is."""
     instrument = stated(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
-    note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there down to {coherence:.2f}"
+    note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
     budget = [
         Contribution("scatter of the response", found.u_Hz, "A"),
         Contribution("polynomial of one order more", found.u_Hz_model),
@@ -120,15 +105,14 @@ def zero_quantity(found: Zero, coherence: float, spec: CheckSpec) -> Quantity:
     return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, *([] if instrument is None else [instrument]), note=note)
 
 
-def spurious(record: Record, near_Hz: float, within: float) -> Resonance | str:
+def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | str:
     """The mode within a part of near_Hz, from all channels; the reason where none is seen.
 
     A mode that no channel shows cannot be measured: on a strut whose encoder sits on the axis, de is blind to it too.
     """
     lo, hi = (1 - within) * near_Hz, (1 + within) * near_Hz
     try:
-        frf = lpm_record(record, "Va", OUTPUTS, lo - 0.05 * near_Hz, hi + 0.05 * near_Hz)
-        found = find(window(frf, lo - 0.04 * near_Hz, hi + 0.04 * near_Hz, *OUTPUTS), lo, hi)
+        found = find(record.window(lo - INNER * near_Hz, hi + INNER * near_Hz), lo, hi)
     except ValueError as e:
-        return f"{record.name}: {e}"
-    return found or f"{record.name}: no mode stands out of the scatter between {lo:.4g} and {hi:.4g} Hz"
+        return f"{lo:.4g} to {hi:.4g} Hz: {e}"
+    return found or f"no mode stands out of the scatter between {lo:.4g} and {hi:.4g} Hz"

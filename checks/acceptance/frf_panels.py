@@ -1,19 +1,19 @@
 """Pictures of the frequency responses: Bode plots with what is known, the fits, with and without the encoder."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from checks.acceptance.frf_modes import Axial
 from checks.picture import Band, Item, Line, Mark, Panel
+from checks.record import Record
 from checks.signals.bode import bode
 from checks.signals.frf import Frf
-from checks.signals.resonance import Resonance
+from checks.signals.lpm import lpm_record
 from checks.signals.zeros import Zero
 
 UNITS = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 SHOWN = 0.15  # of the resonance, each side, in the zoom
 COLOURS = ("data", "before")
+POINTS = 300
 
 
 def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
@@ -22,36 +22,37 @@ def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
     return bode(frf.band(1.0, top), UNITS, merge_Hz=merge_Hz)
 
 
-def zoom(found: Axial) -> dict[str, Panel]:
-    """de and da around the resonance with the fit and the 95 % region of the measured response."""
+def zoom(low: Record, found: Axial) -> dict[str, Panel]:
+    """de and da around the resonance, free of leakage, with the fit and the 95 % region of the measured response."""
     first, second = found.first, found.second
     reach = SHOWN if second is None else max(SHOWN, 1.15 * abs(second.f_Hz / first.f_Hz - 1))
-    part = found.frf.band((1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
+    part = _near(low, ("de", "da"), (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
     items: list[Item] = []
-    for channel, role in zip(("de", "da"), COLOURS, strict=True):
-        c = part.index(channel)
+    for c, role in enumerate(COLOURS):
         size, r = np.abs(part.H[:, c]), part.radius()[:, c]
         items.append(Band(part.f, np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10 * size)))
-        items.append(Line(part.f, size, channel, role=role))
-    items += _fit(first, "de", part)
-    items.append(Mark(first.f_Hz, label=f"{first.f_Hz:.2f} Hz", role="model"))
-    if second is not None:
-        items.append(Mark(second.f_Hz, label=f"{second.f_Hz:.2f} Hz", role="model"))
+        items.append(Line(part.f, size, part.channels[c], role=role))
+    w = first.fit.window
+    shown = (w.f >= part.f[0]) & (w.f <= part.f[-1])
+    fitted = np.abs(first.fit.response()[shown, w.channels.index("de")])
+    items.append(Line(w.f[shown], fitted, "local fit", "dashed", "model"))
+    items += [Mark(m.f_Hz, label=f"{m.f_Hz:.2f} Hz", role="model") for m in (first, second) if m is not None]
     title = "axial resonance" if second is None else "double resonance"
     return {"resonance": Panel(title, "frequency [Hz]", "magnitude [m/V]", tuple(items), y_log=True)}
 
 
-def _fit(found: Resonance, channel: str, part: Frf) -> list[Item]:
-    w = found.fit.window
-    shown = (w.f >= part.f[0]) & (w.f <= part.f[-1])
-    H = found.fit.response()[shown, w.channels.index(channel)]
-    return [Line(w.f[shown], np.abs(H), "local fit", "dashed", "model")]
+def _near(record: Record, channels: tuple[str, ...], f_lo: float, f_hi: float) -> Frf:
+    bins = max(1, round((f_hi - f_lo) * record.duration / POINTS))
+    return lpm_record(record, "Va", channels, f_lo, f_hi, bins)
 
 
-def zero(found: Zero) -> dict[str, Panel]:
-    """Vs around its zero: the fitted polynomial."""
+def zero(low: Record, found: Zero) -> dict[str, Panel]:
+    """Vs around its zero with the fitted polynomial."""
+    part = _near(low, ("Vs",), found.f[0], found.f[-1])
+    size, r = np.abs(part.H[:, 0]), part.radius()[:, 0]
     items: tuple[Item, ...] = (
-        Line(found.f, np.abs(found.measured), "measured", role="data"),
+        Band(part.f, np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10 * size), "95 % region"),
+        Line(part.f, size, "measured", role="data"),
         Line(found.f, np.abs(found.response), "local fit", "dashed", "model"),
         Mark(found.f_Hz, label=f"{found.f_Hz:.2f} Hz", role="model"),
     )
@@ -69,8 +70,3 @@ def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
         label = f"magnitude [{UNITS[channel]}]"
         out[f"{channel} without encoder"] = Panel(channel, "frequency [Hz]", label, lines, x_log=True, y_log=True)
     return out
-
-
-def merged(panels: Mapping[str, Panel], *more: Mapping[str, Panel]) -> dict[str, Panel]:
-    """All panels by name."""
-    return {name: panel for group in (panels, *more) for name, panel in group.items()}

@@ -1,8 +1,8 @@
-"""Resonances in a measured response: found by a test with a known rate of false alarms, then fitted with intervals.
+"""Resonances in a record: found by a test with a known rate of false alarms, then fitted with intervals.
 
-A pole is there when it explains more than chance lets one of many tried poles explain: for every candidate on a grid of
-frequencies and damping ratios, the F test of the residues it adds in all channels; the smallest p times the number of
-candidates (Bonferroni) must stay below CHANCE. Only bins with independent errors are tested.
+A pole is there when it explains more than chance lets the best of many tried poles explain. Candidates lie on a grid of
+frequencies and damping ratios; the best one is fitted, and the F test of what it adds to all channels, times the number
+of candidates (Bonferroni), must stay below CHANCE.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from checks.signals.poles import PoleFit, Window, fit_poles, thinned
+from checks.signals.poles import PoleFit, Window, basis, eliminated, enough_bins, fit_poles
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -21,6 +21,10 @@ CHANCE = 1e-3  # probability of a pole where there is none, over the whole range
 ORDER = 4  # of the polynomials beside the poles
 DAMPING_RATIOS = (0.002, 0.005, 0.0125, 0.03)
 DAMPING_MAX = 0.1
+APART = 3.0  # half-power half-widths between two resonances that are told apart
+MAX_CANDIDATES = 400
+CANDIDATE_BINS = 600  # the grid is tried on so many bins; what it finds is fitted and judged on all
+_NONE = np.zeros(0, dtype=complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,100 +48,24 @@ class Resonance:
 
     @property
     def seen(self) -> bool:
-        """A pole that the data place: it decays, and both its numbers are known better than to a third."""
+        """A pole that the data place: it decays, and its damping is known better than to a third."""
         placed = 3.0 * self.u_damping < self.damping_ratio < DAMPING_MAX
         return self.p < CHANCE and placed and math.isfinite(self.u_Hz_model)
 
-
-@dataclass(frozen=True)
-class Candidate:
-    """Complex frequency [Hz] of the most likely further pole, and its p after counting all candidates."""
-
-    f_Hz: complex
-    p: float
-
-
-def search(w: Window, f_lo: float, f_hi: float, known: PoleFit | None = None, order: int = ORDER) -> Candidate:
-    """The pole in f_lo..f_hi [Hz] that explains most of what `known` (no pole: polynomials alone) leaves over."""
-    thin = thinned(w)
-    q = np.array([]) if known is None else known.q
-    candidates = _grid(thin, f_lo, f_hi)
-    Q, residual = _left_over(thin, q, known, order)
-    reduction = np.zeros(candidates.size)
-    for c in range(residual.shape[0]):
-        g = (1.0 / (thin.z[:, None] - candidates)) / thin.sd[:, c : c + 1]
-        whole = np.sum(np.abs(g) ** 2, axis=0)
-        g = g - Q[c] @ (Q[c].conj().T @ g)
-        size = np.sum(np.abs(g) ** 2, axis=0)
-        told = size > 1e-8 * whole  # else it is one of the columns that are there already
-        reduction += np.where(told, np.abs(g.conj().T @ residual[c]) ** 2 / np.where(told, size, 1.0), 0.0)
-    best = int(np.argmax(reduction))
-    C, B = residual.shape
-    rest = float(np.sum(np.abs(residual) ** 2)) - float(reduction[best])
-    freedom = 2 * (C * (B - Q.shape[2]) - C)
-    ratio = math.inf if rest <= 0 else float(reduction[best]) / (2 * C) / (rest / freedom)
-    p = min(1.0, candidates.size * float(f_distribution.sf(ratio, 2 * C, freedom)))
-    return Candidate(w.frequency(complex(candidates[best])), p)
-
-
-def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
-    """Scaled candidates: every damping ratio at frequencies a half-power half-width apart, but not below the grid."""
-    step = w.f[1] - w.f[0]
-    poles = [
-        w.scaled(f * (1 + 1j * ratio))
-        for ratio in DAMPING_RATIOS
-        for f in np.arange(f_lo, f_hi, max(step / 2, ratio * (f_lo + f_hi) / 2))
-    ]
-    return np.array(poles)
-
-
-def _left_over(w: Window, q: Complex, known: PoleFit | None, order: int) -> tuple[Complex, Complex]:
-    """Q (C, B, P) orthonormal columns of what is in the model already, movement of its poles included, and the residual
-    (C, B), both weighted."""
-    weight = 1.0 / w.sd.T
-    columns = [w.z[:, None] ** np.arange(order + 1) + 0j, 1.0 / (w.z[:, None] - q), 1.0 / (w.z[:, None] - q) ** 2]
-    A = weight[:, :, None] * np.concatenate(columns, axis=1)
-    Q, _ = np.linalg.qr(A)
-    y = weight * w.H.T
-    return Q, y - np.einsum("cbp,cp->cb", Q, np.einsum("cbp,cb->cp", Q.conj(), y))
-
-
-def fit(w: Window, start_Hz: list[complex], order: int = ORDER) -> tuple[PoleFit, PoleFit | None] | None:
-    """Joint fit of poles near these complex frequencies, and the same with polynomials of one order more."""
-    start = [w.scaled(f) for f in start_Hz]
-    found = fit_poles(w, start, order)
-    return None if found is None else (found, fit_poles(w, list(found.q), order + 1))
-
-
-def resonance(found: PoleFit, finer: PoleFit | None, k: int, p: float) -> Resonance:
-    """The k-th pole of a fit as a resonance."""
-    f = complex(found.frequencies()[k])
-    other = complex(finer.frequencies()[k]) if finer is not None else complex(math.inf, math.inf)
-    known = finer is not None
-    size, u = abs(f), found.u(k)
-    return Resonance(
-        f_Hz=size,
-        damping_ratio=f.imag / size,
-        u_Hz=u,
-        u_Hz_model=abs(abs(other) - size) if known else math.inf,
-        u_damping=u / size,
-        u_damping_model=abs(other.imag / abs(other) - f.imag / size) if known else math.inf,
-        amplitude=found.amplitude(k),
-        p=p,
-        fit=found,
-        k=k,
-    )
+    @property
+    def half_width_Hz(self) -> float:
+        return self.damping_ratio * self.f_Hz
 
 
 def find(w: Window, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
-    """The strongest resonance in f_lo..f_hi [Hz], or None when chance shows as much or the fit leaves the band."""
-    best = search(w, f_lo, f_hi, None, order)
-    if best.p >= CHANCE:
+    """The strongest resonance in f_lo..f_hi [Hz] of a window, or None when chance shows as much."""
+    if not enough_bins(w, 1, order):
         return None
-    fitted = fit(w, [best.f_Hz], order)
+    best, tried = candidate(w, f_lo, f_hi, _NONE, order)
+    fitted = fit_poles(w, [w.scaled(best)], order)
     if fitted is None:
         return None
-    found = resonance(*fitted, 0, best.p)
+    found = resonance(fitted, finer(fitted), 0, evidence(fitted, _NONE, tried))
     return found if found.seen and f_lo <= found.f_Hz <= f_hi else None
 
 
@@ -147,20 +75,110 @@ def find_beside(
     """(the first one fitted anew, a second one) when two poles fit better than one, else None.
 
     share : the second one alone must be this part of what the first one's fit shows at its frequency, in one channel at
-    least. A response without noise tells every flaw of a model: what is significant need not matter.
+    least. A record without noise tells every flaw of a model: what is significant need not matter.
     """
-    order, at_Hz = first.fit.order, complex(first.fit.frequencies()[first.k])
-    alone = fit_poles(w, [w.scaled(at_Hz)], order)
+    order = first.fit.order
+    if not enough_bins(w, 2, order):
+        return None
+    alone = fit_poles(w, [w.scaled(complex(first.fit.frequencies()[first.k]))], order)
     if alone is None:
         return None
-    best = search(w, f_lo, f_hi, alone, order)
-    if best.p >= CHANCE:
+    best, tried = candidate(alone.window, f_lo, f_hi, alone.q, order)
+    both = fit_poles(w, [complex(alone.q[0]), w.scaled(best)], order)
+    if both is None:
         return None
-    fitted = fit(w, [w.frequency(complex(alone.q[0])), best.f_Hz], order)
-    if fitted is None:
-        return None
-    one, two = (resonance(*fitted, k, p) for k, p in ((0, first.p), (1, best.p)))
-    at = int(np.argmin(np.abs(w.f - two.f_Hz)))
-    beside = np.abs(alone.response()[at])
+    checked = finer(both)
+    one = resonance(both, checked, 0, first.p)
+    two = resonance(both, checked, 1, evidence(both, alone.q, tried))
+    beside = np.abs(alone.response()[int(np.argmin(np.abs(w.f - two.f_Hz)))])
     matters = bool((two.amplitude >= share * beside).any())
-    return (one, two) if two.seen and matters and f_lo <= two.f_Hz <= f_hi else None
+    apart = abs(two.f_Hz - one.f_Hz) > APART * max(one.half_width_Hz, two.half_width_Hz)
+    return (one, two) if two.seen and matters and apart and f_lo <= two.f_Hz <= f_hi else None
+
+
+def candidate(w: Window, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
+    """Complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many were tried.
+
+    A known pole may move: its derivative is among the columns.
+    """
+    w = w.thinned(CANDIDATE_BINS)
+    A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
+    Q, _, residual = eliminated(w, A)
+    poles = _grid(w, f_lo, f_hi)
+    columns = 1.0 / (w.z[:, None] - poles)
+    gain = np.zeros(poles.size)
+    for c in range(residual.shape[0]):
+        weighted = columns / w.sd[:, c : c + 1]
+        gain += _explained(Q[c], residual[c], w.U[:, None] * weighted, weighted)
+    return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
+
+
+def _moves(w: Window, q: Complex) -> Complex:
+    squared = 1.0 / (w.z[:, None] - q) ** 2
+    return np.concatenate([w.U[:, None] * squared, squared], axis=1)
+
+
+def _explained(Q: Complex, residual: Complex, driven: Complex, ringing: Complex) -> Array:
+    """(N,) power of a residual that each of N pairs of columns explains, beyond Q."""
+    first = _unit(driven - Q @ (Q.conj().T @ driven), driven)
+    rest = ringing - Q @ (Q.conj().T @ ringing)
+    second = _unit(rest - first * np.sum(first.conj() * rest, axis=0), ringing)
+    return np.asarray(np.abs(first.conj().T @ residual) ** 2 + np.abs(second.conj().T @ residual) ** 2)
+
+
+def _unit(columns: Complex, whole: Complex) -> Complex:
+    """Columns of length 1; zero where next to nothing is left of what they were."""
+    length, before = np.linalg.norm(columns, axis=0), np.linalg.norm(whole, axis=0)
+    return np.where(length > 1e-6 * before, columns / np.where(length > 0, length, 1.0), 0.0)
+
+
+def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
+    """Scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not tried
+    more finely than the bins, nor more often than is worth its time."""
+    middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
+    least = max(bin_Hz, len(DAMPING_RATIOS) * (f_hi - f_lo) / MAX_CANDIDATES)
+    poles = [
+        w.scaled(f * (1 + 1j * ratio))
+        for ratio in DAMPING_RATIOS
+        for f in np.arange(f_lo, f_hi, max(least, ratio * middle))
+    ]
+    return np.array(poles)
+
+
+def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
+    """p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
+
+    Both by the noise that the larger fit leaves; the smaller one's poles may move.
+    """
+    w, order = fitted.window, fitted.order
+    again = fit_poles(w, list(without), order, rounds=0) if without.size else None
+    smaller = again.cost if again else float(np.sum(np.abs(eliminated(w, basis(w, without, order))[2]) ** 2))
+    C, B = len(w.channels), w.f.size
+    added = 4 * C + 2
+    freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
+    ratio = (smaller - fitted.cost) / added / (fitted.cost / freedom)
+    return min(1.0, tried * float(f_distribution.sf(ratio, added, freedom)))
+
+
+def finer(fitted: PoleFit) -> PoleFit | None:
+    """The same fit with polynomials of one order more."""
+    return fit_poles(fitted.window, list(fitted.q), fitted.order + 1)
+
+
+def resonance(found: PoleFit, checked: PoleFit | None, k: int, p: float) -> Resonance:
+    """The k-th pole of a fit as a resonance; `checked`: the fit with one order more."""
+    f, u = complex(found.frequencies()[k]), found.u(k)
+    size = abs(f)
+    other = None if checked is None else complex(checked.frequencies()[k])
+    return Resonance(
+        f_Hz=size,
+        damping_ratio=f.imag / size,
+        u_Hz=u,
+        u_Hz_model=math.inf if other is None else abs(abs(other) - size),
+        u_damping=u / size,
+        u_damping_model=math.inf if other is None else abs(other.imag / abs(other) - f.imag / size),
+        amplitude=found.amplitude(k),
+        p=p,
+        fit=found,
+        k=k,
+    )
