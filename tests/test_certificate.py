@@ -147,6 +147,12 @@ def test_attachments_of_something_else_are_refused(made: Dossier, damage: str) -
         dossiers.read(inside)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "\udce4.mat"])
+def test_what_json_cannot_hold_is_refused(made: Dossier, value: object) -> None:
+    with pytest.raises(DossierError, match="JSON does not have"):
+        render(replace(made, result=dict(made.result) | {"notes": [value]}))
+
+
 def crowded(made: Dossier, count: int) -> Dossier:
     """As many findings as no spec has, each with a longer reason than the one before, in hostile letters."""
     entry = made.result["findings"][0]

@@ -157,8 +157,11 @@ def canonical(data: Mapping[str, Any]) -> bytes:
 
 
 def _json(data: Any, indent: int | None) -> bytes:
-    text = json.dumps(data, sort_keys=indent is not None, indent=indent, ensure_ascii=False, allow_nan=False)
-    return text.encode("utf-8") + b"\n"
+    try:
+        text = json.dumps(data, sort_keys=indent is not None, indent=indent, ensure_ascii=False, allow_nan=False)
+        return text.encode("utf-8") + b"\n"
+    except ValueError as e:
+        raise DossierError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
 
 
 def _read(folder: Path, inputs: Mapping[str, str], size_limit: int) -> dict[str, bytes]:
