@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from accept.cli_excite import app as excite_app
+from accept.cli_model import app as model_app
 from accept.exit import Exit
 
 app = typer.Typer(
@@ -23,6 +24,7 @@ app.add_typer(spec_app, name="spec")
 app.add_typer(keys_app, name="keys")
 app.add_typer(store_app, name="store")
 app.add_typer(excite_app, name="excite")
+app.add_typer(model_app, name="model")
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]

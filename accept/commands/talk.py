@@ -15,12 +15,14 @@ from accept.exit import Exit
 from accept.home import HomeError
 from accept.store import StoreError
 from accept.unit import UnitError
+from checks.model.superelement import ModelError
 from checks.record import RecordError
 from specs import SpecError
 
 P = ParamSpec("P")
 KNOWN_ERRORS = (
     SpecError, UnitError, RecordError, StoreError, HomeError, KeysError, DossierError, SigningRefused, OSError,
+    ModelError,
 )  # fmt: skip
 
 stdout = Console(highlight=False, soft_wrap=False)

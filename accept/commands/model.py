@@ -1,0 +1,169 @@
+"""`accept model`: the simulation's parameters, modes, responses, its fit to a unit, and sweeps of a parameter."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Column, Table
+
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.model_file import Opened, opened
+from accept.pictures.draw import PictureError, picture
+from checks.model.fit_panels import UNITS, frf_panels
+from checks.model.model import Model, frequency_and_damping
+from checks.model.superelement import Array, ModelError
+from checks.model.sweep import SEED_SWEEPS, panels, sweep, table
+from checks.picture import Panel
+from hw.records.writers import csv_bytes
+from specs.units import unit_of
+
+DEFAULT_MODEL = {"strut": "strut", "apa": "apa-frame"}
+HIGHEST_HZ = 2000.0
+
+
+@clear_errors
+def show(name: str) -> Exit:
+    """Every parameter with its value, unit and prior."""
+    it = opened(name)
+    model = it.model
+    stdout.print(f"{model.name}: APA '{it.spec.apa.type}', damping {model.damping}, sha256 {it.spec.sha256}")
+    if it.spec.apa_file is not None:
+        stdout.print(f"superelement {it.spec.apa_file}", soft_wrap=True)
+    rows = Table(whole("parameter"), "value", "unit", "prior sd")
+    for parameter, value in model.values.items():
+        sd = model.sds.get(parameter)
+        rows.add_row(parameter, f"{value:.6g}", unit_of(parameter), "" if sd is None else f"{sd:.3g}")
+    stdout.print(rows)
+    stdout.print(f"tolerance {100 * model.tolerance:g} % of |H|; channels {', '.join(model.channels)}")
+    for effect in it.spec.effects:
+        given = ", ".join(f"{key} = {value}" for key, value in effect.parameters.items())
+        apart = " (not linear: not in the responses)" if effect.name in it.left_out else ""
+        stdout.print(f"effect {effect.name}: {given}{apart}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def modes(name: str, f_max: float, clamped: bool, as_json: Path | None) -> Exit:
+    """Poles, and the zeros of every channel, with their damping."""
+    model = opened(name).model
+    model = model.clamped() if clamped else model
+    found = {"poles": _roots(model.poles(), f_max)}
+    for channel in () if clamped else model.channels:
+        found[f"zeros of {channel}"] = _roots(model.zeros(channel), f_max)
+    if as_json is not None:
+        _write_json(as_json, {"model": model.name, "roots": found})
+    for title, roots in found.items():
+        rows = Table(title, "damping [%]")
+        for f, damping in roots:
+            rows.add_row(f"{f:.2f} Hz", f"{100 * damping:.3f}")
+        stdout.print(rows)
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def frf(
+    name: str, f_lo: float, f_hi: float, points: int, as_json: Path | None, csv: Path | None, plot: Path | None
+) -> Exit:
+    """Responses at frequencies spread evenly over log f; JSON on stdout where no file is named."""
+    model = opened(name).model
+    f = grid(f_lo, f_hi, points)
+    H = model.frf(f)
+    if csv is not None:
+        write_atomic(csv, csv_bytes(_columns(f, H, model.channels)))
+    if plot is not None:
+        draw_to(plot, list(frf_panels(f, H, model.channels).values()))
+    document = {
+        "model": model.name,
+        "f_Hz": f.tolist(),
+        "channels": {
+            c: {"unit": UNITS[c], "real": H[:, i].real.tolist(), "imag": H[:, i].imag.tolist()}
+            for i, c in enumerate(model.channels)
+        },
+    }
+    if as_json is not None:
+        _write_json(as_json, document)
+    elif csv is None and plot is None:
+        print(json.dumps(document))
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def run_sweep(
+    name: str, what: str, values: Sequence[float], channel: str, f_hi: float, as_json: Path | None, plot: Path | None
+) -> Exit:
+    """Poles and zeros while a parameter takes a row of values; `what` is one of the seed's or a parameter's name."""
+    model = opened(name).model
+    names, usual = SEED_SWEEPS.get(what, ((what,), ()))
+    names = tuple(each for n in names for each in _both_joints(model, n))
+    chosen = tuple(values) or usual
+    if not chosen:
+        raise ModelError(f"no values for '{what}': name them with --values (the seed's: {', '.join(SEED_SWEEPS)})")
+    swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
+    rows = Table(f"{' = '.join(names)}", "poles [Hz]", f"zeros of {channel} [Hz]")
+    for row in table(swept):
+        rows.add_row(f"{row['value']:g}", _row_of(row["poles_Hz"]), _row_of(row["zeros_Hz"]))
+    stdout.print(rows)
+    if as_json is not None:
+        _write_json(as_json, {"model": model.name, "parameters": names, "channel": channel, "rows": table(swept)})
+    if plot is not None:
+        draw_to(plot, list(panels(swept)))
+    return Exit.ACCEPTED
+
+
+def whole(title: str) -> Column:
+    """A column whose words are never cut."""
+    return Column(title, no_wrap=True, overflow="ignore")
+
+
+def model_for(name: str | None, kind: str) -> Opened:
+    """The model named, else the built-in one of the unit's kind."""
+    return opened(name if name is not None else DEFAULT_MODEL[kind])
+
+
+def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> None:
+    """Draw panels into a file of the format that its ending names."""
+    size = None if columns is None else (90.0 * columns, 62.0 * -(-len(drawn) // columns))
+    try:
+        content = picture(drawn, path.suffix.lstrip(".").lower(), size, columns)
+    except PictureError as e:
+        raise ModelError(f"{path}: {e}") from e
+    write_atomic(path, content)
+    say(f"{path}: written")
+
+
+def grid(f_lo: float, f_hi: float, points: int) -> Array:
+    """(points,) frequencies [Hz] spread evenly over log f. Raises ModelError."""
+    if not 0.0 < f_lo < f_hi or points < 2:
+        raise ModelError(f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected two or more over a rising range")
+    return np.geomspace(f_lo, f_hi, points)
+
+
+def _both_joints(model: Model, name: str) -> tuple[str, ...]:
+    """`joint.X` stands for both ends where the model has two joints."""
+    ends = tuple(name.replace("joint.", f"joint.{end}.", 1) for end in ("bottom", "top"))
+    return ends if name not in model.values and all(e in model.values for e in ends) else (name,)
+
+
+def _roots(roots: np.ndarray, f_max: float) -> list[tuple[float, float]]:
+    f, damping = frequency_and_damping(roots)
+    return [(float(a), float(b)) for a, b in zip(f, damping, strict=True) if a <= f_max]
+
+
+def _row_of(values: Any) -> str:
+    return "  ".join(f"{v:.1f}" for v in values)
+
+
+def _columns(f: Array, H: np.ndarray, channels: tuple[str, ...]) -> dict[str, Array]:
+    columns = {"f": f}
+    for i, c in enumerate(channels):
+        columns |= {f"{c}_real": H[:, i].real, f"{c}_imag": H[:, i].imag}
+    return columns
+
+
+def _write_json(path: Path, document: Mapping[str, Any]) -> None:
+    write_atomic(path, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
+    say(f"{path}: written")

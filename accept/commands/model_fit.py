@@ -1,0 +1,200 @@
+"""`accept model fit`: a model's uncertain parameters fitted to the responses of a unit."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from accept.commands.model import draw_to, model_for, whole
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.measured import Responses, responses
+from accept.model_file import Opened, write_model
+from accept.unit import read
+from checks.model.constants import Constant, fit_constants, seed_constants
+from checks.model.dataset import Dataset
+from checks.model.fit import Fit, calibrate, free_of
+from checks.model.fit_panels import fit_panels
+from checks.model.goodness import Gap, gaps
+from checks.model.model import Model
+from checks.model.superelement import ModelError
+from specs.model_sections import FitRecord
+from specs.units import unit_of
+
+COLUMNS = 3  # a row of panels per channel
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What to leave behind; out: all three of them in a folder."""
+
+    write: Path | None = None
+    plot: Path | None = None
+    as_json: Path | None = None
+    out: Path | None = None
+
+    def places(self) -> tuple[Path | None, Path | None, Path | None]:
+        """Model file, picture, JSON."""
+        if self.out is None:
+            return self.write, self.plot, self.as_json
+        names = ("model.toml", "fit.pdf", "fit.json")
+        asked = (self.write, self.plot, self.as_json)
+        return tuple(p or self.out / n for p, n in zip(asked, names, strict=True))  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A fit with what it began from. held_out: G of the fitted model on the second realisation, empty without one."""
+
+    base: Opened
+    start: Model
+    model: Model
+    fit: Fit
+    measured: Responses
+    before: Mapping[str, Gap]
+    held_out: Mapping[str, Gap]
+    seed_constants: Mapping[str, float]
+    constants: Mapping[str, Constant]
+
+
+@clear_errors
+def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: Ask) -> Exit:
+    """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
+    fitted = fit_unit(folder, name, f_lo, f_hi, starts)
+    _print(fitted)
+    write, plot, as_json = ask.places()
+    if write is not None:
+        write_fitted(write, fitted)
+        say(f"{write}: written")
+    if plot is not None:
+        draw_to(plot, list(pictures(fitted).values()), COLUMNS)
+    if as_json is not None:
+        write_atomic(as_json, json.dumps(document(fitted), indent=1, allow_nan=False).encode() + b"\n")
+        say(f"{as_json}: written")
+    return Exit.ACCEPTED if fitted.fit.converged else Exit.INCOMPLETE
+
+
+def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int) -> Fitted:
+    """A model fitted to the first realisation of a unit and held against the second. Raises UnitError, RecordError,
+    SpecError, ModelError."""
+    base = model_for(name, read(folder).kind)
+    measured = responses(folder, base.model.tolerance, base.model.channels, f_lo, f_hi)
+    start = base.model
+    if measured.payload_kg is not None:
+        start = start.with_values({"bench.payload_kg": measured.payload_kg})
+    if not start.sds:
+        raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
+    say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
+    model, fit = calibrate(start, measured.first, free_of(start), starts=starts)
+    at = model.with_values(fit.at)
+    return Fitted(
+        base=base,
+        start=start,
+        model=at,
+        fit=fit,
+        measured=measured,
+        before=_gaps(start, measured.first),
+        held_out={} if measured.second is None else _gaps(at, measured.second),
+        **_constants(at, measured.first),
+    )
+
+
+def _gaps(model: Model, data: Dataset) -> dict[str, Gap]:
+    """G of a model on data that it was not fitted to."""
+    H = model.frf(data.f, channels=data.channels)
+    return gaps([data.around(H)], [data.H - H])
+
+
+def _constants(model: Model, data: Dataset) -> dict[str, Any]:
+    """ga and gs by the seed's formulas and by least squares; empty where a band of theirs was not measured."""
+    H = {c: data.H[:, i] for i, c in enumerate(data.channels)}
+    variance = {c: data.noise[:, i] for i, c in enumerate(data.channels)}
+    de = H.get("de", H["da"])
+    try:
+        by_seed = seed_constants(model, data.f, de, H["Vs"])
+        return {"seed_constants": by_seed, "constants": fit_constants(model, data.f, H, variance)}
+    except ModelError as e:
+        say(f"no constants by the seed's formulas: {e}")
+        return {"seed_constants": {}, "constants": {}}
+
+
+def write_fitted(path: Path, fitted: Fitted) -> None:
+    """The fitted model as a file, with its covariance and where it came from."""
+    fit, base = fitted.fit, fitted.base
+    record = FitRecord(
+        names=list(fit.names),
+        covariance=[[float(v) for v in row] for row in fit.cov],
+        model=base.spec.name,
+        model_sha256=base.model.sha256,
+        serial=fitted.measured.serial,
+        inputs=fitted.measured.inputs,
+        G={c: g.G for c, g in fit.gaps.items()},
+    )
+    moved = {n: v for n, v in fitted.start.values.items() if v != base.model.values[n]}
+    write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)
+
+
+def pictures(fitted: Fitted) -> dict[str, Any]:
+    """Panels of every channel: magnitude, phase, residual."""
+    data = fitted.fit.datasets[0]
+    before, after = (m.frf(data.f, channels=data.channels) for m in (fitted.start, fitted.model))
+    return dict(fit_panels(data, before, after))
+
+
+def document(fitted: Fitted) -> dict[str, Any]:
+    """What a script reads."""
+    fit = fitted.fit
+    return {
+        "serial": fitted.measured.serial,
+        "model": fitted.base.spec.name,
+        "damping": fitted.model.damping,
+        "converged": fit.converged,
+        "at_bound": list(fit.at_bound),
+        "parameters": {
+            n: {"value": v, "U": 2.0 * fit.sds[n], "unit": unit_of(n), "prior": p.prior, "prior_sd": p.sd}
+            for (n, v), p in zip(fit.at.items(), fit.free, strict=True)
+        },
+        "gap_before": _plain(fitted.before),
+        "gap_after": _plain(fit.gaps),
+        "gap_held_out": _plain(fitted.held_out),
+        "constants_by_the_seed": dict(fitted.seed_constants),
+        "constants": {n: {"value": c.value, "ci95": [c.lo, c.hi]} for n, c in fitted.constants.items()},
+        "inputs": fitted.measured.inputs,
+    }
+
+
+def _plain(found: Mapping[str, Gap]) -> dict[str, float]:
+    return {channel: gap.G for channel, gap in found.items()}
+
+
+def _print(fitted: Fitted) -> None:
+    fit = fitted.fit
+    rows = Table(whole("parameter"), "prior", "fitted", "U, k = 2", "away")
+    for p in fit.free:
+        away = (fit.at[p.name] - p.prior) / p.sd
+        prior, now, U = f"{p.prior:.5g} ± {p.sd:.2g}", f"{fit.at[p.name]:.6g}", f"{2 * fit.sds[p.name]:.2g}"
+        rows.add_row(p.name, prior, now, U, f"{away:+.1f} sd" + (", at its bound" if p.name in fit.at_bound else ""))
+    stdout.print(rows)
+    gap_rows = Table("channel", "G before", "G after", "G on the repeat")
+    for channel, gap in fit.gaps.items():
+        held = fitted.held_out.get(channel)
+        gap_rows.add_row(
+            channel, f"{fitted.before[channel].G:.3g}", f"{gap.G:.3g}", "" if held is None else f"{held.G:.3g}"
+        )
+    stdout.print(gap_rows)
+    for name, value in fitted.seed_constants.items():
+        c = fitted.constants[name]
+        stdout.print(
+            f"{name}: {value:.6g} by the seed's formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
+        )
+    if fitted.model.damping != fitted.start.damping:
+        stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")
+    if not fit.converged:
+        say(f"accept: the search did not settle: {fit.message}")
+    worst = max((g.G for g in (fitted.held_out or fit.gaps).values()), default=0.0)
+    if worst > 1.1:
+        say(f"G is {worst:.3g}: this model does not explain the unit; `accept gap` looks for what is missing")
