@@ -18,9 +18,9 @@ from checks.model.bench import suspension
 from checks.model.builder import System
 from checks.model.encoder import bracket
 from checks.model.modal import Complex, Modal, direct_frf, modal
-from checks.model.modal_damping import modally_damped
 from checks.model.parameters import derivative_step, in_range, is_mechanical, known
 from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, offset_of
+from checks.model.real_modes import real_modal
 from checks.model.superelement import Array, ModelError
 
 CHANNELS = ("Vs", "de", "da")
@@ -96,7 +96,7 @@ class Model:
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
         """Complex modes of `system`."""
         system = self.system(changes)
-        return modal(modally_damped(system) if self.damping == "modal" else system)
+        return real_modal(system) if self.damping == "modal" else modal(system)
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
         """(F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.

@@ -1,0 +1,36 @@
+"""The modal form of a system whose real modes keep to themselves: four times faster than that of any damping."""
+
+import numpy as np
+from scipy import linalg
+
+from checks.model.builder import System
+from checks.model.modal import Modal, modal
+from checks.model.modal_damping import modally_damped
+from checks.model.superelement import ModelError
+
+
+def real_modal(system: System) -> Modal:
+    """`modal(modally_damped(system))`, from the real modes alone (Geradin & Rixen, 3.1.2).
+
+    With modes P of unit mass, P^T C P taken as diag(2 z w), each mode is one pair of poles w (-z +- i sqrt(1 - z^2)) and
+    its response a b / (w^2 + 2 z w s + s^2). Raises ModelError for a coordinate without mass or an assembly not held."""
+    try:
+        w2, P = linalg.eigh(system.K, system.M, check_finite=False)
+    except linalg.LinAlgError as e:
+        raise ModelError(f"damping 'modal' needs a mass on every coordinate, which a 2-DoF APA has not: {e}") from e
+    if w2[0] <= 0.0:
+        raise ModelError(f"the assembly is not held: lowest eigenvalue of its stiffness over mass {w2[0]:.4g}")
+    w = np.sqrt(w2)
+    z = 0.5 * np.einsum("ni,ni->i", P, system.C @ P) / w
+    if z.max() >= 1.0:  # an overdamped mode is no pair; rare enough to go the long way
+        return modal(modally_damped(system))
+    T = P / w  # as in `modal`: unit energy of stiffness
+    force, outputs = T.T @ system.force, system.outputs @ T
+    mu = (-z - 1j * np.sqrt(1.0 - z * z)) / w
+    residues = (-mu / (2j * mu.imag))[:, None] * (force[:, None] * outputs.T)
+    n = w.size
+    W = np.zeros((2 * n, 2 * n))
+    i = np.arange(n)
+    W[i, i], W[i, n + i], W[n + i, i] = -2.0 * z / w, -1.0 / w, 1.0 / w
+    g = np.concatenate([-force, np.zeros(n)])
+    return Modal(mu, residues, np.ones(n, dtype=bool), system.channels, W, g, np.pad(outputs, ((0, 0), (0, n))))
