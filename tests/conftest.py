@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 
 @pytest.fixture(autouse=True)
@@ -14,3 +15,8 @@ def bench_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Mon
     for name in ("ACCEPT_STORE_URL", "ACCEPT_PASSPHRASE_FILE", "ACCEPT_QA_PASSPHRASE"):
         monkeypatch.delenv(name, raising=False)
     return home
+
+
+# Seeded like every other test, and without a deadline: how long an example takes says nothing about whether it is right.
+settings.register_profile("accept", derandomize=True, deadline=None)
+settings.load_profile("accept")
