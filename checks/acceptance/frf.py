@@ -16,6 +16,7 @@ from checks.acceptance.frf_modes import (
     Axial,
     axial,
     axial_quantities,
+    main_mode,
     peak_Hz,
     resonance_quantity,
     spurious,
@@ -64,7 +65,7 @@ class Found:
     """All that local fits found. repeat: the axial resonance of the second realisation; zero: or why there is none."""
 
     axial: Axial
-    repeat: Axial | None
+    repeat: Resonance | None
     zero: Zero | str
     spurious: Mapping[str, Resonance | str]
 
@@ -145,7 +146,7 @@ def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found
             modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
         _refuse_exchanged(modes)
     zero = vs_zero(low, dip_Hz(curves.low, rules))
-    return Found(first, _repeat(records, near_Hz, rules), zero, modes)
+    return Found(first, _repeat(records, first.first.f_Hz), zero, modes)
 
 
 def dip_Hz(frf: Frf, rules: Rules) -> float:
@@ -156,13 +157,13 @@ def dip_Hz(frf: Frf, rules: Rules) -> float:
     return float(part.f[np.argmin(np.where(part.usable, np.abs(part.H[:, 0]), np.inf))])
 
 
-def _repeat(records: Mapping[str, Record], near_Hz: float, rules: Rules) -> Axial | None:
+def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
     """The axial resonance of the second realisation; without one, or where it shows none, None."""
     if "low_repeat" not in records:
         return None
     try:
-        return axial(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz, rules)
-    except NoResult:
+        return main_mode(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz)
+    except (NoResult, ValueError):
         return None
 
 
@@ -207,7 +208,7 @@ def _notes(values: Values, found: Found, curves: Curves, without: Frf | str | No
         one, two = found.axial.first, found.axial.second
         notes.append(f"double resonance: {one.f_Hz:.4g} and {two.f_Hz:.4g} Hz (two poles fit better, p = {two.p:.1g})")
     if found.repeat is not None:
-        notes.append(f"second realisation: axial resonance {found.repeat.first.f_Hz:.5g} Hz")
+        notes.append(f"second realisation: axial resonance {found.repeat.f_Hz:.5g} Hz")
     elif "low_repeat" in values:
         notes.append("second realisation: shows no axial resonance")
     if "first" in values:

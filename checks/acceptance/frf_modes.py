@@ -38,22 +38,28 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
 
 def axial(low: Transforms, near_Hz: float, rules: Rules) -> Axial:
     """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
-    lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
+    lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
+    inner = lo + INNER * near_Hz, hi - INNER * near_Hz
     try:
-        first = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
-        if first is None:
-            raise NoResult(f"no resonance stands out of the scatter near {near_Hz:.4g} Hz")
-        lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
-        both = find_beside(low.window(lo, hi), first, lo + INNER * near_Hz, hi - INNER * near_Hz, rules.second_share)
+        first = main_mode(low, near_Hz)
+        both = find_beside(low.window(lo, hi), first, *inner, rules.second_share)
     except ValueError as e:
         raise NoResult(f"about {near_Hz:.4g} Hz: {e}") from e
     return Axial(first, None) if both is None else Axial(*both)
 
 
-def axial_quantities(found: Axial, repeat: Axial | None, spec: CheckSpec) -> list[Quantity]:
+def main_mode(low: Transforms, near_Hz: float) -> Resonance:
+    """The resonance at near_Hz by itself. Raises NoResult when none is seen, ValueError for an empty band."""
+    lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
+    found = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
+    if found is None:
+        raise NoResult(f"no resonance stands out of the scatter near {near_Hz:.4g} Hz")
+    return found
+
+
+def axial_quantities(found: Axial, again: Resonance | None, spec: CheckSpec) -> list[Quantity]:
     """axial_resonance_Hz, axial_damping_percent, second_resonance_Hz."""
     first, second = found.first, found.second
-    again = None if repeat is None else repeat.first
     spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
     spread_damping = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     quantities = [

@@ -2,8 +2,8 @@
 
 Over a band every transform obeys Y_c = H_c U + T_c + noise: H_c the response, T_c what the record's ends left ringing.
 Both have the poles of the structure, H_c = sum_k R_ck/(z - q_k) + P_c(z), T_c likewise, z = (f - centre)/half: the
-poles of the band by themselves, all else a polynomial. Nothing leaks, and the errors of the bins are independent (Pintelon &
-Schoukens, System Identification, 2nd ed., 6.3 and 7.3; McKelvey & Guerin 2012 for the local form).
+poles of the band by themselves, all else a polynomial. Nothing leaks, and the errors of the bins are independent
+(Pintelon & Schoukens, System Identification, 2nd ed., 6.3 and 7.3; McKelvey & Guerin 2012 for the local form).
 
 Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: Golub &
 Pereyra 1973; the Jacobian in Kaufman's form, 1975). The model is analytic in its complex unknowns, so complex least
@@ -219,20 +219,26 @@ def eliminated(w: Window, A: Complex) -> tuple[Complex, Complex, Complex]:
 def _orthonormal(A: Complex) -> tuple[Complex, Complex]:
     """Q (C, B, P) with orthonormal columns, X (C, P, P): coefficients of the columns of A are X Q^H y.
 
-    By the Cholesky factor of A^H A, ten times faster than Householder's for tall A; where A is too near to dependent for
-    that (a condition above about 1e4), by Householder's.
+    By the Cholesky factor of A^H A, ten times faster than Householder's for tall A; where A is too near to dependent
+    for that (a condition above about 1e4), by Householder's.
     """
     length = np.linalg.norm(A, axis=1, keepdims=True)
     A = A / np.where(length > 0.0, length, 1.0)
-    try:
-        L = np.linalg.cholesky(A.conj().transpose(0, 2, 1) @ A)
-    except np.linalg.LinAlgError:
-        L = np.zeros((1, 1, 1))
-    if np.abs(np.einsum("cpp->cp", L)).min() > _DEPENDENT:
-        X = np.linalg.inv(L).conj().transpose(0, 2, 1)
+    L = _cholesky(A.conj().transpose(0, 2, 1) @ A)
+    if L is not None:
+        X = np.asarray(np.linalg.inv(L).conj().transpose(0, 2, 1), dtype=np.complex128)
         return A @ X, X / length.transpose(0, 2, 1)
     Q, R = np.linalg.qr(A)
-    return Q, np.linalg.pinv(R) / np.where(length > 0.0, length, 1.0).transpose(0, 2, 1)
+    X = np.asarray(np.linalg.pinv(R), dtype=np.complex128)
+    return Q, X / np.where(length > 0.0, length, 1.0).transpose(0, 2, 1)
+
+
+def _cholesky(gram: Complex) -> Complex | None:
+    try:
+        L = np.asarray(np.linalg.cholesky(gram), dtype=np.complex128)
+    except np.linalg.LinAlgError:
+        return None
+    return L if np.abs(np.einsum("cpp->cp", L)).min() > _DEPENDENT else None
 
 
 def _eliminate(w: Window, q: Complex, order: int) -> _State:
@@ -255,7 +261,7 @@ def _step(state: _State) -> tuple[Complex, float]:
 
 def _result(w: Window, q: Complex, order: int, state: _State) -> PoleFit:
     K, (C, B) = q.size, state.residual.shape
-    gain = np.linalg.pinv(state.tangent.reshape(-1, K)).reshape(K, C, B)
+    gain: Complex = np.asarray(np.linalg.pinv(state.tangent.reshape(-1, K)), dtype=np.complex128).reshape(K, C, B)
     half = K + order + 1
     freedom = B - 2 * half - K / C
     return PoleFit(

@@ -22,8 +22,8 @@ ORDER = 4  # of the polynomials beside the poles
 DAMPING_RATIOS = (0.002, 0.005, 0.0125, 0.03)
 DAMPING_MAX = 0.1
 APART = 3.0  # half-power half-widths between two resonances that are told apart
-MAX_CANDIDATES = 400
-CANDIDATE_BINS = 600  # the grid is tried on so many bins; what it finds is fitted and judged on all
+MAX_CANDIDATES = 300
+CANDIDATE_BINS = 500  # the grid is tried on so many bins; what it finds is fitted and judged on all
 _NONE = np.zeros(0, dtype=complex)
 
 
@@ -108,8 +108,7 @@ def candidate(w: Window, f_lo: float, f_hi: float, known: Complex, order: int) -
     columns = 1.0 / (w.z[:, None] - poles)
     gain = np.zeros(poles.size)
     for c in range(residual.shape[0]):
-        weighted = columns / w.sd[:, c : c + 1]
-        gain += _explained(Q[c], residual[c], w.U[:, None] * weighted, weighted)
+        gain += _explained(Q[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
     return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
 
 
@@ -118,18 +117,13 @@ def _moves(w: Window, q: Complex) -> Complex:
     return np.concatenate([w.U[:, None] * squared, squared], axis=1)
 
 
-def _explained(Q: Complex, residual: Complex, driven: Complex, ringing: Complex) -> Array:
-    """(N,) power of a residual that each of N pairs of columns explains, beyond Q."""
-    first = _unit(driven - Q @ (Q.conj().T @ driven), driven)
-    rest = ringing - Q @ (Q.conj().T @ ringing)
-    second = _unit(rest - first * np.sum(first.conj() * rest, axis=0), ringing)
-    return np.asarray(np.abs(first.conj().T @ residual) ** 2 + np.abs(second.conj().T @ residual) ** 2)
-
-
-def _unit(columns: Complex, whole: Complex) -> Complex:
-    """Columns of length 1; zero where next to nothing is left of what they were."""
-    length, before = np.linalg.norm(columns, axis=0), np.linalg.norm(whole, axis=0)
-    return np.where(length > 1e-6 * before, columns / np.where(length > 0, length, 1.0), 0.0)
+def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
+    """(N,) power of a residual (B,) that each of N columns explains beyond Q; none where next to nothing is left of a
+    column. What it leaves ringing would add little: it is left to the fit."""
+    before = np.sum(np.abs(columns) ** 2, axis=0)
+    left = before - np.sum(np.abs(Q.conj().T @ columns) ** 2, axis=0)
+    told = left > 1e-6 * before
+    return np.where(told, np.abs(residual.conj() @ columns) ** 2 / np.where(told, left, 1.0), 0.0)
 
 
 def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
@@ -162,7 +156,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
 
 def finer(fitted: PoleFit) -> PoleFit | None:
     """The same fit with polynomials of one order more."""
-    return fit_poles(fitted.window, list(fitted.q), fitted.order + 1)
+    return fit_poles(fitted.window, list(fitted.q), fitted.order + 1, rounds=1)
 
 
 def resonance(found: PoleFit, checked: PoleFit | None, k: int, p: float) -> Resonance:

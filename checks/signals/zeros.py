@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 ORDER = 4
+NEAR = 0.03  # of half the band: where the coherence of a zero is read
 _NO_POLE = np.zeros(0, dtype=complex)
 
 
@@ -96,7 +97,7 @@ def _root(w: Window, order: int) -> _Root | None:
 
 def _coherence(w: Window, root: complex, residual: Complex) -> float:
     """Share of the output about the root that is not noise."""
-    near = np.abs(w.z - root.real) < 0.1
+    near = np.abs(w.z - root.real) < NEAR
     total = float(np.sum(np.abs(w.Y[near, 0]) ** 2))
     noise = float(np.sum(np.abs(residual[0, near] * w.sd[near, 0]) ** 2))
     return max(0.0, 1.0 - noise / total) if total > 0 else 0.0
