@@ -439,16 +439,23 @@ def good_dossier(tmp_path: Path) -> dossiers.Dossier:
     return dossier(tmp_path, result(4.99, 365.5))
 
 
-def test_a_page_that_says_more_than_its_data_is_found(bench: Bench, tmp_path: Path) -> None:
-    """Signed with the right keys: the page of an accepted unit over the data of a rejected one."""
-    pretty = render(good_dossier(tmp_path))
-    stripped = PdfWriter(clone_from=PdfReader(io.BytesIO(pretty)))
+def page_over(page: dossiers.Dossier, data: dossiers.Dossier) -> bytes:
+    """The page of one dossier over the attachments of another."""
+    stripped = PdfWriter(clone_from=PdfReader(io.BytesIO(render(page))))
     for key in ("/Names", "/AF", "/AcroForm"):
         del stripped._root_object[key]
     out = io.BytesIO()
     stripped.write(out)
-    mixed = assemble(out.getvalue(), [], dossier(tmp_path).attachments(), field_rectangles(), "x")
-    refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not show")
+    return assemble(out.getvalue(), [], data.attachments(), field_rectangles(), "x")
+
+
+@pytest.mark.parametrize(("sensor", "stroke"), [(4.99, 365.5), (1.73, 181.7)])
+def test_a_page_that_says_other_than_its_data_is_found(
+    bench: Bench, tmp_path: Path, sensor: float, stroke: float
+) -> None:
+    """Signed with the right keys: another verdict, or one digit of a number."""
+    mixed = page_over(dossier(tmp_path, result(sensor, stroke)), dossier(tmp_path))
+    refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not show what the attached data say")
 
 
 def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Report:
@@ -467,25 +474,11 @@ def test_inputs_that_are_not_those_judged_are_found(bench: Bench, tmp_path: Path
 
 def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None:
     """Another version may draw another page: the bytes are not compared, serial and verdict are."""
-    made = replace(dossier(tmp_path), code_sha256="0" * 64)
-    inside = made.attachments()
-    text = io.BytesIO()
-    page = PdfWriter(clone_from=PdfReader(io.BytesIO(render(made))))
-    for key in ("/Names", "/AF", "/AcroForm"):
-        del page._root_object[key]
-    page.write(text)
-    old = assemble(text.getvalue(), [], inside, field_rectangles(), "an older title")
-    report = bench.check(sign(old, bench.technician, WHEN))
+    old, good = (replace(d, code_sha256="0" * 64) for d in (dossier(tmp_path), good_dossier(tmp_path)))
+    report = bench.check(sign(page_over(old, old), bench.technician, WHEN))
     assert report.valid, report.reason
     assert any("drawn by another version" in line for line in report.details)
-    lying = assemble(
-        text.getvalue(),
-        [],
-        replace(good_dossier(tmp_path), code_sha256="0" * 64).attachments(),
-        field_rectangles(),
-        "x",
-    )
-    refused(bench.check(sign(lying, bench.technician, WHEN)), "does not show 'ACCEPTED'")
+    refused(bench.check(sign(page_over(old, good), bench.technician, WHEN)), "does not show 'ACCEPTED'")
 
 
 def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
