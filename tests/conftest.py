@@ -17,6 +17,6 @@ def bench_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Mon
     return home
 
 
-# Seeded like every other test, and without a deadline: how long an example takes says nothing about whether it is right.
+# Seeded like every other test; no deadline: how long an example takes says nothing about whether it is right.
 settings.register_profile("accept", derandomize=True, deadline=None)
 settings.load_profile("accept")
