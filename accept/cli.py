@@ -7,6 +7,7 @@ import typer
 
 from accept.cli_excite import app as excite_app
 from accept.cli_model import app as model_app
+from accept.cli_simulate import app as simulate_app
 from accept.exit import Exit
 
 app = typer.Typer(
@@ -25,6 +26,7 @@ app.add_typer(keys_app, name="keys")
 app.add_typer(store_app, name="store")
 app.add_typer(excite_app, name="excite")
 app.add_typer(model_app, name="model")
+app.add_typer(simulate_app, name="simulate")
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]

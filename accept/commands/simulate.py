@@ -1,0 +1,127 @@
+"""`accept simulate unit` and `accept simulate faults`."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich import box
+from rich.table import Table
+
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.model_file import effects_of, opened
+from accept.simulate import FAULTS, Order, OrderError, simulate, write
+from accept.simulate.order import drawn
+from checks.model.converters import Converters
+from checks.model.model import Model
+from checks.signals.excitation import ExcitationError
+
+MODELS = {"apa": "apa-frame", "strut": "strut"}
+APA_PAYLOAD_KG = 5.0  # seed 3.1.7
+Effect = tuple[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The command line, as typed."""
+
+    kind: str
+    model: str | None = None
+    serial: str | None = None
+    seed: int = 0
+    dx_um: float = 0.0
+    dy_um: float = 0.0
+    effects: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()
+    draw: bool = False
+    fault: str | None = None
+    noise: float = 1.0
+    ideal: bool = False
+    hold: bool = False
+    low_s: float = 20.0
+    high_s: float = 20.0
+    repeats: bool = True
+
+
+@clear_errors
+def unit(wanted: Wanted, out: Path) -> Exit:
+    """Simulate a unit and write its folder."""
+    try:
+        order = order_of(wanted)
+        folder = write(simulate(order), out)
+    except (OrderError, ExcitationError) as e:
+        say(f"accept: {e}")
+        return Exit.BAD_INPUT
+    hidden = [name for name, _ in order.effects] + ([f"fault {order.fault}"] if order.fault else [])
+    words = ", ".join(hidden) or "as it should be"
+    say(f"{order.serial}: a simulated {order.kind} of model '{order.model.name}' ({words})")
+    say("what was put in is in truth.json")
+    print(folder)
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def faults() -> Exit:
+    """A row per fault."""
+    table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
+    for name, fault in FAULTS.items():
+        shows = ", ".join(f"{quantity} {verdict.replace('_', ' ')}" for quantity, verdict in fault.shows)
+        table.add_row(name, ", ".join(fault.kinds), fault.words, shows)
+    stdout.print(table)
+    return Exit.ACCEPTED
+
+
+def order_of(wanted: Wanted) -> Order:
+    """Order of a command line. Raises OrderError, SpecError or ModelError."""
+    if wanted.kind not in MODELS:
+        raise OrderError(f"kind '{wanted.kind}': expected one of {', '.join(MODELS)}")
+    model, effects = _model(wanted)
+    effects += [effect_of(text) for text in wanted.effects]
+    if wanted.dx_um or wanted.dy_um:
+        if any(name == "misalignment" for name, _ in effects):
+            raise OrderError("misalignment is given twice: as an effect and by --dx-um, --dy-um")
+        effects.append(("misalignment", {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
+    return Order(
+        serial=wanted.serial or f"SIM-{wanted.kind.upper()}-{wanted.seed}",
+        kind=wanted.kind,
+        model=model,
+        seed=wanted.seed,
+        effects=tuple(effects),
+        fault=wanted.fault,
+        converters=Converters(ideal=wanted.ideal).noisier(wanted.noise),
+        hold=wanted.hold,
+        repeats=wanted.repeats,
+        low_s=wanted.low_s,
+        high_s=wanted.high_s,
+    )
+
+
+def _model(wanted: Wanted) -> tuple[Model, list[Effect]]:
+    """The model before any effect is added, and those of its file that are no parameter of it."""
+    it = opened(wanted.model or MODELS[wanted.kind])
+    model = it.model
+    if wanted.model is None and wanted.kind == "apa":
+        model = model.with_values({"bench.payload_kg": APA_PAYLOAD_KG})
+    model = drawn(model, wanted.seed) if wanted.draw else model
+    model = model.with_values(pairs(wanted.settings, "--set"))
+    return model, [effect for effect in effects_of(it.spec) if effect[0] in it.left_out]
+
+
+def effect_of(text: str) -> Effect:
+    """`name:key=value,key=value`, or a name alone. Raises OrderError."""
+    name, _, given = text.partition(":")
+    return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"effect '{name}'")
+
+
+def pairs(texts: Iterable[str], where: str) -> dict[str, float]:
+    """`key=value` each. Raises OrderError."""
+    out: dict[str, float] = {}
+    for text in texts:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or key in out:
+            raise OrderError(f"{where}: '{text}': expected key=value, each key once")
+        try:
+            out[key] = float(value)
+        except ValueError as e:
+            raise OrderError(f"{where}: {key} = '{value}': expected a number") from e
+    return out

@@ -1,0 +1,191 @@
+"""The measurements on an APA alone that are no frequency responses: figures that are drawn, and records of them."""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from accept.simulate.order import Order
+from accept.simulate.records import Bench, Columns, slow_record
+from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
+from checks.model.converters import in_steps
+from checks.model.electrical import highpass_corner
+from checks.model.hammer_test import FS, DoubleHits, ShellMode, hammer_record
+from checks.model.simulate import answer
+from checks.model.slow import mass_steps, stroke_of
+from checks.model.superelement import Array
+from checks.signals import excitation
+from checks.signals.excitation import Rig
+
+UM = 1e-6
+START_V, TOP_V = -20.0, 150.0
+STROKE_FS, STROKE_PERIOD_S, STROKE_CYCLES = 1000.0, 10.0, 2
+GAUGE_STEP, GAUGE_NOISE = 1e-7, 5e-8
+MASS_FS, MASS_S = 100.0, 30.0
+PUT_S, TAKEN_S = (14.0, 16.0), (21.0, 23.0)
+GRAVITY = 9.80665
+LF_FS, LF_S, LF_V, LF_HZ = 200.0, 150.0, 0.5, (0.1, 5.0)
+PROBE_STEP_UM = 0.5
+HAMMERED = {"x_bending": "bending_X_top", "y_bending": "bending_Y_top"} | {
+    key: key for key in ("torsion_left", "torsion_top")
+}
+GAIN = 3e-7  # rad/N at rest
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What one APA is, apart from its model. heights_um: at the 8 probe points; loop: relative width of the loops over
+    the largest drive; creep: per decade; modes_Hz: x-bending, y-bending, torsion, one end fixed."""
+
+    heights_um: tuple[float, ...]
+    sensor_uF: float
+    actuator_uF: float
+    stacks_um: tuple[float, float, float]
+    k_closed_N_per_um: float
+    k_open_N_per_um: float
+    modes_Hz: tuple[float, float, float]
+    damping_ratio: float = 0.008
+    creep: float = 0.02
+    loop: float = 0.10
+    mass_kg: float = 6.4
+    resistor_ohm: float = 80600.0
+
+    @property
+    def flatness_um(self) -> float:
+        """Half-width of the minimum zone."""
+        x, y = np.array(POSITIONS_MM).T
+        return minimum_zone(x, y, np.array(self.heights_um) / 1e3).half_width * 1e3
+
+    @property
+    def corner_Hz(self) -> float:
+        return highpass_corner(self.resistor_ohm, self.sensor_uF * 1e-6)
+
+    def truth(self) -> dict[str, Any]:
+        return asdict(self) | {
+            "flatness_um": self.flatness_um,
+            "stroke_um": sum(self.stacks_um),
+            "sensor_highpass_Hz": self.corner_Hz,
+        }
+
+
+def draw(rng: np.random.Generator) -> Figures:
+    """An APA like the good ones of the seed (tables 2.1 to 2.4, 3.3)."""
+    stack = rng.normal(121.0, 1.5)
+    k, size = rng.normal(1.70, 0.01), rng.normal(1.0, 0.004)
+    return Figures(
+        heights_um=heights(rng, rng.uniform(1.0, 6.0)),
+        sensor_uF=round(rng.normal(4.95, 0.06), 2),
+        actuator_uF=round(rng.normal(9.85, 0.08), 2),
+        stacks_um=(stack, stack, stack),
+        k_closed_N_per_um=k,
+        k_open_N_per_um=1.35 * k,
+        modes_Hz=(280.0 * size, 412.0 * size, 800.0 * size),
+    )
+
+
+def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
+    """Probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
+    x, y = np.array(POSITIONS_MM).T
+    rough = rng.uniform(-1.0, 1.0, x.size)
+    rough *= flatness_um / minimum_zone(x, y, rough).half_width
+    z = rough + rng.uniform(-1.0, 1.0) * x + rng.uniform(-0.8, 0.8) * y
+    return tuple(float(h) for h in in_steps(z - z[0], PROBE_STEP_UM))
+
+
+def records(bench: Bench, figures: Figures, double: DoubleHits | None) -> dict[str, Columns]:
+    """File stem -> columns of every record of an APA but those of frequency responses."""
+    order = bench.order
+    one, *others = figures.stacks_um
+    out = {
+        "stroke_one_stack": _stroke(order, figures, one, "stroke_one_stack"),
+        "stroke_two_stacks": _stroke(order, figures, sum(others), "stroke_two_stacks"),
+        "add_mass_closed_circuit": _mass(order, figures, figures.k_closed_N_per_um, "add_mass_closed_circuit"),
+        "add_mass_open_circuit": _mass(order, figures, figures.k_open_N_per_um, "add_mass_open_circuit"),
+        "hysteresis": slow_record(bench, "hysteresis", figures.loop),
+        "sweep_lf_with_R": _highpass(bench, figures.corner_Hz, "sweep_lf_with_R"),
+        "sweep_lf": _highpass(bench, 0.0, "sweep_lf"),
+    }
+    return out | {HAMMERED[key]: _hammer(order, key, figures, double) for key in HAMMERED}
+
+
+def _stroke(order: Order, figures: Figures, stroke_um: float, name: str) -> Columns:
+    """Two slow rises from -20 V to 150 V and back, and what the gauge shows."""
+    t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
+    span = TOP_V - START_V
+    V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))
+    d = stroke_of(stroke_um * UM, span, figures.loop)(V)
+    d += GAUGE_NOISE * order.rng(f"noise of {name}").standard_normal(t.size)
+    return {"t": t, "V": V, "d": in_steps(d, GAUGE_STEP)}
+
+
+def _mass(order: Order, figures: Figures, k_N_per_um: float, name: str) -> Columns:
+    """The encoder while the mass is put down and taken away by hand."""
+    rng = order.rng(f"mass of {name}")
+    t = rng.uniform(0.0, 3.0) + np.arange(round(MASS_FS * MASS_S)) / MASS_FS
+    moments = (t[0] + rng.uniform(*PUT_S), t[0] + rng.uniform(*TAKEN_S))
+    deflection = -figures.mass_kg * GRAVITY / (k_N_per_um * 1e6)
+    de = mass_steps(t, moments, deflection, figures.creep)
+    return {"t": t, "de": order.converters.read("de", de, rng)}
+
+
+def _highpass(bench: Bench, corner_Hz: float, name: str) -> Columns:
+    """A slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
+    order = bench.order
+    rig = Rig(fs=LF_FS, mean_V=0.0, ramp_s=0.0)
+    Va = order.converters.dac(excitation.sweep(rig, *LF_HZ, LF_S, LF_V).proper)
+    model = bench.model.with_values({"sensor.highpass_Hz": corner_Hz})
+    Vs = answer(model, Va.size, LF_FS, channels=("Vs",))(Va)["Vs"]
+    read = order.converters.read("Vs", Vs, order.rng(f"noise of {name}"))
+    return {"t": np.arange(Va.size) / LF_FS, "Va": Va, "Vs": read}
+
+
+def _hammer(order: Order, key: str, figures: Figures, double: DoubleHits | None) -> Columns:
+    bounced = double if key == "x_bending" else None
+    force, angle = hammer_record(shell_modes(key, figures), order.rng(f"hammer, {key}"), bounced)
+    step = 1.0 / FS
+    return {"Track1": force, "Track2": angle, "Track1_X_Resolution": step, "Track2_X_Resolution": step}
+
+
+def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
+    """Modes that an impact shows (seed 2.4.3 to 2.4.5): both bendings with their overtones; from the left all three,
+    from the top torsion is left out, which is how it is told from bending."""
+    x, y, torsion = figures.modes_Hz
+    shown = {
+        "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],
+        "y_bending": [(y, 1.0), (2.96 * y, 0.02)],
+        "torsion_left": [(0.953 * x, 0.6), (1.007 * y, 0.5), (torsion, 0.3)],
+        "torsion_top": [(0.953 * x, 0.6), (1.007 * y, 0.5)],
+    }[key]
+    return [ShellMode(f, figures.damping_ratio, GAIN * share) for f, share in shown]
+
+
+def dead_stack(figures: Figures) -> Figures:
+    """One of the two stacks that are measured together does not move."""
+    one, two, _ = figures.stacks_um
+    return replace(figures, stacks_um=(one, two, 0.0))
+
+
+def sections(figures: Figures) -> dict[str, dict[str, Any]]:
+    """Sections of unit.toml, frequency responses apart."""
+    return {
+        "flatness": {"points": "flatness.csv"},
+        "capacitance": {"sensor_uF": figures.sensor_uF, "actuator_uF": figures.actuator_uF},
+        "stroke": {"one_stack": "stroke_one_stack.mat", "two_stacks": "stroke_two_stacks.mat"},
+        "stiffness": {
+            "closed_circuit": "add_mass_closed_circuit.mat",
+            "open_circuit": "add_mass_open_circuit.mat",
+            "mass_kg": figures.mass_kg,
+        },
+        "hysteresis": {"record": "hysteresis.mat"},
+        "sensor_highpass": {
+            "with_resistor": "sweep_lf_with_R.mat",
+            "without_resistor": "sweep_lf.mat",
+            "resistor_ohm": figures.resistor_ohm,
+        },
+        "spurious_modes": {key: f"{stem}.mat" for key, stem in HAMMERED.items()},
+    }
+
+
+def flatness_columns(figures: Figures) -> dict[str, Array]:
+    x, y = np.array(POSITIONS_MM, dtype=float).T
+    return {"x_mm": x, "y_mm": y, "z_um": np.array(figures.heights_um)}

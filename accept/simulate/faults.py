@@ -1,0 +1,109 @@
+"""What can be wrong with a simulated unit, and what the bench must then say."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from accept.simulate.apa import Figures, dead_stack, heights
+from accept.simulate.records import Columns
+from checks.model.converters import RANGE_V
+from checks.model.hammer_test import DoubleHits
+
+BOTH = ("apa", "strut")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """kinds: of unit that can have it; shows: (quantity, verdict) that a judgement by the spec of its kind must hold;
+    figures: the APA with it; model: changes of the model's values, from its values; spoil: the record with it, by its
+    file stem; cut: file stems of records that end in the middle; double: hits that bounce."""
+
+    words: str
+    kinds: tuple[str, ...]
+    shows: tuple[tuple[str, str], ...]
+    figures: Callable[[Figures], Figures] | None = None
+    model: Callable[[Mapping[str, float]], dict[str, float]] | None = None
+    spoil: Callable[[str, Columns], Columns] | None = None
+    cut: tuple[str, ...] = ()
+    double: DoubleHits | None = None
+
+
+def _warped(figures: Figures) -> Figures:
+    return replace(figures, heights_um=heights(np.random.default_rng(14), 14.0))
+
+
+def _small_stacks(figures: Figures) -> Figures:
+    """APA 3 of the seed: as if the stacks were half the size."""
+    return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
+
+
+def _soft(figures: Figures) -> Figures:
+    return replace(figures, k_closed_N_per_um=1.45, k_open_N_per_um=1.96)
+
+
+def _soft_shell(figures: Figures) -> Figures:
+    x, y, torsion = figures.modes_Hz
+    return replace(figures, modes_Hz=(0.86 * x, y, torsion))
+
+
+def _lossy(figures: Figures) -> Figures:
+    return replace(figures, loop=0.24)
+
+
+def _of_responses(change: Callable[[Columns], Columns]) -> Callable[[str, Columns], Columns]:
+    """The same change of every record of frequency responses, none of the others."""
+    return lambda stem, columns: columns | change(columns) if stem.startswith("frf_") else columns
+
+
+def _turned(c: Columns) -> Columns:
+    return {"Vs": -np.asarray(c["Vs"]) + 0.0}
+
+
+def _exchanged(c: Columns) -> Columns:
+    return {"de": c["da"], "da": c["de"]}
+
+
+def _late(c: Columns) -> Columns:
+    return {"de": np.concatenate([np.zeros(3), np.asarray(c["de"])[:-3]])}
+
+
+def _dead(c: Columns) -> Columns:
+    return {"de": np.where(np.arange(np.size(c["de"])) % 7 == 0, 2.5e-9, 0.0)}
+
+
+def _clipped(c: Columns) -> Columns:
+    """The amplifier of Vs is set ten times too sensitive."""
+    return {"Vs": np.clip(10.0 * np.asarray(c["Vs"]), -RANGE_V, RANGE_V)}
+
+
+_NO_FRF = (("axial_resonance_Hz", "no_result"),)
+
+FAULTS: Mapping[str, Fault] = {
+    "flatness": Fault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
+    "capacitance": Fault(
+        "stacks of a third of their capacitance, as APA 3 of the seed",
+        ("apa",),
+        (("sensor_uF", "fail"), ("actuator_uF", "fail"), ("sensor_highpass_Hz", "fail")),
+        figures=_small_stacks,
+    ),
+    "dead_stack": Fault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
+    "soft": Fault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
+    "soft_bending": Fault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
+    "hysteresis": Fault("loops of 24 percent", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
+    "double_hit": Fault(
+        "the hammer bounces in the x-bending record", ("apa",), (("x_bending_Hz", "no_result"),), double=DoubleHits()
+    ),
+    "wrong_payload": Fault(
+        "8 kg on the bench",
+        BOTH,
+        (("axial_resonance_Hz", "fail"),),
+        model=lambda values: {"bench.payload_kg": 8.0},
+    ),
+    "polarity": Fault("Vs is turned", BOTH, _NO_FRF, spoil=_of_responses(_turned)),
+    "exchanged": Fault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
+    "offset": Fault("de is stored three samples late", BOTH, _NO_FRF, spoil=_of_responses(_late)),
+    "dead_encoder": Fault("de stands still but for its last digit", BOTH, _NO_FRF, spoil=_of_responses(_dead)),
+    "clipped": Fault("Vs leaves the converter's range", BOTH, _NO_FRF, spoil=_of_responses(_clipped)),
+    "truncated": Fault("the high record ends in the middle of the file", BOTH, _NO_FRF, cut=("frf_noise_hf",)),
+}

@@ -1,0 +1,116 @@
+"""What is asked of a simulated unit."""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from accept.unit import KINDS, SERIAL
+from checks.model.converters import Converters
+from checks.model.effects import effect_changes
+from checks.model.fractions import Fractions
+from checks.model.model import Model
+from checks.model.parameters import rule
+from checks.model.slow import Rayleigh, creep, loops_of
+
+SLOW_EFFECTS = {"hysteresis": "relative_width", "creep": "per_decade"}  # not linear, or no parameter of the model
+SHORTEST_S = 2.0
+LONGEST_S = 120.0
+
+
+class OrderError(ValueError):
+    """An order that cannot be carried out; the text says which value is wrong and what is possible."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A unit to simulate. seed: of excitation, noise and drawn figures; effects: (name, parameters) in order; fault: a
+    name in `FAULTS`; hold: converter without a filter behind it; repeats: second realisations; low_s, high_s: length of
+    the records of frequency responses; compact: files compressed, so that all fit into one certificate."""
+
+    serial: str
+    kind: str
+    model: Model
+    seed: int = 0
+    effects: tuple[tuple[str, Mapping[str, float]], ...] = ()
+    fault: str | None = None
+    converters: Converters = field(default_factory=Converters)
+    hold: bool = False
+    repeats: bool = True
+    low_s: float = 20.0
+    high_s: float = 20.0
+    compact: bool = True
+
+    def __post_init__(self) -> None:
+        """Raises OrderError."""
+        if not SERIAL.fullmatch(self.serial):
+            raise OrderError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
+        if self.kind not in KINDS:
+            raise OrderError(f"kind '{self.kind}': expected one of {', '.join(KINDS)}")
+        if self.seed < 0:
+            raise OrderError(f"seed {self.seed}: expected 0 or more")
+        for name, length in (("low", self.low_s), ("high", self.high_s)):
+            if not SHORTEST_S <= length <= LONGEST_S:
+                raise OrderError(f"{name} record of {length:g} s: expected {SHORTEST_S:g} to {LONGEST_S:g} s")
+        missing = {"Vs", "de", "da"} - set(self.model.channels)
+        if missing:
+            raise OrderError(f"model '{self.model.name}' has no {', '.join(sorted(missing))}: nothing to record")
+        jointed = any(name.startswith("joint.") for name in self.model.values)
+        if jointed != (self.kind == "strut"):
+            has = "has joints" if jointed else "has no joints"
+            raise OrderError(f"model '{self.model.name}' {has}: it is no {self.kind}")
+        for effect in SLOW_EFFECTS:
+            self._slow(effect)
+
+    def rng(self, of: str) -> np.random.Generator:
+        """Random numbers for one purpose, whatever else is drawn."""
+        return np.random.default_rng([self.seed, zlib.crc32(of.encode())])
+
+    @property
+    def bend(self) -> float:
+        """Relative width of the hysteresis that is asked for, 0 without."""
+        return self._slow("hysteresis")
+
+    def bent_at(self, amplitude_V: float) -> Rayleigh | None:
+        """What bends the drive, its width stated at this amplitude; None for nothing."""
+        return loops_of(self.bend, amplitude_V) if self.bend else None
+
+    @property
+    def before(self) -> Fractions | None:
+        """What the drive passes before the model."""
+        share = self._slow("creep")
+        return creep(share) if share else None
+
+    def affected(self) -> Model:
+        """The model with every linear effect built in. Raises ModelError."""
+        model = self.model
+        for name, parameters in self.effects:
+            if name not in SLOW_EFFECTS:
+                model = model.with_values(effect_changes(model, name, parameters))
+        return model
+
+    def _slow(self, effect: str) -> float:
+        given = [parameters for name, parameters in self.effects if name == effect]
+        if not given:
+            return 0.0
+        key = SLOW_EFFECTS[effect]
+        if len(given) > 1 or given[0].keys() != {key}:
+            raise OrderError(f"effect '{effect}' is given as {[dict(g) for g in given]}; expected {key} once")
+        return float(given[0][key])
+
+
+def drawn(model: Model, seed: int) -> Model:
+    """The model with every uncertain parameter drawn from its prior, at most two standard deviations away, and never
+    where it cannot be."""
+    rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
+    c = model.calibrated
+    away = np.clip(rng.standard_normal(len(c.names)), -2.0, 2.0)
+    values = c.values + away * c.sds
+    return model.with_values(
+        {n: max(float(v), _least(n, float(x))) for n, v, x in zip(c.names, values, c.values, strict=True)}
+    )
+
+
+def _least(name: str, nominal: float) -> float:
+    return 0.2 * nominal if rule(name).lo == 0.0 else -np.inf

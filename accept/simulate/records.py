@@ -1,0 +1,99 @@
+"""Records of a modelled unit: frequency responses and slow sines, as the bench stores them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from accept.simulate.order import Order
+from checks.model.model import Model, frequency_and_damping
+from checks.model.simulate import Answer, answer
+from checks.model.slow import loops_of
+from checks.model.superelement import Array
+from checks.signals import excitation
+from checks.signals.excitation import Rig
+from checks.signals.shapes import Notch
+
+Columns = dict[str, Array | float]
+
+FS, SLOW_FS = 10_000.0, 1_000.0
+MERGE_HZ = 350.0
+LOW_HZ, HIGH_HZ = (1.0, 400.0), (290.0, 2100.0)
+LOW_RMS_V, HIGH_RMS_V = 0.04, 0.3
+SWEEP_HZ, SWEEP_V = (10.0, 400.0), 0.1
+AMPLITUDES_V = {"apa": (0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 4.0), "strut": (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)}
+CYCLES = 3
+AXIAL_HZ = (60.0, 140.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A unit on the bench, ready to be driven: its answers are found once for all records of a length."""
+
+    order: Order
+    model: Model
+    known: dict[tuple[int, float], Answer] = field(default_factory=dict)
+
+    def play(self, name: str, Va: Array, fs: float) -> Columns:
+        """Record of a drive Va (N,) about its mean: t, Va, Vs, de, da."""
+        converters = self.order.converters
+        given = converters.dac(Va)
+        rng = self.order.rng(f"noise of {name}")
+        truth = self.answer(given.size, fs)(self._bent(given))
+        read = {c: converters.read(c, truth[c], rng) for c in ("Vs", "de", "da")}
+        return {"t": np.arange(given.size) / fs, "Va": given, **read}
+
+    def answer(self, samples: int, fs: float) -> Answer:
+        if (samples, fs) not in self.known:
+            self.known[samples, fs] = answer(self.model, samples, fs, self.order.hold, before=self.order.before)
+        return self.known[samples, fs]
+
+    def _bent(self, Va: Array) -> Array:
+        bend = self.order.bent_at(AMPLITUDES_V[self.order.kind][-1])
+        return Va if bend is None else bend(Va)
+
+
+def noise_record(bench: Bench, name: str, high: bool) -> Columns:
+    """One realisation of low-passed or band-passed noise."""
+    order = bench.order
+    lo, hi = HIGH_HZ if high else LOW_HZ
+    length, rms = (order.high_s, HIGH_RMS_V) if high else (order.low_s, LOW_RMS_V)
+    seed = int(order.rng(f"drive of {name}").integers(2**31))
+    return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, rms, seed).proper, FS)
+
+
+def sweep_record(bench: Bench, name: str) -> Columns:
+    """Log sweep, notched at the axial resonance (seed 3.1.1)."""
+    f_Hz = axial_Hz(bench.model)
+    shape = Notch(f_Hz, 0.2 * f_Hz, 0.15)
+    played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.order.low_s, SWEEP_V, shape=shape)
+    return bench.play(name, played.proper, FS)
+
+
+def slow_record(bench: Bench, name: str, own_width: float = 0.0) -> Columns:
+    """Slow sines of growing amplitude about the middle of the stacks' range; own_width: relative width of the loop that
+    the displacement alone shows at the largest of them (on Vs none is seen: seed 3.1.6)."""
+    order = bench.order
+    amplitudes = AMPLITUDES_V[order.kind]
+    played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)
+    Va = played.proper
+    columns = bench.play(name, Va, SLOW_FS)
+    if own_width:
+        given = np.asarray(columns["Va"])
+        de = bench.answer(Va.size, SLOW_FS)(loops_of(own_width, amplitudes[-1])(given))["de"]
+        columns["de"] = order.converters.read("de", de, order.rng(f"noise of {name}, de"))
+    columns["Va"] = np.asarray(columns["Va"]) + played.mean_V
+    return {c: columns[c] for c in ("t", "Va", "Vs", "de")}
+
+
+def axial_Hz(model: Model) -> float:
+    """The axial resonance [Hz]: the pole that da shows most in the band where it can be."""
+    f, _ = frequency_and_damping(model.poles())
+    near = f[(f > AXIAL_HZ[0]) & (f < AXIAL_HZ[1])]
+    if near.size == 0:
+        return 0.5 * sum(AXIAL_HZ)
+    return float(near[np.argmax(np.abs(model.frf(near, channels=("da",))[:, 0]))])
+
+
+def _rig(fs: float) -> Rig:
+    """Records start when the mean voltage is reached: the ramp to it is not stored."""
+    return Rig(fs=fs, ramp_s=0.0)

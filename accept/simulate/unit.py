@@ -1,0 +1,125 @@
+"""A simulated unit as files, and the truth behind it."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from accept.files import write_atomic
+from accept.simulate import apa
+from accept.simulate.faults import FAULTS, Fault
+from accept.simulate.order import Order, OrderError
+from accept.simulate.records import MERGE_HZ, Bench, Columns, noise_record, slow_record, sweep_record
+from accept.unit import UNIT_FILE
+from hw.records import csv_bytes, mat_bytes
+
+TRUTH_FILE = "truth.json"
+SOUND = Fault("nothing is wrong", ("apa", "strut"), ())
+PARTS = {"joint_bottom": "FJ-bottom", "joint_top": "FJ-top"}
+RESPONSES = {"low": "frf_noise", "high": "frf_noise_hf"}
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedUnit:
+    """files: name -> content, `unit.toml` among them; truth: what was put in."""
+
+    serial: str
+    files: Mapping[str, bytes]
+    truth: Mapping[str, Any]
+
+
+def simulate(order: Order) -> SimulatedUnit:
+    """All files of a unit; equal orders give equal bytes on one machine. Raises OrderError, and ModelError for an
+    effect that the model cannot hold."""
+    fault = _fault(order)
+    model = order.affected()
+    if fault.model is not None:
+        model = model.with_values(fault.model(model.values))
+    bench = Bench(order, model)
+    if order.kind == "apa":
+        figures = apa.draw(order.rng("figures"))
+        figures = fault.figures(figures) if fault.figures else figures
+        records = apa.records(bench, figures, fault.double)
+        sections, own = apa.sections(figures), figures.truth()
+        tables = {"flatness.csv": csv_bytes(apa.flatness_columns(figures))}
+    else:
+        records, tables, own = {"hysteresis": slow_record(bench, "hysteresis")}, {}, {}
+        sections = {"hysteresis": {"record": "hysteresis.mat"}}
+    responses, section = _responses(bench)
+    files = _files(order, records | responses, fault) | tables
+    files[UNIT_FILE] = tomlkit.dumps(_document(order, {**sections, "frf": section})).encode()
+    return SimulatedUnit(order.serial, files, _truth(order, bench, own))
+
+
+def _fault(order: Order) -> Fault:
+    if order.fault is None:
+        return SOUND
+    possible = [name for name, fault in FAULTS.items() if order.kind in fault.kinds]
+    if order.fault not in possible:
+        raise OrderError(f"fault '{order.fault}': an {order.kind} can have {', '.join(possible)}")
+    return FAULTS[order.fault]
+
+
+def _responses(bench: Bench) -> tuple[dict[str, Columns], dict[str, Any]]:
+    """Records of frequency responses and their section of unit.toml."""
+    order = bench.order
+    names = {"low": "frf_sweep"} | {"high": RESPONSES["high"]} if order.kind == "apa" else dict(RESPONSES)
+    if order.repeats and order.kind == "strut":
+        names |= {f"{key}_repeat": f"{stem}_2" for key, stem in RESPONSES.items()}
+    records = {
+        stem: sweep_record(bench, stem) if stem == "frf_sweep" else noise_record(bench, stem, key.startswith("high"))
+        for key, stem in names.items()
+    }
+    section: dict[str, Any] = {key: f"{stem}.mat" for key, stem in names.items()}
+    # What is on the bench is what was weighed: a payload that is wrong is a fault, and nobody says so.
+    payload = order.model.values["bench.payload_kg"]
+    return records, section | {"merge_Hz": MERGE_HZ, "payload_kg": payload}
+
+
+def _files(order: Order, records: Mapping[str, Columns], fault: Fault) -> dict[str, bytes]:
+    files = {}
+    for stem, columns in records.items():
+        content = mat_bytes(fault.spoil(stem, columns) if fault.spoil else columns, order.compact)
+        files[f"{stem}.mat"] = content[: len(content) // 2] if stem in fault.cut else content
+    return files
+
+
+def _document(order: Order, sections: Mapping[str, Any]) -> dict[str, Any]:
+    document: dict[str, Any] = {"serial": order.serial, "kind": order.kind}
+    if order.kind == "strut":
+        document["parts"] = {"apa": f"APA-{order.serial}", **PARTS, "encoder": "ENC-1"}
+    return document | dict(sections)
+
+
+def _truth(order: Order, bench: Bench, figures: Mapping[str, Any]) -> dict[str, Any]:
+    """What was put in, for whoever wants to know afterwards; nothing here is read by the bench."""
+    model = {name: value for name, value in bench.model.values.items() if abs(value) != float("inf")}
+    return {
+        "serial": order.serial,
+        "kind": order.kind,
+        "simulated": True,
+        "model": order.model.name,
+        "model_sha256": order.model.sha256,
+        "seed": order.seed,
+        "effects": [{"name": name, **parameters} for name, parameters in order.effects],
+        "fault": order.fault,
+        "hold": order.hold,
+        "noise": dict(order.converters.noise),
+        "parameters": model,
+        **({"figures": dict(figures)} if figures else {}),
+    }
+
+
+def write(unit: SimulatedUnit, folder: Path) -> Path:
+    """Write a unit folder with its truth beside. Raises OSError, and OrderError for a folder that holds a unit that
+    was not simulated: measured data are never replaced."""
+    if (folder / UNIT_FILE).exists() and not (folder / TRUTH_FILE).exists():
+        raise OrderError(f"{folder}: holds a unit that was not simulated; choose another folder")
+    truth = json.dumps(unit.truth, indent=1, allow_nan=False) + "\n"
+    write_atomic(folder / TRUTH_FILE, truth.encode())
+    for name, content in sorted(unit.files.items(), key=lambda item: item[0] == UNIT_FILE):
+        write_atomic(folder / name, content)
+    return folder
