@@ -15,6 +15,7 @@ _OURS: dict[str, Any] = {
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.titlepad": 5.0,
+    "axes.titley": 1.0,  # fixed: looking for a free place above the ticks takes a quarter of the drawing time
     "axes.labelsize": 6.5,
     "axes.labelpad": 2.0,
     "axes.labelcolor": INK,
