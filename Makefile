@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test soak bench lint lock clean setup pictures
+.PHONY: demo test soak bench challenge lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
@@ -24,6 +24,11 @@ soak: $(STAMP)
 # Speed as ratios measured in one run; numbers, not verdicts.
 bench: $(STAMP)
 	for b in tests/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+# The blind test of the gap workflow: CASES units it has never seen, truth sealed beforehand, scores against their targets.
+CASES ?= 300
+challenge: $(STAMP)
+	$(BIN)/python -m tests.challenge --cases $(CASES) --out out/challenge
 
 setup: $(STAMP)
 

@@ -64,14 +64,14 @@ class Case:
     def alike(self) -> list[str]:
         return sorted({name for each in self.outside for name in OUTSIDE[each].alike})
 
-    def detectability(self) -> float:
+    def detectability(self) -> float | None:
         """Length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's own
-        parameters could do; not a number for what is not linear."""
+        parameters could do; none for what is not linear."""
         if not self.effects and not self.outside:
             return 0.0
         world = self.world
         if world.bends or world.cubic:
-            return float("nan")
+            return None
         f = _bins()
         bare = World(self.strut)
         return _beyond(frf(world, f) - frf(bare, f), bare, self.setting, f)
