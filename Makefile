@@ -10,7 +10,7 @@ demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
 test: $(STAMP) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
