@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from accept.cli_curves import compare, frf
 from accept.cli_excite import app as excite_app
 from accept.cli_model import app as model_app
 from accept.cli_simulate import app as simulate_app
@@ -27,6 +28,9 @@ app.add_typer(store_app, name="store")
 app.add_typer(excite_app, name="excite")
 app.add_typer(model_app, name="model")
 app.add_typer(simulate_app, name="simulate")
+
+app.command()(frf)
+app.command()(compare)
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]

@@ -1,0 +1,113 @@
+"""`accept compare`: a fleet of units side by side, and who does not belong.
+
+The JSON: {"fleets": [{"kind", "serials", "too_few": [names], "outliers": {serial: [names]}, "compared": [{"name",
+"unit", "curve": bool, "median", "scale", "members": [{"serial", "value", "U", "score", "p", "outlier"}]}]}]}. A curve's
+value is its distance from the fleet's median in dB; its scale is that of the distances.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from accept import batch, campaign, fleet, unit
+from accept.commands.batch import specs_for
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.fleet import Comparison, Fleet
+from accept.result import UnitResult
+from accept.unit import UnitError
+from checks.picture import Panel
+
+
+@clear_errors
+def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Path | None) -> Exit:
+    """Measure the units at or below `paths` as `batch` would, and compare those of a kind."""
+    results = _measured(paths, spec)
+    fleets: list[Fleet] = []
+    panels: list[Panel] = []
+    for kind in dict.fromkeys(r.kind for r in results):
+        same = [r for r in results if r.kind == kind]
+        compared = fleet.compare(same)
+        fleets.append(compared)
+        panels += fleet.pictures(same, compared)
+        _show(compared)
+    if as_json is not None:
+        write_atomic(as_json, json.dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
+    if plot is not None:
+        _draw(panels, plot)
+    return Exit.ACCEPTED
+
+
+def _measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
+    """Results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than two."""
+    specs = specs_for(spec)
+    folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit.find(path))
+    results: dict[str, UnitResult] = {}
+    for folder in folders:
+        one = unit.read(folder)
+        if one.serial in results:
+            raise UnitError(folder / unit.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
+        results[one.serial] = campaign.judge_unit(one, batch.spec_for(one, specs))
+        say(f"[{len(results)}/{len(folders)}] {one.serial}: measured")
+    if len(results) < 2:
+        raise UnitError(paths[0], ["holds one unit only; a comparison needs two or more"])
+    return [results[serial] for serial in sorted(results)]
+
+
+def _show(found: Fleet) -> None:
+    stdout.print(table(found))
+    for serial, names in found.outliers.items():
+        stdout.print(f"{serial} stands out: {', '.join(names)}", soft_wrap=True)
+    if not found.outliers:
+        stdout.print(f"no {found.kind} stands out")
+    if found.too_few:
+        say(f"too few units to say who is odd: {', '.join(found.too_few)}")
+
+
+def table(found: Fleet) -> Table:
+    """A row per quantity and curve: the fleet's median, and the unit farthest out."""
+    rows = Table(
+        *("no", "quantity", "median", "farthest", "value", "score"),
+        title=f"{len(found.serials)} units of kind {found.kind}",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    rows.title_justify = "left"
+    for number, compared in enumerate(found.compared, 1):
+        rows.add_row(str(number), *_row(compared))
+    for column in rows.columns:
+        column.no_wrap = True
+        column.justify = "left" if column.header in ("quantity", "farthest") else "right"
+    return rows
+
+
+def _row(c: Comparison) -> list[Text]:
+    far = min(c.members, key=lambda m: (m.p, -abs(m.score)))
+    style = "bold red" if far.outlier else ""
+    name = f"{c.name} [dB apart]" if c.curve else c.name
+    cells = [name, f"{c.median:.4g}"]
+    return [*map(Text, cells), *(Text(t, style=style) for t in (far.serial, f"{far.value:.4g}", f"{far.score:.1f}"))]
+
+
+def to_json(found: Fleet) -> dict[str, Any]:
+    """See the module's docstring for the schema."""
+    return asdict(found) | {"outliers": found.outliers}
+
+
+def _draw(panels: Sequence[Panel], plot: Path) -> None:
+    from accept.pictures.draw import PictureError, picture  # loads matplotlib: only when wanted
+    from accept.pictures.reduce import reduced
+
+    try:
+        content = picture([reduced(p) for p in panels], plot.suffix.lstrip(".").lower(), columns=2)
+    except PictureError as e:
+        raise UnitError(plot, [str(e)]) from e
+    write_atomic(plot, content)

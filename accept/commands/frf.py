@@ -1,0 +1,248 @@
+"""`accept frf`: responses of record files, with coherence and variance, as a table, JSON, universal file or picture.
+
+The JSON: {"responses": [{"files": [names], "sha256": [hashes], "input", "estimator", "segments", "notes",
+"units": {channel: unit}, "f_Hz": [F], "nu": [F], "correlation": [of neighbouring bins' errors],
+"H": {channel: {"re": [F], "im": [F]}}, "coherence": {channel: [F]}, "var": {channel: [F]} (total complex variance of H,
+null where the input had no power), "resonances": [{"channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}]}.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.table import Table
+
+from accept.commands.talk import clear_errors, say, stdout
+from accept.exit import Exit
+from accept.files import write_atomic
+from checks.declare import Series
+from checks.picture import Panel
+from checks.record import Record, RecordError
+from checks.signals.bode import bode
+from checks.signals.frf import Frf, h1_record
+from checks.signals.lpm import lpm_record
+from checks.signals.merge import merge
+from checks.signals.periodic import detect, periodic_frf
+from checks.signals.poles import Transforms
+from checks.signals.resonance import Resonance, find
+from hw.records import list_channels, read
+from hw.records.uff import frf_bytes
+
+UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
+STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
+NEAR = 0.12  # of a peak: where its pole is fitted
+COHERENT = 0.9
+AUTO = "auto"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How to estimate. estimator: "h1", "lpm" or "auto": by periods where the input repeats itself, else h1."""
+
+    input: str = "Va"
+    estimator: str = AUTO
+    segment_s: float = 0.5
+    f_lo: float = 0.0
+    f_hi: float | None = None
+    merge_Hz: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """A response and the records behind it; units of its channels, and the input's under its name."""
+
+    records: tuple[Record, ...]
+    frf: Frf
+    units: dict[str, str]
+    resonances: dict[str, Resonance]
+
+
+@clear_errors
+def run(paths: Sequence[Path], wanted: Wanted, as_json: Path | None, plot: Path | None, uff: Path | None) -> Exit:
+    """Estimate the responses of every record, or of two merged, and write what is asked for."""
+    records = [_read(path, wanted.input) for path in paths]
+    responses = responses_of(records, wanted)
+    if uff is not None and len(responses) > 1:
+        raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
+    for response in responses:
+        stdout.print(summary(response))
+        for note in response.frf.notes:
+            say(f"{_title(response)}: {note}")
+    if as_json is not None:
+        write_atomic(as_json, json.dumps({"responses": [to_json(r) for r in responses]}, allow_nan=False).encode())
+    if uff is not None:
+        write_atomic(uff, _uff(responses[0]))
+    if plot is not None:
+        _draw(responses, wanted.merge_Hz, plot)
+    return Exit.ACCEPTED
+
+
+def _read(path: Path, input: str) -> Record:
+    """Every vector of a file as long as its input."""
+    if not path.is_file():
+        raise RecordError(f"{path}: no such file")
+    shapes = list_channels(path)
+    length = math.prod(shapes.get(input, (0,)))
+    names = [n for n, s in shapes.items() if math.prod(s) == length and n not in ("t", STEP)]
+    if input not in shapes or len(names) < 2:
+        raise RecordError(f"{path.name}: needs the input '{input}' and an output; it has {', '.join(shapes)}")
+    series = Series("record", "any record", {n: UNITS.get(n, "") for n in names}, step=STEP)
+    return read(path, series)
+
+
+def responses_of(records: Sequence[Record], wanted: Wanted) -> list[Response]:
+    """Responses, one a record, or one of two records merged. Raises RecordError for what cannot be estimated."""
+    found = [_estimate(record, wanted) for record in records]
+    if wanted.merge_Hz is None:
+        return [_response((r,), f, wanted) for r, f in zip(records, found, strict=True)]
+    if len(records) != 2:
+        raise RecordError(f"--merge-Hz joins two records, low and high; {len(records)} given")
+    try:
+        both = merge(found[0], found[1], wanted.merge_Hz)
+    except ValueError as e:
+        raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
+    return [_response(tuple(records), _cut(both, wanted), wanted)]
+
+
+def _estimate(record: Record, wanted: Wanted) -> Frf:
+    outputs = [name for name in record.channels if name != wanted.input]
+    f_hi = record.fs / 2 if wanted.f_hi is None else wanted.f_hi
+    try:
+        if wanted.estimator == "lpm":
+            return lpm_record(record, wanted.input, outputs, wanted.f_lo, f_hi)
+        period = detect(record[wanted.input]) if wanted.estimator == AUTO and wanted.merge_Hz is None else None
+        if period is not None and period.count > 2:
+            columns = {name: record[name] for name in outputs}
+            return _cut(periodic_frf(record[wanted.input], columns, record.fs, period, input=wanted.input), wanted)
+        frf = h1_record(record, wanted.input, outputs, wanted.segment_s)
+        return frf if wanted.merge_Hz is not None else _cut(frf, wanted)
+    except ValueError as e:
+        raise RecordError(f"{record.name}: {e}") from e
+
+
+def _cut(frf: Frf, wanted: Wanted) -> Frf:
+    part = frf.band(wanted.f_lo, math.inf if wanted.f_hi is None else wanted.f_hi)
+    if part.f.size < 2:
+        raise RecordError(f"no two frequencies lie in {wanted.f_lo:g}..{wanted.f_hi or frf.f[-1]:g} Hz")
+    return part
+
+
+def _response(records: tuple[Record, ...], frf: Frf, wanted: Wanted) -> Response:
+    units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
+    return Response(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
+
+
+def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: Wanted) -> Resonance | None:
+    """The pole at the largest response of a channel, where it is one that decays."""
+    part = frf.select(channel)
+    good = part.usable & (part.f > 0) & (part.coherence[:, 0] > 0.0)
+    if not good.any():
+        return None
+    at = float(part.f[good][np.argmax(np.abs(part.H[good, 0]))])
+    high = len(records) > 1 and wanted.merge_Hz is not None and at > wanted.merge_Hz
+    transforms = Transforms.of(records[-1] if high else records[0], wanted.input, (channel,))
+    try:
+        return find(transforms.window((1 - NEAR) * at, (1 + NEAR) * at), (1 - NEAR) * at, (1 + NEAR) * at)
+    except ValueError:
+        return None  # too short a record or too narrow a band to place a pole
+
+
+def _title(response: Response) -> str:
+    return " + ".join(r.name for r in response.records)
+
+
+def summary(response: Response) -> Table:
+    """A row per channel: where it is coherent, and its largest resonance."""
+    frf = response.frf
+    averages = f", {frf.segments} segments" if frf.segments else ""
+    title = f"{_title(response)}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins{averages}"
+    table = Table("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [percent]", title=title)
+    table.title_justify = "left"
+    for c in frf.channels:
+        mode = response.resonances.get(c)
+        cells = (
+            ("none seen", "")
+            if mode is None
+            else (f"{mode.f_Hz:.6g} ± {_U(mode.u_Hz, mode.u_Hz_model):.2g}", f"{100 * mode.damping_ratio:.3g}")
+        )
+        table.add_row(f"{c} / {frf.input}", _coherent(frf, c), *cells)
+    return table
+
+
+def _U(u: float, u_model: float) -> float:
+    return 2.0 * math.hypot(u, u_model)
+
+
+def _coherent(frf: Frf, channel: str) -> str:
+    """First and last frequency with a coherence above COHERENT, and how much of what is between has it."""
+    good = frf.coherence[:, frf.index(channel)] >= COHERENT
+    if not good.any():
+        return "nowhere"
+    at = np.flatnonzero(good)
+    return f"{frf.f[at[0]]:.4g} to {frf.f[at[-1]]:.4g} ({100 * good[at[0] : at[-1] + 1].mean():.0f} % of it)"
+
+
+def to_json(response: Response) -> dict[str, Any]:
+    """See the module's docstring for the schema."""
+    frf, columns = response.frf, list(enumerate(response.frf.channels))
+    return {
+        "files": [r.name for r in response.records],
+        "sha256": [r.sha256 for r in response.records],
+        "input": frf.input,
+        "estimator": frf.estimator,
+        "segments": frf.segments,
+        "notes": list(frf.notes),
+        "units": response.units,
+        "f_Hz": frf.f.tolist(),
+        "nu": frf.nu.tolist(),
+        "correlation": list(frf.correlation),
+        "H": {c: {"re": frf.H[:, i].real.tolist(), "im": frf.H[:, i].imag.tolist()} for i, c in columns},
+        "coherence": {c: frf.coherence[:, i].tolist() for i, c in columns},
+        "var": {c: _finite(frf.var[:, i]) for i, c in columns},
+        "resonances": [_resonance_json(c, mode) for c, mode in response.resonances.items()],
+    }
+
+
+def _resonance_json(channel: str, mode: Resonance) -> dict[str, Any]:
+    return {
+        "channel": channel,
+        "f_Hz": mode.f_Hz,
+        "U_Hz": _U(mode.u_Hz, mode.u_Hz_model),
+        "damping_ratio": mode.damping_ratio,
+        "U_damping": _U(mode.u_damping, mode.u_damping_model),
+    }
+
+
+def _finite(values: NDArray[np.float64]) -> list[float | None]:
+    return [v if math.isfinite(v) else None for v in values.tolist()]
+
+
+def _uff(response: Response) -> bytes:
+    frf, good = response.frf, response.frf.usable
+    try:
+        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
+    except ValueError as e:
+        raise RecordError(f"{_title(response)}: {e}") from e
+
+
+def _draw(responses: Sequence[Response], merge_Hz: float | None, plot: Path) -> None:
+    from accept.pictures.draw import PictureError, picture  # loads matplotlib: only when wanted
+
+    panels: list[Panel] = []
+    for response in responses:
+        panels += bode(response.frf, _ratios(response), merge_Hz=merge_Hz).values()
+    try:
+        content = picture(panels, plot.suffix.lstrip(".").lower(), columns=2)
+    except PictureError as e:
+        raise RecordError(f"{plot}: {e}") from e
+    write_atomic(plot, content)
+
+
+def _ratios(response: Response) -> dict[str, str]:
+    per = response.units[response.frf.input]
+    return {c: f"{response.units[c]}/{per}" if response.units[c] and per else "" for c in response.frf.channels}
