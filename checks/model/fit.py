@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, stats
 
+from checks.model.coordinates import Coordinates, Free
 from checks.model.dataset import Dataset
 from checks.model.goodness import Gap, gaps
 from checks.model.model import Model
@@ -18,34 +19,11 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 COARSE_BINS = 250
+BLUR = 0.1  # tolerance of the first search: with little noise the cost is a narrow, winding valley
+STEPS = 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 AT_BOUND = 1e-3  # of the standard deviation
-
-
-@dataclass(frozen=True)
-class Free:
-    """A parameter that is fitted. prior and sd: Gaussian prior (sd infinite: none); lo, hi: physical bounds, included.
-    start, scale: where to begin and how far other starts lie from it (default: prior and sd)."""
-
-    name: str
-    prior: float
-    sd: float = np.inf
-    lo: float = -np.inf
-    hi: float = np.inf
-    start: float | None = None
-    scale: float | None = None
-
-    @property
-    def begin(self) -> float:
-        return float(np.clip(self.prior if self.start is None else self.start, self.lo, self.hi))
-
-    @property
-    def unit(self) -> float:
-        """What a step of one means to the optimiser."""
-        if self.scale is not None:
-            return self.scale
-        return self.sd if np.isfinite(self.sd) else max(abs(self.begin) * 0.1, 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +98,9 @@ def fit(
     free = tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
-    coarse = _Problem(response, tuple(s.thinned(coarse_bins) for s in sets), free)
+    coarse = _Problem(
+        response, tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets), free
+    )
     tried = [coarse.solve(x) for x in _starts(free, starts, seed)]
     best = min(tried, key=lambda r: r.cost)
     values = coarse.values(best.x)
@@ -143,25 +123,22 @@ def calibrate(
     changed = fit(other, datasets, free, starts=starts)
     # One whitener for both: the tolerance's part of it depends on the model's response.
     as_own = _Problem(other, own.datasets, own.free)
-    cost = 0.5 * float(np.sum(as_own.residual((changed.values - as_own.origin) / as_own.unit) ** 2))
+    cost = 0.5 * float(np.sum(as_own.residual(as_own.coordinates.x(changed.values)) ** 2))
     return (other, changed) if own.cost - cost > BEYOND_DOUBT else (model, own)
 
 
 class _Problem:
-    """Whitened residuals and their derivatives over x, the parameters in units of their scale from their start."""
+    """Whitened residuals and their derivatives over the coordinates x of the free parameters."""
 
     def __init__(self, response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...]) -> None:
         self.response, self.sets, self.free = response, sets, free
         self.names = tuple(p.name for p in free)
-        self.origin = np.array([p.begin for p in free])
-        self.unit = np.array([p.unit for p in free])
+        self.coordinates = Coordinates.of(free)
         self.prior = np.array([p.prior for p in free])
         self.weight = np.array([1.0 / p.sd for p in free])
-        self.lo, self.hi = (np.array([getattr(p, k) for p in free]) for k in ("lo", "hi"))
 
     def values(self, x: Array) -> dict[str, float]:
-        v = np.clip(self.origin + self.unit * x, self.lo, self.hi)
-        return dict(zip(self.names, (float(a) for a in v), strict=True))
+        return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
 
     def errors(self, x: Array) -> tuple[Complex, ...]:
         values = self.values(x)
@@ -169,24 +146,25 @@ class _Problem:
 
     def residual(self, x: Array) -> Array:
         white = [s.whitener(e) for s, e in zip(self.sets, self.errors(x), strict=True)]
-        return np.concatenate([*white, self._prior(x)])
+        return np.concatenate([*white, self.off_prior(x)])
 
-    def _prior(self, x: Array) -> Array:
-        return (self.origin + self.unit * x - self.prior) * self.weight
+    def off_prior(self, x: Array) -> Array:
+        """(p,) standard deviations from the priors."""
+        return (self.coordinates.values(x) - self.prior) * self.weight
 
     def jacobian(self, x: Array) -> Array:
-        values = self.values(x)
+        values, slope = self.values(x), self.coordinates.slope(x)
         blocks = []
         for s in self.sets:
             D = self.response.jacobian(s.f, self.names, values, s.channels)
-            blocks.append(-s.whitener(D * self.unit[:, None, None]).T)
-        return np.vstack([*blocks, np.diag(self.unit * self.weight)])
+            blocks.append(-s.whitener(D * slope[:, None, None]).T)
+        return np.vstack([*blocks, np.diag(slope * self.weight)])
 
     def solve(self, x: Array) -> optimize.OptimizeResult:
-        lo, hi = (self.lo - self.origin) / self.unit, (self.hi - self.origin) / self.unit
+        lo, hi = self.coordinates.bounds()
         inside = np.clip(x, lo + 1e-9, hi - 1e-9)
         return optimize.least_squares(
-            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-9, gtol=1e-6, max_nfev=60
+            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-9, gtol=1e-6, max_nfev=STEPS
         )
 
 
@@ -196,19 +174,18 @@ def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
 
 
 def _result(problem: _Problem, found: optimize.OptimizeResult, starts: tuple[float, ...]) -> Fit:
-    J = found.jac
-    values = np.array(list(problem.values(found.x).values()))
-    cov = np.linalg.pinv(J.T @ J, hermitian=True) * np.outer(problem.unit, problem.unit)
+    J, at = found.jac, problem.coordinates
+    values, slope = at.values(found.x), at.slope(found.x)
+    cov = np.linalg.pinv(J.T @ J, hermitian=True) * np.outer(slope, slope)
     near = AT_BOUND * np.sqrt(np.diag(cov))
-    bound = (values - problem.lo < near) | (problem.hi - values < near)
-    prior = 0.5 * float(np.sum(problem._prior(found.x) ** 2))
+    bound = (values - at.lo < near) | (at.hi - values < near)
     return Fit(
         names=problem.names,
         values=values,
         cov=cov,
         free=problem.free,
         cost=float(found.cost),
-        prior_cost=prior,
+        prior_cost=0.5 * float(np.sum(problem.off_prior(found.x) ** 2)),
         converged=bool(found.status > 0),
         message=str(found.message),
         at_bound=tuple(n for n, b in zip(problem.names, bound, strict=True) if b),
