@@ -1,0 +1,102 @@
+"""Mahr Millimar C1208, C1216 and C1240: what their protocols share - settings, numbers, units, errors, silence.
+
+Known from the manual (Mahr 3723046, pages 58 to 70): the protocols and their commands; that nothing is sent while the
+menu is open or a master measurement runs; that values come as the display shows them.
+Known from a driver: nothing, there is none.
+Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`.
+Assumed, so set in the bench file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after
+the point where they are known to be fixed (`integer_digits`, `decimals`); the range of the probe (`range_mm`).
+"""
+
+import re
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
+from hw.instruments.serial_instrument import Positive, SerialSettings
+
+METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
+_NUMBER = r"(?P<number>[+-]? *(?P<whole>\d+)\.(?P<fraction>\d+))"
+VALUE = re.compile(_NUMBER + r"(?P<unit>[a-zA-Z\x80-\xff]+)")
+BARE_VALUE = re.compile(_NUMBER)
+MENU = "is a menu open, or a master measurement running?"
+ERRORS = {  # Opto-RS; the C1202 gives 3, 5 and 6 other meanings
+    "0": "sensor error (speed, distance)",
+    "1": "it does not know the command",
+    "2": "parity error: check the line settings",
+    "3": "measuring range exceeded, or no measurement available",
+    "5": "measurement invalid; is the probe connected?",
+    "6": "feature not available",
+}
+
+
+class MillimarSettings(SerialSettings):
+    """Settings of a Millimar.
+
+    protocol : as chosen in its menu (PROTOCL). unit : of the display, which the driver sets where the protocol can.
+    range_mm : plausible readings. agreement_um : how far two answers in a row may differ. formula : connection formula
+    to hold it to (`+1`, `-1-2`...), OPTORSD only. integer_digits, decimals : of the display, if they are fixed.
+    micrometre : how the wire spells it.
+    """
+
+    protocol: Literal["OPTORSD", "OPTORSS", "M1240"]
+    unit: Literal["mm", "in", "um"]
+    range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
+    agreement_um: Positive = 0.5
+    formula: Literal["+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2"] | None = None
+    integer_digits: Annotated[int, Field(ge=1, le=6)] | None = None
+    decimals: Annotated[int, Field(ge=1, le=6)] | None = None
+    micrometre: Annotated[str, Field(min_length=1)] = "um"
+
+
+def check_error(who: str, line: bytes) -> None:
+    """Raises what an error reply says (sibling models; the C1216's own are not published)."""
+    if line.startswith(b"OV"):
+        raise OverRange(f"{who}: out of range ({line!r})")
+    if found := re.fullmatch(rb"ERR ?(\d)\s*", line):
+        digit = found[1].decode()
+        kind = OverRange if digit == "3" else Refused
+        raise kind(f"{who}: {line.decode('ascii').strip()}: {ERRORS.get(digit, 'no meaning known')}")
+
+
+def parse_value(who: str, line: bytes, settings: MillimarSettings) -> float:
+    """Metres of `xxx.xxx<unit>` without its end. Raises OverRange, Refused, Garbled, Implausible."""
+    check_error(who, line)
+    found = VALUE.fullmatch(line.decode("latin-1"))
+    if not found:
+        raise Garbled(f"{who}: {line!r}, expected a number and its unit, such as 0.123mm")
+    spelled = {"mm": "mm", "in": "in", settings.micrometre: "um"}
+    unit = spelled.get(found["unit"])
+    if unit is None:
+        raise Garbled(f"{who}: {line!r} has the unit {found['unit']!r}, expected one of {', '.join(spelled)}")
+    if unit != settings.unit:
+        raise Implausible(f"{who}: {line!r} is in {unit}, the bench file says {settings.unit}")
+    return _metres(who, line, found, settings)
+
+
+def parse_bare(who: str, text: str, settings: MillimarSettings) -> float:
+    """Metres of a number without unit, in the unit that was set. Raises Garbled, Implausible."""
+    found = BARE_VALUE.fullmatch(text)
+    if not found:
+        raise Garbled(f"{who}: {text!r}, expected a number such as 0.123")
+    return _metres(who, text.encode("latin-1"), found, settings)
+
+
+def _metres(who: str, line: bytes, found: re.Match[str], settings: MillimarSettings) -> float:
+    for what, digits, expected in (
+        ("before", found["whole"], settings.integer_digits),
+        ("after", found["fraction"], settings.decimals),
+    ):
+        if expected is not None and len(digits) != expected:
+            raise Garbled(f"{who}: {line!r} has {len(digits)} digits {what} the point, the display has {expected}")
+    metres = float(found["number"].replace(" ", "")) * METRES[settings.unit]
+    lo, hi = settings.range_mm
+    if not lo <= metres * 1e3 <= hi:
+        raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
+    return metres
+
+
+def silence(who: str, error: NoReply) -> NoReply:
+    """Silence has a usual cause: the manual says that nothing is sent then."""
+    return NoReply(f"{who}: no reply; {MENU} Else check cable, protocol and line settings ({error})")

@@ -1,0 +1,106 @@
+"""Mahr Millimar by OPTORSD (questions and settings) or OPTORSS (one question).
+
+Known from the manual (pages 69, 70): messages end CR, replies CR LF; `?` -> value with unit; `ID?`, `VER?`, `UNI?`,
+`SER?`, `CHA?`, printed with a blank (or `_`) before CR; settings `mm`, `in`, `um`, `CHA...`, `DIS text` (7 characters)
+are acknowledged. OPTORSS knows `?` only.
+Assumed: the text of the acknowledgement is not printed. Any one line but an error is taken for one, or none within the
+timeout (`acknowledged = false`: none is waited for); what was set is read back, so nothing rests on it.
+"""
+
+import re
+from typing import Literal
+
+from hw.errors import Garbled, Implausible, NoReply
+from hw.instruments.millimar import MillimarSettings, check_error, parse_value, silence
+from hw.instruments.reading import Identity, Reading
+from hw.instruments.serial_instrument import SerialInstrument, text_of
+from hw.link import Deadline, Link
+
+END = b"\r\n"
+MAX_DISPLAY = 7
+
+
+class OptorsSettings(MillimarSettings):
+    """acknowledged : whether a setting is answered by a line."""
+
+    protocol: Literal["OPTORSD", "OPTORSS"]
+    acknowledged: bool = True
+
+
+class MillimarOptors(SerialInstrument):
+    """Displacement [m] of a Millimar."""
+
+    unit = "m"
+
+    def __init__(
+        self, name: str, link: Link, settings: OptorsSettings, model: str | None = None, serial: str | None = None
+    ) -> None:
+        super().__init__(name, link, settings, model, serial)
+        self.settings = settings
+        self._duplex = settings.protocol == "OPTORSD"
+
+    @property
+    def _within(self) -> float:
+        return self.settings.agreement_um * 1e-6
+
+    def _begin(self, deadline: Deadline) -> None:
+        if not self._duplex:
+            return
+        self._set(self.settings.unit, deadline)
+        if (found := self.question("UNI?", deadline)) != self._spelled:
+            raise Implausible(f"{self.name}: the display is in {found!r} and did not change to {self._spelled!r}")
+        if self.settings.formula is not None:
+            self._set(f"CHA{self.settings.formula}", deadline)
+            self._check_formula(self.settings.formula, deadline)
+
+    @property
+    def _spelled(self) -> str:
+        return self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
+
+    def _check_formula(self, wanted: str, deadline: Deadline) -> None:
+        """`CHA-1-2` reads back as `-C1-C2`; a leading + may be missing (assumed)."""
+        expected = re.sub(r"([+-])", r"\1C", wanted)
+        found = self.question("CHA?", deadline)
+        if found.lstrip("+") != expected.lstrip("+"):
+            raise Implausible(f"{self.name}: its formula is {found!r} and did not change to {expected!r}")
+
+    def _identify(self, deadline: Deadline) -> Identity:
+        if not self._duplex:
+            return Identity()
+        said = self.question("ID?", deadline)
+        maker, comma, model = said.partition(",")
+        if maker != "MAHR GMBH" or not comma:
+            raise Garbled(f"{self.name}: ID? gave {said!r}, expected 'MAHR GMBH,' and a model")
+        return Identity(model.strip(), self.question("SER?", deadline))
+
+    def version(self) -> str:
+        """Firmware version. Raises InstrumentError."""
+        return self.question("VER?", Deadline(self.deadline_s))
+
+    def show(self, text: str) -> None:
+        """Text on line 1 of its display, at most 7 characters. Raises ValueError, InstrumentError."""
+        if len(text) > MAX_DISPLAY or not text.isascii() or not text.isprintable():
+            raise ValueError(f"{text!r} is no text of at most {MAX_DISPLAY} printable characters; nothing sent")
+        self._set(f"DIS {text}", Deadline(self.deadline_s))
+
+    def question(self, message: str, deadline: Deadline) -> str:
+        """The reply to `ID?` and its like, without blanks. Raises InstrumentError."""
+        line = self._exchange(message.encode("ascii"), deadline)
+        check_error(self.name, line)
+        return text_of(self.name, line).strip(" _")
+
+    def _measure(self, deadline: Deadline) -> Reading:
+        line = self._exchange(b"?", deadline)
+        return Reading(parse_value(self.name, line, self.settings), self.unit, self._now(), (line,))
+
+    def _exchange(self, message: bytes, deadline: Deadline) -> bytes:
+        try:
+            return self._ask(message + b"\r", END, deadline).removesuffix(END)
+        except NoReply as e:
+            raise silence(self.name, e) from e
+
+    def _set(self, message: str, deadline: Deadline) -> None:
+        if self.settings.acknowledged:
+            check_error(self.name, self._exchange(message.encode("ascii"), deadline))
+        else:
+            self._say(message.encode("ascii") + b"\r")

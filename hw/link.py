@@ -1,0 +1,246 @@
+"""One serial line: explicit settings, deadlines, bounded reads, and a transcript of every byte.
+
+Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import serial
+
+from hw.errors import Garbled, NoReply, SettingsError, Unplugged
+
+Clock = Callable[[], float]
+
+PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
+STOP_BITS = (1, 2)
+DATA_BITS = (7, 8)
+HANDSHAKES = ("none", "xonxoff", "rtscts")
+POLL_S = 0.02  # how long one look at the port may wait; a deadline is kept to within it
+WRITE_TIMEOUT_S = 1.0
+MAX_LINE = 200  # no reply of any of these instruments is half as long
+MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
+
+
+@dataclass(frozen=True)
+class LineSettings:
+    """How the line is set. No defaults: what the manual leaves open must be looked up at the instrument."""
+
+    port: str
+    baud: int
+    data_bits: int
+    parity: str
+    stop_bits: int
+    handshake: str
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("data_bits", self.data_bits, DATA_BITS),
+            ("parity", self.parity, tuple(PARITIES)),
+            ("stop_bits", self.stop_bits, STOP_BITS),
+            ("handshake", self.handshake, HANDSHAKES),
+        ):
+            if value not in known:
+                words = ", ".join(map(str, known))
+                raise SettingsError(f"{self.port}: {name} = {value!r}, expected one of {words}")
+        if not 50 <= self.baud <= 921_600:
+            raise SettingsError(f"{self.port}: baud = {self.baud}, expected 50 to 921600")
+
+    def __str__(self) -> str:
+        return f"{self.port} at {self.baud} {self.data_bits}{self.parity[0].upper()}{self.stop_bits}"
+
+
+class Port(Protocol):
+    """What a link needs of pyserial: reads return what came within `POLL_S`, at most n bytes."""
+
+    @property
+    def in_waiting(self) -> int: ...
+    def read(self, size: int = 1, /) -> bytes: ...
+    def write(self, b: bytes, /) -> int | None: ...
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """Bytes that went over the line at a time [s since 1970]. way: "sent", "read", "dropped" (read, but belonging to
+    no question), or "note", where `data` are words about the line."""
+
+    t: float
+    way: str
+    data: bytes
+
+    def to_json(self) -> list[float | str]:
+        """[time, way, text], a character per byte."""
+        return [round(self.t, 6), self.way, self.data.decode("latin-1")]
+
+
+def open_serial(settings: LineSettings) -> Port:
+    """Open a port. Raises OSError (pyserial's SerialException is one)."""
+    opened: Port = serial.Serial(
+        port=settings.port,
+        baudrate=settings.baud,
+        bytesize=settings.data_bits,
+        parity=PARITIES[settings.parity],
+        stopbits=settings.stop_bits,
+        xonxoff=settings.handshake == "xonxoff",
+        rtscts=settings.handshake == "rtscts",
+        timeout=POLL_S,
+        write_timeout=WRITE_TIMEOUT_S,
+        exclusive=True,
+    )
+    return opened
+
+
+class Deadline:
+    """A moment that nothing waits beyond."""
+
+    def __init__(self, seconds: float, clock: Clock = time.monotonic) -> None:
+        self._clock, self._end = clock, clock() + seconds
+
+    @property
+    def left(self) -> float:
+        return max(0.0, self._end - self._clock())
+
+    def within(self, seconds: float) -> "Deadline":
+        """The earlier of this deadline and `seconds` from now."""
+        return Deadline(min(seconds, self.left), self._clock)
+
+
+class Link:
+    """A serial line that opens when first used and opens again after it was unplugged.
+
+    opened : how many times it was opened. A driver that remembers the count knows when another instrument may have
+    been plugged in. Every OSError of the port ends as Unplugged with the port closed.
+    """
+
+    def __init__(self, settings: LineSettings, opener: Callable[[LineSettings], Port] = open_serial) -> None:
+        self.settings, self.opened = settings, 0
+        self._opener = opener
+        self._port: Port | None = None
+        self._pending = bytearray()
+        self._traffic: list[Traffic] = []
+
+    def send(self, data: bytes) -> None:
+        """Write all bytes. Raises Unplugged, and NoReply when the other end holds the line by flow control."""
+        port = self._open()
+        try:
+            port.write(data)
+        except serial.SerialTimeoutException as e:
+            raise NoReply(f"{self.settings}: takes no bytes (flow control?): {data!r} was not sent") from e
+        except OSError as e:
+            raise self._lost(e) from e
+        self._log("sent", data)
+
+    def read_until(self, end: bytes, deadline: Deadline, limit: int = MAX_LINE) -> bytes:
+        """The bytes up to and with `end`. Raises NoReply with what came when the deadline passes, Garbled beyond
+        `limit` bytes, Unplugged."""
+        while True:
+            found = self._pending.find(end)
+            if 0 <= found <= limit - len(end):
+                return self._take(found + len(end))
+            if len(self._pending) >= limit:
+                came = self._take(len(self._pending))
+                raise Garbled(f"{self.settings}: {len(came)} bytes without {end!r}: {came[:40]!r}...")
+            self._more(deadline, f"ending in {end!r}")
+
+    def read_exactly(self, count: int, deadline: Deadline) -> bytes:
+        """That many bytes. Raises NoReply with what came when the deadline passes, Unplugged."""
+        while len(self._pending) < count:
+            self._more(deadline, f"of {count} bytes")
+        return self._take(count)
+
+    def drop(self) -> bytes:
+        """What came without being asked for, so that it answers no later question; it stays in the transcript."""
+        self._open()
+        self._look(block=False)
+        dropped = bytes(self._pending)
+        self._pending.clear()
+        if dropped:
+            self._log("dropped", dropped)
+        return dropped
+
+    def drop_until_quiet(self, quiet_s: float, deadline: Deadline) -> bytes:
+        """Drop what comes until nothing came for `quiet_s`. Raises Garbled for a line that does not fall silent."""
+        dropped, quiet = self.drop(), Deadline(quiet_s)
+        while quiet.left > 0:
+            if deadline.left <= 0 or len(dropped) > MAX_DISCARDED:
+                words = "the instrument sends by itself; is it set to continuous sending?"
+                raise Garbled(f"{self.settings}: the line does not fall silent ({dropped[-40:]!r}): {words}")
+            self._look()
+            if came := self.drop():
+                dropped, quiet = dropped + came, Deadline(quiet_s)
+        return dropped
+
+    def close(self) -> None:
+        """Close the port; the next use opens it again."""
+        if self._port is not None:
+            port, self._port = self._port, None
+            self._pending.clear()
+            port.close()
+            self.note("closed")
+
+    def note(self, words: str) -> None:
+        """Words about the line, into the transcript."""
+        self._log("note", words.encode("utf-8"))
+
+    def take_transcript(self) -> list[Traffic]:
+        """All traffic since the last call."""
+        taken, self._traffic = self._traffic, []
+        return taken
+
+    def _open(self) -> Port:
+        if self._port is None:
+            try:
+                self._port = self._opener(self.settings)
+            except (OSError, ValueError) as e:
+                raise Unplugged(f"{self.settings}: cannot be opened ({_cause(e)}); is it plugged in and free?") from e
+            self.opened += 1
+            self._pending.clear()
+            self.note(f"opened {self.settings}")
+        return self._port
+
+    def _more(self, deadline: Deadline, expected: str) -> None:
+        if deadline.left <= 0:
+            came = self._take(len(self._pending))
+            what = f"only {came!r}" if came else "nothing"
+            raise NoReply(f"{self.settings}: {what} came in time, expected a reply {expected}")
+        self._look()
+
+    def _look(self, block: bool = True) -> None:
+        """Take over what came; with `block`, wait up to `POLL_S` for a first byte."""
+        port = self._open()
+        try:
+            waiting = port.in_waiting
+            data = port.read(waiting or 1) if waiting or block else b""
+        except OSError as e:
+            raise self._lost(e) from e
+        if data:
+            self._pending += data
+            self._log("read", data)
+
+    def _lost(self, error: OSError) -> Unplugged:
+        pending = bytes(self._pending)
+        port, self._port = self._port, None
+        self._pending.clear()
+        self.note(f"lost: {_cause(error)}")
+        if port is not None:
+            try:
+                port.close()
+            except OSError as e:  # the device is gone; there is nothing left to close
+                self.note(f"closing failed: {_cause(e)}")
+        after = f" after {pending!r}" if pending else ""
+        return Unplugged(f"{self.settings}: went away{after} ({_cause(error)})")
+
+    def _take(self, count: int) -> bytes:
+        taken = bytes(self._pending[:count])
+        del self._pending[:count]
+        return taken
+
+    def _log(self, way: str, data: bytes) -> None:
+        self._traffic.append(Traffic(time.time(), way, data))
+
+
+def _cause(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -1,0 +1,46 @@
+"""What every simulated instrument has in common: bytes in, replies out, and the switches that faults throw."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+Source = Callable[[], float | None]
+"""What the instrument would measure now, in SI; None: nothing is connected to it."""
+
+
+class Device(ABC):
+    """One instrument's protocol. silent: a menu is open; overrange: what it measures is outside its range;
+    other_unit: somebody changed the unit at the instrument. Replies come whole, one per entry."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.silent = self.overrange = self.other_unit = False
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Replies to what came; bytes of an unfinished message wait for the rest."""
+        self._buffer += data
+        return [reply for message in self._messages() for reply in self._answers(message)]
+
+    def unsolicited(self) -> list[bytes]:
+        """What it sends by itself now."""
+        return []
+
+    def unplugged(self) -> None:
+        """The line was cut: half a message is lost."""
+        self._buffer.clear()
+
+    def _answers(self, message: bytes) -> list[bytes]:
+        return [] if self.silent else self.answer(message)
+
+    @abstractmethod
+    def _messages(self) -> list[bytes]:
+        """Finished messages in the buffer, taken out of it, without their ends."""
+
+    @abstractmethod
+    def answer(self, message: bytes) -> list[bytes]:
+        """Replies to one message, with their ends."""
+
+    def _lines(self, end: bytes) -> list[bytes]:
+        *lines, rest = bytes(self._buffer).split(end)
+        self._buffer[:] = rest
+        return lines

@@ -1,0 +1,66 @@
+"""A Millimar that speaks M1240 (manual page 67). Assumed, and a parameter: `P86` is answered by a bare CR; `ERR1` for
+what it does not know."""
+
+from hw.simulated.device import Device, Source
+from hw.simulated.millimar import UNITS
+
+CODES = {b"P86,1": "mm", b"P86,2": "in", b"P86,3": "um"}
+
+
+class M1240Device(Device):
+    """source: displacement [m]. stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent
+    until `key` is pressed."""
+
+    def __init__(
+        self,
+        source: Source,
+        *,
+        model: str = "C1216",
+        unit: str = "mm",
+        acknowledgement: str = "cr",
+        stored: tuple[float, ...] = (),
+    ) -> None:
+        super().__init__(source)
+        self.model, self.unit, self.stored = model, unit, list(stored)
+        self.mastering = self.running = False
+        self._acknowledgement = acknowledgement
+
+    def press_key(self) -> None:
+        self.mastering = False
+
+    def _messages(self) -> list[bytes]:
+        return self._lines(b"\r")
+
+    def answer(self, message: bytes) -> list[bytes]:
+        if self.mastering:
+            return []
+        return [reply + b"\r" for reply in self._replies(message)]
+
+    def _replies(self, message: bytes) -> list[bytes]:
+        if message == b"I":
+            return [f"I,MAHRGMBH,{self.model},V1.02".encode("ascii")]
+        if message in CODES:
+            return self._set_unit(message)
+        if message == b"M":
+            return [self._value()]
+        if message == b"M70":
+            values, self.stored = self.stored, []
+            return [f"{1:05d}, {v * UNITS[self.unit]:.3f}".encode("ascii") for v in values]
+        if message in (b"F1", b"F2", b"F3", b"R", b"Z"):
+            self.running = message in (b"F1", b"F2")
+            self.mastering = message == b"Z"
+            return [message]
+        return [b"ERR1"]
+
+    def _set_unit(self, message: bytes) -> list[bytes]:
+        self.unit, self.other_unit = CODES[message], False
+        return {"cr": [b""], "echo": [message], "none": []}[self._acknowledgement]
+
+    def _value(self) -> bytes:
+        if self.overrange:
+            return b"ERR3"
+        metres = self.source()
+        if metres is None:
+            return b"ERR5"
+        unit = "in" if self.other_unit else self.unit
+        return f"M1, {metres * UNITS[unit]:.3f}".encode("ascii")

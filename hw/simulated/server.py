@@ -1,0 +1,135 @@
+"""A simulated instrument on a pseudo-terminal, in a thread of its own.
+
+`path` is a link that stays the same when the line is cut and back, as /dev/serial/by-id does. A pseudo-terminal keeps
+neither parity nor word length and does not pace bytes, so wrong line settings appear as damaged bytes, and pacing is
+done here.
+"""
+
+import os
+import pty
+import select
+import threading
+import time
+import tty
+from pathlib import Path
+from types import TracebackType
+
+from hw.simulated.device import Device
+from hw.simulated.faults import OF_THE_LINE, Fault, FaultKind, damaged
+
+LOOK_S = 0.02  # how often a silent line is looked at
+
+
+class Server:
+    """Runs a device behind `path`; a context manager. byte_s: time that one byte takes on the line [s]."""
+
+    def __init__(self, device: Device, path: Path, byte_s: float = 0.0) -> None:
+        self.device, self.path, self.byte_s = device, path, byte_s
+        self._faults: list[Fault] = []
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._master = self._slave = -1
+        self._thread = threading.Thread(target=self._run, name=f"simulated {path.name}", daemon=True)
+
+    def __enter__(self) -> "Server":
+        self._plug()
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stop.set()
+        self._thread.join(timeout=10.0)
+        self._unplug()
+
+    def inject(self, fault: Fault) -> None:
+        """Let a fault strike. `SWAPPED` needs two servers: see `swap`."""
+        if fault.kind in OF_THE_LINE:
+            with self._lock:
+                self._faults.append(fault)
+        elif fault.kind is FaultKind.MENU_OPEN:
+            self.device.silent = True
+        elif fault.kind is FaultKind.OVERRANGE:
+            self.device.overrange = True
+        elif fault.kind is FaultKind.WRONG_UNIT:
+            self.device.other_unit = True
+        else:
+            raise ValueError(f"{fault.kind} needs two servers: swap(a, b)")
+
+    def clear(self) -> None:
+        """End all faults; what a fault has already sent stays sent."""
+        with self._lock:
+            self._faults.clear()
+        self.device.silent = self.device.overrange = self.device.other_unit = False
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            ready, _, _ = select.select([self._master], [], [], LOOK_S)
+            try:
+                replies = self.device.feed(os.read(self._master, 4096)) if ready else self.device.unsolicited()
+                for reply in replies:
+                    self._reply(reply)
+            except OSError:  # the line was cut under our hands: as an instrument, carry on without it
+                self.device.unplugged()
+
+    def _reply(self, reply: bytes) -> None:
+        fault = self._due()
+        if fault is None:
+            self._send(reply, self.byte_s)
+        elif fault.kind is FaultKind.GARBAGE:
+            self._send(damaged(reply, fault), self.byte_s)
+        elif fault.kind is FaultKind.HALF_LINE:
+            self._send(reply[: fault.at % max(1, len(reply))], self.byte_s)
+        elif fault.kind is FaultKind.SLOW:
+            self._send(reply, fault.seconds)
+        elif fault.kind is FaultKind.LATE:
+            self._stop.wait(fault.seconds)
+            self._send(reply, self.byte_s)
+        elif fault.kind is FaultKind.UNPLUG:
+            self._cut(reply[: fault.at % max(1, len(reply))], fault.seconds)
+
+    def _due(self) -> Fault | None:
+        """The fault that strikes this reply; the others come one reply nearer."""
+        with self._lock:
+            due = next((f for f in self._faults if f.after <= 0), None)
+            if due is not None:
+                self._faults.remove(due)
+            self._faults = [Fault(f.kind, f.after - 1, f.at, f.seconds, f.seed) for f in self._faults]
+        return due
+
+    def _send(self, data: bytes, byte_s: float) -> None:
+        if byte_s <= 0:
+            os.write(self._master, data)
+            return
+        for byte in data:
+            os.write(self._master, bytes([byte]))
+            self._stop.wait(byte_s)
+
+    def _cut(self, first: bytes, seconds: float) -> None:
+        self._send(first, self.byte_s)
+        time.sleep(0.005)  # so that the first bytes are read before the line is gone, now and then
+        self._unplug()
+        self.device.unplugged()
+        self._stop.wait(seconds)
+        self._plug()
+
+    def _plug(self) -> None:
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._slave)  # no echo, no translation of CR and LF, before anybody opens it
+        new = self.path.with_name(self.path.name + ".new")
+        new.unlink(missing_ok=True)
+        new.symlink_to(os.ttyname(self._slave))
+        new.replace(self.path)
+
+    def _unplug(self) -> None:
+        self.path.unlink(missing_ok=True)
+        for handle in (self._slave, self._master):
+            if handle >= 0:
+                os.close(handle)
+        self._master = self._slave = -1
+
+
+def swap(one: Server, other: Server) -> None:
+    """Put each instrument on the other's line."""
+    one.device, other.device = other.device, one.device

@@ -1,0 +1,108 @@
+"""What the simulated instruments measure: a unit's truth, and what the technician has set up in front of them."""
+
+import json
+import os
+import random
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+START_V, TOP_V = -20.0, 150.0
+PLAY_WEIGHT, PLAY_RADIUS = 0.5, 0.1  # of the stroke: a loop about 10 % wide
+
+
+@dataclass(frozen=True)
+class World:
+    """Truth of a unit, in SI. heights: of the probe points in order; strokes: -20 to 150 V by group of stacks;
+    noise as standard deviation, absolute for lengths, relative for capacitances."""
+
+    serial: str
+    heights_m: tuple[float, ...]
+    sensor_F: float
+    actuator_F: float
+    one_stack_m: float
+    two_stacks_m: float
+    dissipation: float = 0.0145
+    height_noise_m: float = 0.1e-6
+    displacement_noise_m: float = 0.05e-6
+    capacitance_noise: float = 1e-5
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What hands have done: probe on which point (from 1), leads on "sensor" or "actuator", voltage [V] on "one_stack"
+    or "two_stacks". None: not connected."""
+
+    probe: int | None = None
+    leads: str | None = None
+    stacks: str | None = None
+    V: float = START_V
+
+
+class StageFile:
+    """A stage in a file, so that the bench and whoever plays the technician may be two programs."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def read(self) -> Stage:
+        """The stage; nothing connected when the file is not there. Raises ValueError for another file."""
+        try:
+            found = json.loads(self.path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return Stage()
+        if not isinstance(found, dict) or set(found) - set(asdict(Stage())):
+            raise ValueError(f"{self.path}: is no stage of a simulated bench")
+        return Stage(**found)
+
+    def write(self, stage: Stage) -> None:
+        """Replace the stage as a whole."""
+        new = self.path.with_name(self.path.name + ".new")
+        new.write_text(json.dumps(asdict(stage)), encoding="utf-8")
+        os.replace(new, self.path)
+
+
+class Play:
+    """Displacement of a stack with hysteresis: a linear part and one that plays (Prandtl-Ishlinskii, one operator)."""
+
+    def __init__(self, stroke_m: float) -> None:
+        self._stroke, self._play = stroke_m / (1.0 - PLAY_WEIGHT * PLAY_RADIUS), 0.0
+
+    def at(self, V: float) -> float:
+        """Displacement [m] at a voltage [V], after all voltages before."""
+        x = (V - START_V) / (TOP_V - START_V)
+        self._play = min(max(self._play, x - PLAY_RADIUS), x + PLAY_RADIUS)
+        return self._stroke * ((1.0 - PLAY_WEIGHT) * x + PLAY_WEIGHT * self._play)
+
+
+class Sources:
+    """What each instrument of the bench measures now. seed: of the noise."""
+
+    def __init__(self, world: World, stage: StageFile, seed: int = 0) -> None:
+        self._world, self._stage, self._rng = world, stage, random.Random(seed)
+        self._stacks: str | None = None
+        self._play = Play(0.0)
+
+    def height(self) -> float | None:
+        """Under the probe [m]."""
+        probe = self._stage.read().probe
+        if probe is None or not 1 <= probe <= len(self._world.heights_m):
+            return None
+        return self._world.heights_m[probe - 1] + self._rng.gauss(0.0, self._world.height_noise_m)
+
+    def capacitance(self) -> float | None:
+        """Between the leads [F]."""
+        leads = self._stage.read().leads
+        known = {"sensor": self._world.sensor_F, "actuator": self._world.actuator_F}
+        if leads not in known:
+            return None
+        return known[leads] * (1.0 + self._rng.gauss(0.0, self._world.capacitance_noise))
+
+    def displacement(self) -> float | None:
+        """Of the gauge on the APA [m]."""
+        stage = self._stage.read()
+        known = {"one_stack": self._world.one_stack_m, "two_stacks": self._world.two_stacks_m}
+        if stage.stacks not in known:
+            return None
+        if stage.stacks != self._stacks:  # another group of stacks starts from rest
+            self._stacks, self._play = stage.stacks, Play(known[stage.stacks])
+        return self._play.at(stage.V) + self._rng.gauss(0.0, self._world.displacement_noise_m)

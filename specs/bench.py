@@ -1,0 +1,99 @@
+"""The bench file: which instruments there are, how they are connected, how accurate, and until when calibrated."""
+
+import datetime
+import hashlib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from specs.spec import SpecError, StatedU, Strict, Words, problem_line
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,40}$")]
+OFFLINE = "offline"  # no wire to it: it stands in the file for its calibration
+
+
+class LineEntry(Strict):
+    """How the serial line is set; every key is required, for no value can be assumed."""
+
+    port: Words
+    baud: Annotated[int, Field(ge=50, le=921_600)]
+    data_bits: Annotated[int, Field(ge=7, le=8)]
+    parity: Words
+    stop_bits: Annotated[int, Field(ge=1, le=2)]
+    handshake: Words
+
+
+class CalibrationEntry(Strict):
+    """certificate: its number. due: the last day on which it holds."""
+
+    certificate: Words
+    due: datetime.date
+
+    @field_validator("due", mode="before")
+    @classmethod
+    def _a_day(cls, due: object) -> object:
+        if isinstance(due, datetime.datetime) or not isinstance(due, datetime.date):
+            raise ValueError(f"expected a date such as 2027-05-01, got {due!r}")
+        return due
+
+
+class InstrumentEntry(Strict):
+    """One instrument. driver: which driver speaks to it, `offline` for none. measures: the checks it serves.
+    settings: the driver's own. accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input."""
+
+    driver: Words
+    measures: list[Words]
+    model: Words | None = None
+    serial: Words | None = None
+    link: LineEntry | None = None
+    settings: dict[str, Any] = Field(default_factory=dict)
+    accuracy: StatedU | None = None
+    calibration: CalibrationEntry | None = None
+
+
+class BenchDocument(Strict):
+    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand."""
+
+    name: Words
+    stage: Words | None = None
+    instruments: dict[Name, InstrumentEntry] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _no_port_twice(self) -> "BenchDocument":
+        ports = [entry.link.port for entry in self.instruments.values() if entry.link is not None]
+        twice = sorted({port for port in ports if ports.count(port) > 1})
+        if twice:
+            raise ValueError(f"port {', '.join(twice)} is given to two instruments")
+        return self
+
+
+class Bench(BenchDocument):
+    """A bench file together with the hash of its bytes."""
+
+    sha256: str
+    path: str
+
+
+def load_bench(path: Path) -> Bench:
+    """Bench of a TOML file. Raises SpecError listing every problem with its key path."""
+    try:
+        raw = path.read_bytes()
+    except OSError as e:
+        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
+    return parse_bench(raw, str(path))
+
+
+def parse_bench(raw: bytes, path: str) -> Bench:
+    """Bench from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    try:
+        data = tomllib.loads(raw.decode("utf-8"))
+        BenchDocument.model_validate(data)  # first alone, so that a file cannot bring its own hash
+        return Bench.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "path": path})
+    except UnicodeDecodeError as e:
+        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
+    except tomllib.TOMLDecodeError as e:
+        raise SpecError(path, [f"is not TOML: {e}"]) from e
+    except ValidationError as e:
+        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e
