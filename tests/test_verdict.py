@@ -7,23 +7,52 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
-from checks.quantity import Contribution, Quantity
-from checks.verdict import UnitVerdict, Verdict, judge, missing_findings, probability_outside, unit_verdict
-from specs import Limit
+from checks.acceptance import CHECKS
+from checks.quantity import Contribution, NoResult, Quantity
+from checks.verdict import UnitVerdict, Verdict, bounds, judge, missing_findings, probability_outside, unit_verdict
+from specs import CheckSpec, Limit, unit_of
 
 NAME, UNIT = "sensor_uF", "uF"
+# every quantity that any check can return, with its check
+QUANTITIES = [(check.name, name) for check in CHECKS.values() for name in check.quantities]
 finite = st.floats(-1e6, 1e6)
 uncertainties = st.one_of(st.none(), st.floats(0, 1e3))
 
 
 @st.composite
-def limits(draw: st.DrawFn) -> Limit:
+def limits(draw: st.DrawFn, unit: str = UNIT) -> Limit:
     rule = draw(st.sampled_from(["simple", "guarded", "shared"]))
     a, b = sorted(draw(st.tuples(finite, finite).filter(lambda t: t[0] != t[1])))
     sides = draw(st.sampled_from(["both", "lower", "upper"]))
     U_max = draw(st.floats(1e-3, 1e3)) if rule == "shared" else None
     lower, upper = (a if sides != "upper" else None), (b if sides != "lower" else None)
-    return Limit(lower=lower, upper=upper, unit=UNIT, rule=rule, source="test", U_max=U_max)
+    return Limit(lower=lower, upper=upper, unit=unit, rule=rule, source="test", U_max=U_max)
+
+
+@given(st.data(), st.sampled_from(QUANTITIES), st.floats(allow_nan=True, allow_infinity=True), uncertainties)
+def test_every_quantity_of_every_check_under_every_rule(data: st.DataObject, of, value: float, U: float | None) -> None:
+    """What does not lie wholly inside, with a known U and the right unit, never passes."""
+    check, name = of
+    limit = data.draw(limits(unit_of(name)))
+    finding = judge(check, Quantity(name, value, U), limit)
+    lower, upper = bounds(limit)
+    if finding.verdict is Verdict.PASS:
+        assert U is not None
+        assert lower <= value <= upper
+    other = limit.model_copy(update={"unit": "furlong"})
+    assert judge(check, Quantity(name, value, U), other).verdict is Verdict.NO_RESULT
+    assert judge(check, Quantity.missing(name, "not measured"), limit).verdict is Verdict.NO_RESULT
+
+
+@pytest.mark.parametrize("check", CHECKS.values(), ids=CHECKS)
+def test_a_check_without_data_measures_nothing(check) -> None:
+    """Nothing given: no result for each limited quantity, and never a value."""
+    spec = CheckSpec(required=False)
+    try:
+        found = check.measure({}, spec).quantities
+    except NoResult:
+        return
+    assert all(not math.isfinite(q.value) and q.reason for q in found)
 
 
 def verdict_of(value: float, U: float | None, limit: Limit) -> Verdict:

@@ -81,6 +81,20 @@ def information(dossier: Dossier) -> list[Flowable]:
     return [words("Measured, without limits in this spec", look.HEADING), table]
 
 
+def budgets(dossier: Dossier) -> list[Flowable]:
+    """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated (JCGM 100)."""
+    lines = [
+        f"{numbers.title_of(f['quantity'], f['unit'])}: "
+        + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])
+        for f in dossier.result["findings"]
+        if f.get("budget")
+    ]
+    if not lines:
+        return []
+    head = words("Uncertainty budgets (standard uncertainties; A from scatter, B stated)", look.HEADING)
+    return [head, *(words(_shortened(line), look.SMALL) for line in lines)]
+
+
 def remarks(dossier: Dossier) -> list[Flowable]:
     """Sections that were not judged, notes, and what the certificate does not say."""
     story: list[Flowable] = []
