@@ -48,7 +48,7 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) ->
     C = H.shape[1]
     independent: Complex = cov * _unsure(nu, C)[:, None, None]
     d = np.arange(C)
-    size = tolerance * np.sqrt(SHARE) * np.abs(H)
+    size = tolerance * np.sqrt(SHARE) * _without_dips(f, np.abs(H))
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
     inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(independent)), dtype=np.complex128)
     if tolerance == 0.0:
@@ -71,6 +71,17 @@ def _bins_of_one_error(f: Array) -> Array:
     if f.size < 2:
         return np.ones(f.size)
     return np.maximum(1.0, NARROW * f / np.gradient(f))
+
+
+def _without_dips(f: Array, size: Array) -> Array:
+    """size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. A zero is where large
+    motions cancel: a small part of each of them is no small part of what is left."""
+    below = np.searchsorted(f, f * (1.0 - NARROW))
+    above = np.searchsorted(f, f * (1.0 + NARROW), side="right")
+    out = size.copy()
+    for k, (a, b) in enumerate(zip(below, above, strict=True)):
+        out[k] = np.minimum(size[a : k + 1].max(axis=0), size[k:b].max(axis=0))
+    return out
 
 
 def _smooth_errors(f: Array, size: Complex, inverse: Complex) -> Array:

@@ -1,0 +1,1 @@
+"""Model against data: where they disagree, what is missing, and how sure that is."""

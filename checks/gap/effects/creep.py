@@ -1,0 +1,32 @@
+"""The piezo creeps: after a step the displacement goes on with the logarithm of time (Jung & Gweon, Rev. Sci. Instrum. 71 (2000)
+1896; seed, section 3.1.7: creep is visible in the mass steps). per_decade: of what follows at once, taken at 10 us.
+
+In the responses that is a slope in log frequency with the lag that belongs to it: relaxations 1/(1 + s tau), equally
+strong in every decade from 10 us to 1000 s, add up to log10(tau2 / tau1) - log10((1 + s tau2) / (1 + s tau1)).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.gap.effects.effect import Effect, Parameter
+
+FASTEST_S, SLOWEST_S = 1e-5, 1e3
+
+
+def factor(values: Mapping[str, float], s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """(F,) by which every channel is multiplied."""
+    decades = np.log10(SLOWEST_S / FASTEST_S) - np.log10((1.0 + s * SLOWEST_S) / (1.0 + s * FASTEST_S))
+    return np.asarray(1.0 + values["per_decade"] * decades)
+
+
+EFFECT = Effect(
+    name="creep",
+    title="Creep",
+    parameters=(Parameter("per_decade", -0.2, 0.2, 0.0, 0.0, 0.01),),
+    channels=("Vs", "de", "da"),
+    sign="every channel falls with log frequency and lags by the same angle; slow loops open alike at every amplitude",
+    sentence="The displacement creeps by {per_decade} per decade of time.",
+    factor=factor,
+)

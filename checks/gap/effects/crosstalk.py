@@ -1,0 +1,13 @@
+"""Part of the amplifier's output couples into the sensor's wire and adds to Vs at every frequency (Preumont, Vibration Control
+of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a collocated pair; seed, section 3.2.3 for Vs)."""
+
+from checks.gap.effects.effect import Effect, Parameter
+
+EFFECT = Effect(
+    name="crosstalk",
+    title="Cross-talk into the sensor",
+    parameters=(Parameter("V_per_V", -1.0, 1.0, 0.0, 0.0, 1e-3),),
+    channels=("Vs",),
+    sign="the zeros of Vs move, its poles stay; the same constant is missing at every frequency",
+    sentence="{V_per_V} of the amplifier's output adds to Vs.",
+)

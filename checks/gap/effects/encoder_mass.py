@@ -1,0 +1,14 @@
+"""The encoder's head and ruler weigh more or less than the model says (seed, section 5.1.1: the encoder's mass moves the strut's
+modes from 227, 337, 398 to 197, 290, 376 Hz)."""
+
+from checks.gap.effects.effect import Effect, Parameter
+
+EFFECT = Effect(
+    name="encoder_mass",
+    title="Mass of the encoder",
+    parameters=(Parameter("kg", -0.07, 0.5, 0.0, 0.0, 0.005),),
+    channels=("de",),
+    sign="the strut's bending modes move together, the axial mode stays",
+    sentence="Head and ruler each weigh {kg} kg more than the model says.",
+    alias=("encoder.head_mass_kg", "encoder.ruler_mass_kg"),
+)

@@ -1,0 +1,13 @@
+"""The encoder's scale is off: grating pitch, interpolation or cosine error of its mounting (Heidenhain, Encoders for Linear
+Positioning, accuracy; seed, section 5.1.4 compares encoder and interferometer)."""
+
+from checks.gap.effects.effect import Effect, Parameter
+
+EFFECT = Effect(
+    name="encoder_scale",
+    title="Scale of the encoder",
+    parameters=(Parameter("relative", -0.9, 5.0, 0.0, 0.0, 0.01),),
+    channels=("de",),
+    sign="de alone is larger or smaller by one factor at every frequency",
+    sentence="The encoder's scale is off by {relative} (relative).",
+)

@@ -1,0 +1,13 @@
+"""The sensor stack's capacitance discharges through the resistor across it: a first-order high-pass on Vs alone (seed,
+section 3.1.5: 80.6 kOhm with 5.1 uF, 0.39 Hz)."""
+
+from checks.gap.effects.effect import Effect, Parameter, spread
+
+EFFECT = Effect(
+    name="sensor_highpass",
+    title="High-pass of the sensor",
+    parameters=(Parameter("f_Hz", 0.0, 500.0, 0.0, 2.0, 0.2, spread(0.1, 100.0, 13)),),
+    channels=("Vs",),
+    sign="Vs alone leads in phase and loses magnitude towards low frequency",
+    sentence="Vs runs through a high-pass of {f_Hz} Hz (sensor stack and its resistor).",
+)

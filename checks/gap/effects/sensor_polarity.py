@@ -1,0 +1,14 @@
+"""The sensor stack's wires are exchanged, so Vs has the wrong sign (seed, section 3.2.3: the model shows the opposite sign in Vs,
+mended by the sign of gs)."""
+
+from checks.gap.effects.effect import Effect
+
+EFFECT = Effect(
+    name="sensor_polarity",
+    title="Polarity of the sensor",
+    parameters=(),
+    channels=("Vs",),
+    sign="Vs alone is turned by 180 degrees at every frequency",
+    sentence="The sensor stack is connected with the wrong polarity: Vs is turned.",
+    record="sign",
+)

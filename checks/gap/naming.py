@@ -1,0 +1,146 @@
+"""The gates before a name (gap-method, step 10), and what is said of what has none (step 12)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from checks.gap.effects.effect import Effect
+from checks.gap.refit import begin, go_on
+from checks.gap.result import Nameless
+from checks.gap.screen import screen
+from checks.gap.search import MANY, Candidate, Found, Search
+from checks.gap.slow import Slow
+from checks.gap.thresholds import Thresholds
+from checks.gap.unnamed import MODE, Unnamed
+from checks.model.fit import Fit
+from checks.model.superelement import ModelError
+
+Array = NDArray[np.float64]
+LOOKED = 300  # places tried by a search, for the chance of a gain
+MATTERS = 1.0  # energy of an effect in a bin, in units of chance, from which on the bin is its territory
+
+
+@dataclass(frozen=True)
+class Claim:
+    """An effect that a search wants to name. reasons: gates that it did not pass."""
+
+    effect: Effect
+    delta_lnL: float
+    p: float
+    reasons: tuple[str, ...]
+
+
+def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
+    return tuple(c for c in made if not c.reasons)
+
+
+def claims(search: Search, found: Found, final: Fit, full: Candidate) -> tuple[Claim, ...]:
+    """Every named effect of the best explanation against its gates."""
+    out = []
+    for effect in found.best.response.effects:
+        gain = _gain(search, found, effect)
+        confirmed = _confirmed(search, found, effect)
+        p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
+        out.append(Claim(effect, gain, p, tuple(_reasons(search.table, effect, gain, confirmed, final, full))))
+    return tuple(out)
+
+
+def _reasons(
+    table: Thresholds, effect: Effect, gain: float, confirmed: float, final: Fit, full: Candidate
+) -> list[str]:
+    out = []
+    if not gain > table.delta_lnL:
+        out.append(f"explains too little of unseen records (gain {gain:.0f})")
+    if not confirmed > table.delta_lnL:
+        out.append(f"is not confirmed with the records exchanged (gain {confirmed:.0f})")
+    names = [f"{effect.name}.{p.name}" for p in effect.parameters]
+    bound = [n for n in names if n in final.at_bound]
+    if bound:
+        out.append(f"{bound[0]} lies on its physical bound")
+    if not full.adequate and _disturbed(full, effect):
+        out.append("leaves a residual where it acts")
+    return out
+
+
+def _gain(search: Search, found: Found, effect: Effect) -> float:
+    """Log-likelihood of unseen records that is lost without the effect, everything else fitted anew."""
+    return found.best.lnL - _without(search, found, effect).lnL
+
+
+def _without(search: Search, found: Found, effect: Effect) -> Candidate:
+    less = found.best.response.without(effect.name)
+    if set(less.names) == set(found.base.names):
+        return found.base
+    known = [c for c in found.tried if c.names == frozenset(less.names)]
+    again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
+    return max([*known, again], key=lambda c: c.lnL)
+
+
+def _confirmed(search: Search, found: Found, effect: Effect) -> float:
+    """The same gain with the realisations exchanged: fitted to B, judged on A."""
+    try:
+        best = go_on(begin(found.best.response, search.B, found.best.at), MANY)
+        without = _without(search, found, effect)
+        less = go_on(begin(without.response, search.B, without.at), MANY)
+    except ModelError:
+        return -np.inf
+    return _judged(best.response, best.at, search) - _judged(less.response, less.at, search)
+
+
+def _judged(response: object, at: dict[str, float], search: Search) -> float:
+    return Candidate(response, at, 0.0, search.A, search.table).lnL  # type: ignore[arg-type]
+
+
+def _disturbed(full: Candidate, effect: Effect) -> bool:
+    """Whether a window that chance does not explain lies where the effect acts."""
+    response, data = full.response, full.unseen
+    without = response.without(effect.name)
+    at = {p.name: full.at.get(p.name, p.begin) for p in without.free()}
+    change = response.frf(data.f, full.at, data.channels) - without.frf(data.f, at, data.channels)
+    energy = np.abs(full.seen.by_bin(full.seen.rows(change[None])[0])) ** 2 / 2.0
+    for w in full.adequacy.windows:
+        c = data.channels.index(w.channel)
+        if energy[w.first : w.last + 1, c].mean() > MATTERS:
+            return True
+    return False
+
+
+def nameless(
+    best: Candidate, full: Candidate, good: Sequence[Claim], slow: Slow | None, table: Thresholds
+) -> tuple[Nameless, ...]:
+    """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode fitted to
+    the residual of the worst window of every channel."""
+    out = []
+    level = slow is not None and abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
+    for u in best.response.stand_ins:
+        poles, zeros = u.poles_and_zeros(full.response.of(full.at, u.name))
+        out.append(Nameless(u.channel, tuple(poles), tuple(zeros), level, _stand_in_words(u, full)))
+    seen = {n.channel for n in out}
+    if not full.adequate:
+        for w in full.adequacy.windows:
+            if w.channel not in seen:
+                seen.add(w.channel)
+                out.append(_from_window(full, w.channel, level))
+    refused = {m.name for m in best.response.effects} - {c.effect.name for c in good}
+    if refused and out:
+        words = f"nearest: {', '.join(sorted(refused))}, which did not pass the gates"
+        out = [Nameless(n.channel, n.poles_Hz, n.zeros_Hz, n.level_dependent, n.words or words) for n in out]
+    return tuple(out)
+
+
+def _stand_in_words(u: Unnamed, full: Candidate) -> str:
+    values = full.response.of(full.at, u.name)
+    numbers = ", ".join(f"{k} {v:.4g}" for k, v in values.items())
+    return f"{u.channel} times a {u.shape.name} ({numbers}) would explain it"
+
+
+def _from_window(full: Candidate, channel: str, level: bool) -> Nameless:
+    """Pole and zero beside it of a mode that would explain most of the channel's residual."""
+    score = screen(full.seen, Unnamed(MODE, channel), starts=1)
+    values = score.starts[0]
+    u = Unnamed(MODE, channel)
+    poles, zeros = u.poles_and_zeros({"ratio": 0.0, "damping_ratio": 0.01, **values})
+    return Nameless(channel, tuple(poles), tuple(zeros), level)

@@ -1,0 +1,110 @@
+"""The quick look at every member of the library: how much of the residual could it explain, and from where to start."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from checks.gap.adequacy import energies
+from checks.gap.augmented import Member
+from checks.gap.projected import Projected
+
+Array = NDArray[np.float64]
+PEAKS = 6  # places of the largest residual that are tried beside the grid
+APART = 0.05  # of f: nearer starts are the same
+
+
+@dataclass(frozen=True)
+class Score:
+    """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best first."""
+
+    member: Member
+    gain: float
+    dof: int
+    looked: int
+    starts: tuple[dict[str, float], ...]
+
+    @property
+    def p(self) -> float:
+        """Chance of so large a gain somewhere, when nothing is missing."""
+        return float(min(1.0, self.looked * stats.chi2.sf(self.gain, self.dof)))
+
+
+def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
+    """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
+    tried = [t for t in (_try(projected, member, shape) for shape in _grid(projected, member)) if t is not None]
+    if not tried:
+        return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
+    tried.sort(key=lambda t: -t[0])
+    kept: list[dict[str, float]] = []
+    for _, values in tried:
+        if len(kept) < starts and all(_differ(values, k) for k in kept):
+            kept.append(values)
+    return Score(member, max(0.0, tried[0][0]), max(1, len(member.parameters)), len(tried), tuple(kept))
+
+
+def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
+    if "f_Hz" in a:
+        return abs(a["f_Hz"] - b["f_Hz"]) > APART * b["f_Hz"]
+    return any(abs(a[k] - b[k]) > 1e-9 for k in a)
+
+
+def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
+    shapes = [p for p in member.parameters if not p.linear]
+    axes = [(*p.grid, *(_peaks(projected, member) if p.name == "f_Hz" else ())) for p in shapes]
+    for values in product(*axes):
+        yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
+
+
+def _peaks(projected: Projected, member: Member) -> list[float]:
+    e = energies(projected)
+    columns = [projected.data.channels.index(c) for c in member.channels if c in projected.data.channels]
+    total = e[:, columns].sum(axis=1).copy()
+    f, out = projected.data.f, []
+    for _ in range(PEAKS):
+        k = int(np.argmax(total))
+        out.append(float(f[k]))
+        total[np.abs(f - f[k]) < APART * f[k]] = 0.0
+    return out
+
+
+def _try(projected: Projected, member: Member, shape: Mapping[str, float]) -> tuple[float, dict[str, float]] | None:
+    """(gain, values) with the linear parameters at their best; None where the model cannot hold the values."""
+    linear = [p for p in member.parameters if p.linear]
+    try:
+        D = directions(projected, member, {**shape, **{p.name: 0.0 for p in linear}})
+    except ValueError:
+        return None
+    r = projected.left
+    if not linear:
+        gain = float(r @ r - np.sum((r - D[0]) ** 2))
+        return gain, dict(shape)
+    best, *_ = np.linalg.lstsq(D.T, r, rcond=None)
+    gain = float(r @ r - np.sum((r - best @ D) ** 2))
+    return gain, {**shape, **{p.name: float(np.clip(b, p.lo, p.hi)) for p, b in zip(linear, best, strict=True)}}
+
+
+def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
+    """(k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values itself."""
+    data, base = projected.data, projected.response
+    response = base.with_member(member)
+    at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
+    linear = [f"{member.name}.{p.name}" for p in member.parameters if p.linear]
+    if linear:
+        return projected.rows(response.jacobian(data.f, linear, at, data.channels))
+    change = response.frf(data.f, at, data.channels) - base.frf(data.f, projected.at, data.channels)
+    return projected.rows(change[None])
+
+
+def confusability(directions_of: Mapping[str, Array]) -> dict[tuple[str, str], float]:
+    """kappa of every pair: cosine of the smallest angle between their whitened directions (k, n), 1 for an alias."""
+    bases = {n: np.linalg.qr(D.T)[0] for n, D in directions_of.items() if np.linalg.norm(D) > 0}
+    names: Sequence[str] = tuple(bases)
+    return {
+        (a, b): float(min(1.0, np.linalg.norm(bases[a].T @ bases[b], 2)))
+        for i, a in enumerate(names)
+        for b in names[i + 1 :]
+    }

@@ -1,0 +1,162 @@
+"""Which members of the library, together, explain the data: forward with a beam, then swaps and deletion.
+
+Every candidate is fitted to one realisation (A) and compared on the other (B), which it has never seen.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from checks.gap.adequacy import Adequacy, judge
+from checks.gap.augmented import Augmented, Member
+from checks.gap.projected import Projected, project
+from checks.gap.refit import Refit, annealed, begin, go_on
+from checks.gap.screen import Score, screen
+from checks.gap.thresholds import Thresholds
+from checks.model.dataset import Dataset
+from checks.model.superelement import ModelError
+
+FEW, MANY = 5, 30  # steps for every start, and for those that go on
+GO_ON = 5  # starts of one round that go on
+FROM_FAR = 3  # of them begin once more at the priors, where none is adequate
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A response fitted to A; seen: its residual on B."""
+
+    response: Augmented
+    at: dict[str, float]
+    cost: float
+    unseen: Dataset
+    table: Thresholds
+
+    @cached_property
+    def seen(self) -> Projected:
+        return project(self.response, self.unseen, self.at)
+
+    @property
+    def lnL(self) -> float:
+        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        return -self.seen.cost
+
+    @cached_property
+    def adequacy(self) -> Adequacy:
+        return judge(self.seen, self.table.p_global)
+
+    @property
+    def adequate(self) -> bool:
+        return self.adequacy.adequate(self.table.p_global)
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.response.names)
+
+    @property
+    def score(self) -> float:
+        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
+        parameters = sum(len(m.parameters) for m in self.response.members)
+        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added."""
+
+    A: Dataset
+    B: Dataset
+    library: tuple[Member, ...]
+    table: Thresholds
+    say: Say
+
+    def fitted(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+        """A response fitted to A to the end, from far away."""
+        return self._candidate(go_on(annealed(response, self.A, start), MANY))
+
+    def _candidate(self, r: Refit) -> Candidate:
+        return Candidate(r.response, r.at, r.cost, self.B, self.table)
+
+    def extended(self, base: Candidate) -> list[Candidate]:
+        """Every member added to a candidate and fitted jointly, from the candidate's values; the promising ones from the
+        priors too, because a calibration that had to do without the effect may have gone astray."""
+        on_A = project(base.response, self.A, base.at)
+        absent = [m for m in self.library if m.name not in base.names]
+        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < 1e-2]
+        return self._raced([r for s in scores for r in self._starts(base, s)])
+
+    def _starts(self, base: Candidate, score: Score) -> list[Refit]:
+        response = base.response.with_member(score.member)
+        out = []
+        for values in score.starts:
+            start = {**base.at, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
+            try:
+                out.append(go_on(begin(response, self.A, start), FEW))
+            except ModelError:
+                continue
+        return out
+
+    def _from_far(self, r: Refit) -> Refit:
+        """The better of a fit and the same from the priors, its effects beginning where they are."""
+        own = {k: v for k, v in r.at.items() if k.split(".")[0] in r.response.names}
+        try:
+            return min((r, go_on(annealed(r.response, self.A, own), MANY)), key=lambda r: r.cost)
+        except ModelError:
+            return r
+
+    def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
+        """The best start of every set, the most promising ones fitted to the end."""
+        best: dict[frozenset[str], Refit] = {}
+        for r in sorted(started, key=lambda r: r.cost):
+            best.setdefault(frozenset(r.response.names), r)
+        ranked = list(best.values())
+        done = [go_on(r, MANY) for r in ranked[:GO_ON]] + ranked[GO_ON:]
+        found = sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+        if any(c.adequate for c in found[:GO_ON]):
+            return found
+        again = [self._candidate(self._from_far(r)) for r in sorted(done, key=lambda r: r.cost)[:FROM_FAR]]
+        return sorted([*again, *found], key=lambda c: -c.score)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first."""
+
+    base: Candidate
+    best: Candidate
+    rivals: tuple[Candidate, ...]
+    tried: tuple[Candidate, ...]
+
+
+def explain(search: Search, base: Candidate) -> Found:
+    """Smallest set of members that is adequate on B; without one, the set that explains most."""
+    beam, tried = [base], []
+    for size in range(1, search.table.most_effects + 1):
+        search.say(f"looking for {size} effect{'s' if size > 1 else ''}")
+        found: list[Candidate] = []
+        for b in beam:
+            found = _distinct([*found, *search.extended(b)])
+            adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
+            if adequate:
+                best = _preferred(adequate)
+                return Found(base, best, tuple(c for c in adequate if c is not best), (*tried, *found))
+        tried += found
+        better = [c for c in found if c.lnL > max(b.lnL for b in beam) + search.table.delta_lnL]
+        if not better:
+            break
+        beam = better[: search.table.beam]
+    best = max([base, *tried], key=lambda c: c.score)
+    return Found(base, best, (), tuple(tried))
+
+
+def _preferred(adequate: Sequence[Candidate]) -> Candidate:
+    """The best that names everything; only where there is none, the best with a stand-in."""
+    named = [c for c in adequate if not c.response.stand_ins]
+    return max(named or adequate, key=lambda c: c.score)
+
+
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    best: dict[frozenset[str], Candidate] = {}
+    for c in sorted(candidates, key=lambda c: -c.score):
+        best.setdefault(c.names, c)
+    return list(best.values())

@@ -1,0 +1,121 @@
+"""Stand-ins for what has no name: one channel times a rational function. They compete with the effects of the library,
+so that no effect is named only because something must explain the residual.
+
+mode:  1 + ratio w^2 / (s^2 + 2 z w s + w^2), a pole and a zero beside it
+lag:   1 + ratio / (1 + s / w), a first-order pole and zero (ratio -1 is a high-pass)
+delay: exp(-s tau)
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.gap.effects.effect import Parameter, spread
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """factor: (values, s (F,)) -> (F,) complex."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    factor: Callable[[Values, Complex], Complex]
+
+
+@dataclass(frozen=True)
+class Unnamed:
+    """A shape on one channel (or, for `levels`, on all)."""
+
+    shape: Shape
+    channel: str
+    counts: bool = True
+
+    @property
+    def name(self) -> str:
+        return f"unnamed_{self.shape.name}_{self.channel}"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.shape.parameters
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return ("Vs", "de", "da") if self.channel == "all" else (self.channel,)
+
+    @property
+    def factor(self) -> Callable[[Values, Complex], Complex]:
+        """(values, s (F,)) -> (F,) by which the channel is multiplied."""
+        return self.shape.factor
+
+    def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
+        """Frequencies [Hz] of the poles and the zeros."""
+        if self.shape.name == "mode":
+            f, r = values["f_Hz"], values["ratio"]
+            return [f], [f * float(np.sqrt(abs(1.0 + r)))]
+        if self.shape.name == "lag":
+            f, r = values["f_Hz"], values["ratio"]
+            return [f], [f * abs(1.0 + r)]
+        return [], []
+
+
+def _mode(v: Values, s: Complex) -> Complex:
+    w = 2.0 * np.pi * v["f_Hz"]
+    return np.asarray(1.0 + v["ratio"] * w * w / (s * s + 2.0 * v["damping_ratio"] * w * s + w * w))
+
+
+def _lag(v: Values, s: Complex) -> Complex:
+    return np.asarray(1.0 + v["ratio"] / (1.0 + s / (2.0 * np.pi * v["f_Hz"])))
+
+
+def _delay(v: Values, s: Complex) -> Complex:
+    return np.exp(-s * 1e-6 * v["tau_us"])
+
+
+MODE = Shape(
+    "mode",
+    (
+        Parameter("f_Hz", 5.0, 5000.0, 100.0, 100.0, 1.0, spread(15.0, 2000.0, 40)),
+        Parameter("ratio", -5.0, 5.0, 0.0, 0.0, 0.01),
+        Parameter("damping_ratio", 5e-4, 0.5, 0.01, 0.015, 0.005, (0.006, 0.02)),
+    ),
+    _mode,
+)
+LAG = Shape(
+    "lag",
+    (
+        Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
+        Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
+    ),
+    _lag,
+)
+DELAY = Shape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
+
+
+def levels(merge_Hz: float, width: float) -> Unnamed:
+    """What a hysteresis of this relative width may do to responses taken at two levels, one below and one above merge_Hz:
+    a lag of each (the loop's area) and another gain. Nothing that counts as missing: the slow records measure it."""
+    parameters = (
+        Parameter("lag_below", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
+        Parameter("lag_above", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
+        Parameter("gain_above", -1.0, 1.0, 0.0, 0.0, width, sd=4.0 * width),
+    )
+
+    def factor(v: Values, s: Complex) -> Complex:
+        below = np.abs(s) <= 2.0 * np.pi * merge_Hz
+        return np.asarray(np.where(below, 1.0 - 1j * v["lag_below"], 1.0 + v["gain_above"] - 1j * v["lag_above"]))
+
+    return Unnamed(Shape("levels", parameters, factor), "all", counts=False)
+
+
+SHAPES = (MODE, LAG, DELAY)
+
+
+def stand_ins(channels: tuple[str, ...]) -> tuple[Unnamed, ...]:
+    """One of every shape for every channel."""
+    return tuple(Unnamed(shape, c) for shape in SHAPES for c in channels)
