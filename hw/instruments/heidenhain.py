@@ -87,6 +87,14 @@ class Heidenhain(SerialInstrument):
         deadline = Deadline(self.deadline_s)
         return text_of(self.name, self._ask(ENQ, END, deadline, harmless=END).removesuffix(END).lstrip(STX)).strip()
 
+    def hold(self) -> None:
+        """Stop its output (DC3). Raises InstrumentError."""
+        self._say(DC3, harmless=END)
+
+    def go_on(self) -> None:
+        """Let its output go on (DC1). Raises InstrumentError."""
+        self._say(DC1, harmless=END)
+
     def do(self, function: str) -> None:
         """One of `FUNCTIONS` or `KEYS`. Raises Refused when the readout does not take it, InstrumentError."""
         code = FUNCTIONS.get(function) or KEYS[function]

@@ -21,7 +21,7 @@ from hw.link import Deadline, Link
 
 END = b"\n"
 FARADS = {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6}
-PRIMARY = re.compile(r"MAIN:PRIM (?P<field> *-?\d*\.?\d+)")
+PRIMARY = re.compile(r"MAIN:PRIM (?P<field> *-?\d*\.\d*)")
 SECONDARY = re.compile(r"MAIN:SECO (?P<field> *-?\d*\.\d+)(?P<unit>[pnu]F)")
 RESULT = re.compile(rb"(MAIN:PRIM|MAIN:SECO|PRIM:OV01|PRIM:OVER|SECO:OVER)")
 PRIMARY_WIDTH, SECONDARY_WIDTH = 7, 6
