@@ -40,16 +40,16 @@ def verdicts(out: Path) -> dict[str, str]:
 
 
 def test_demo(tmp_path: Path) -> None:
-    """APA 3 is rejected for capacitance and stroke, by name; the others are accepted."""
+    """APA 3 is rejected for capacitance and stroke, by name; the others and the simulated strut are accepted."""
     done = accept("demo", "--out", tmp_path)
     assert done.exit_code == 0
     expected = {apa.serial: "accepted" for apa in seed.SEED_APAS} | {"APA-03": "rejected"}
-    assert verdicts(tmp_path) == expected
+    assert verdicts(tmp_path) == expected | {"SIM-STRUT-01": "accepted"}
     third = next(u for u in results(tmp_path)["units"] if u["serial"] == "APA-03")
     failed = {f["quantity"] for f in third["findings"] if f["verdict"] == "fail"}
     assert failed == {"sensor_uF", "actuator_uF", "stroke_um"}
-    assert len(list((tmp_path / "certificates").glob("*.pdf"))) == 7
-    assert "7 of 7 verified" in done.stderr
+    assert len(list((tmp_path / "certificates").glob("*.pdf"))) == 8
+    assert "8 of 8 verified" in done.stderr
     row = next(line for line in done.stdout.splitlines() if "APA-07" in line)
     assert "18.7" in row  # as published
     assert "2.43" in row  # exact
@@ -58,7 +58,8 @@ def test_demo(tmp_path: Path) -> None:
 def test_demo_certificates_are_trusted_as_a_demo_only(tmp_path: Path) -> None:
     """The demo's key has no secret passphrase: what it signs is valid for the demo's own units and nothing else."""
     accept("demo", "--out", tmp_path)
-    assert accept("verify", tmp_path / "certificates" / "APA-01.pdf").exit_code == 0
+    for serial in ("APA-01", "SIM-STRUT-01"):
+        assert accept("verify", tmp_path / "certificates" / f"{serial}.pdf").exit_code == 0
     from datetime import UTC, datetime
 
     from accept import unit

@@ -19,6 +19,7 @@ Complex = NDArray[np.complex128]
 
 SETTLED = 14.0  # decay times: 1e-6 of what rang at the record's end is left where it could come round to its start
 LONGEST_S = 60.0
+TAIL = 512  # samples
 AT_A_TIME = 8192  # frequencies: keeps the work space small
 
 
@@ -38,8 +39,15 @@ class Joined:
         """Channel -> (N,) for Va (N,) [V], N <= room. Raises ModelError."""
         if not 0 < Va.size <= self.room:
             raise ModelError(f"a drive of {Va.size} samples, expected 1 to {self.room}")
-        spectrum = fft.rfft(Va, self.size)
+        spectrum = fft.rfft(np.concatenate([Va, _going_on(Va)]), self.size)
         return {c: fft.irfft(self.H[:, i] * spectrum, self.size)[: Va.size] for i, c in enumerate(self.channels)}
+
+
+def _going_on(Va: Array) -> Array:
+    """A little more of a drive, down to zero: cut off at its last sample it would ring back into the record."""
+    n = min(TAIL, Va.size - 1)
+    k = np.arange(1, n + 1)
+    return np.asarray((2.0 * Va[-1] - Va[-1 - k]) * (0.5 + 0.5 * np.cos(np.pi * k / (n + 1))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +91,7 @@ def answer(
 
 
 def _joined(model: Model, samples: int, fs: float, channels: tuple[str, ...], before: Fractions | None) -> Joined:
-    size = fft.next_fast_len(samples + int(np.ceil(settling_s(model) * fs)), real=True)
+    size = fft.next_fast_len(samples + TAIL + int(np.ceil(settling_s(model) * fs)), real=True)
     f = np.minimum(fft.rfftfreq(size, 1.0 / fs), F_MAX)  # the last one may round beyond
     parts = [model.frf(part, channels=channels) for part in np.array_split(f, -(-f.size // AT_A_TIME))]
     H = np.concatenate(parts)
