@@ -1,0 +1,44 @@
+"""The port through which the workflow reads instruments: a value and its unit, for one input of one check."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from accept.workflow.scale import UnitMismatch, factor
+from accept.workflow.typed import EntryError
+from checks.declare import Measured
+
+
+class Instrument(Protocol):
+    """What the workflow needs of any instrument."""
+
+    @property
+    def name(self) -> str: ...
+
+    def read(self) -> tuple[float, str]:
+        """A settled value and its unit. Raises InstrumentError."""
+        ...
+
+
+class Instruments(Protocol):
+    """The instruments at hand."""
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        """The instrument that reads this input, None when it is typed."""
+        ...
+
+
+@dataclass(frozen=True)
+class NoInstruments:
+    """Everything is typed."""
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        return None
+
+
+def reading(instrument: Instrument, unit: str) -> Measured:
+    """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
+    value, given = instrument.read()
+    try:
+        return Measured(value * factor(given, unit))
+    except UnitMismatch as e:
+        raise EntryError(f"{instrument.name}: {e}") from e

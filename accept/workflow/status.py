@@ -1,0 +1,69 @@
+"""Where a step stands: a mark, a word and a role for its colour."""
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from typing import Any
+
+from accept.workflow.judgement import StepJudgement
+from accept.workflow.section import ready
+from accept.workflow.state import StepState
+from accept.workflow.steps import Step
+
+
+class Status(Enum):
+    """(mark, word). The mark tells without colour."""
+
+    NOT_DONE = "·", "not done"
+    TAKEN = "○", "taken"
+    PASS = "✓", "pass"
+    CONDITIONAL = "~", "conditional"
+    FAIL = "✗", "fail"
+    NO_RESULT = "?", "no result"
+
+    @property
+    def mark(self) -> str:
+        return self.value[0]
+
+    @property
+    def word(self) -> str:
+        return self.value[1]
+
+    @property
+    def role(self) -> str:
+        """Name of its style class."""
+        return self.name.lower().replace("_", "-")
+
+
+_OF_VERDICT = {
+    "pass": Status.PASS,
+    "conditional": Status.CONDITIONAL,
+    "fail": Status.FAIL,
+    "no_result": Status.NO_RESULT,
+}
+_WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
+
+
+def of_findings(findings: Iterable[Mapping[str, Any]]) -> Status:
+    """The worst of the findings; a step without any was taken and no more."""
+    found = {_OF_VERDICT[str(f["verdict"])] for f in findings}
+    return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
+
+
+def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None:
+    """The judgement that still holds: same entries, same spec, same program."""
+    last = state.judgements.get(state.upto)
+    return last if last is not None and (last.spec, last.code) == (spec, code) else None
+
+
+def status_of(step: Step, state: StepState, spec: str, code: str) -> Status:
+    if not state.entries:
+        return Status.NOT_DONE
+    judgement = judgement_of(state, spec, code)
+    if judgement is None or not ready(step, state):
+        return Status.TAKEN
+    return of_findings(judgement.findings)
+
+
+def next_step(steps: Iterable[Step], states: Mapping[str, StepState]) -> Step | None:
+    """The first step that is not complete: where a restarted workflow stands."""
+    return next((step for step in steps if not ready(step, states.get(step.name, StepState()))), None)

@@ -1,0 +1,48 @@
+"""The steps of a unit come from its spec; what each needs comes from what its check declares."""
+
+from dataclasses import dataclass
+
+from accept.workflow.guides import Guide, guide_of
+from checks.acceptance import CHECKS
+from checks.declare import Check, Form, Input, Scalar
+from specs import CheckSpec, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One check of one spec, with what the technician is told."""
+
+    check: Check
+    asked: CheckSpec
+    guide: Guide
+
+    @property
+    def name(self) -> str:
+        return self.check.name
+
+    @property
+    def title(self) -> str:
+        return self.check.title
+
+    @property
+    def required(self) -> bool:
+        return self.asked.required
+
+    def form(self, name: str | None) -> Form:
+        """The form of that name, else the first."""
+        return next((form for form in self.check.forms if form.name == name), self.check.forms[0])
+
+    def form_with(self, declared: str) -> Form:
+        """The first form that holds an input of this name."""
+        return next(form for form in self.check.forms if any(i.name == declared for i in form.inputs))
+
+
+def steps_of(spec: Spec) -> tuple[Step, ...]:
+    """A step per check, in the order of the spec."""
+    return tuple(Step(CHECKS[name], asked, guide_of(CHECKS[name])) for name, asked in spec.checks.items())
+
+
+def is_needed(declared: Input) -> bool:
+    """Whether a form is incomplete without this input."""
+    has_default = isinstance(declared, Scalar) and declared.default is not None
+    return not declared.optional and not has_default
