@@ -15,12 +15,12 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from accept import batch, campaign, fleet, unit
+from accept import batch, campaign, comparison, unit
 from accept.commands.batch import specs_for
 from accept.commands.talk import clear_errors, say, stdout
+from accept.comparison import Comparison, Fleet
 from accept.exit import Exit
 from accept.files import write_atomic
-from accept.fleet import Comparison, Fleet
 from accept.result import UnitResult
 from accept.unit import UnitError
 from checks.picture import Panel
@@ -34,9 +34,9 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
     panels: list[Panel] = []
     for kind in dict.fromkeys(r.kind for r in results):
         same = [r for r in results if r.kind == kind]
-        compared = fleet.compare(same)
+        compared = comparison.compare(same)
         fleets.append(compared)
-        panels += fleet.pictures(same, compared)
+        panels += comparison.pictures(same, compared)
         _show(compared)
     if as_json is not None:
         write_atomic(as_json, json.dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())

@@ -37,6 +37,7 @@ UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m
 STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
 NEAR = 0.12  # of a peak: where its pole is fitted
 COHERENT = 0.9
+SIGNIFICANT = 4.0  # standard deviations: where nothing drives, a response is large by chance
 AUTO = "auto"
 
 
@@ -140,7 +141,8 @@ def _response(records: tuple[Record, ...], frf: Frf, wanted: Wanted) -> Response
 def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: Wanted) -> Resonance | None:
     """The pole at the largest response of a channel, where it is one that decays."""
     part = frf.select(channel)
-    good = part.usable & (part.f > 0) & (part.coherence[:, 0] > 0.0)
+    good = part.usable & (part.f > 0)
+    good[good] &= np.abs(part.H[good, 0]) ** 2 > SIGNIFICANT**2 * part.var[good, 0]
     if not good.any():
         return None
     at = float(part.f[good][np.argmax(np.abs(part.H[good, 0]))])

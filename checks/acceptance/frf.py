@@ -128,11 +128,12 @@ def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
     """H1 of both, gated for dead, turned, late and offset channels."""
     below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
+    whole = _merged(below, above, merge_Hz)
     vet_responses(low.name, below.band(1.0, merge_Hz))
     vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
     vet_signs(below, rules)
     delays = vet_delays(above, high.fs, rules)
-    return Curves(below, _merged(below, above, merge_Hz), merge_Hz, tuple(delays))
+    return Curves(below, whole, merge_Hz, tuple(delays))
 
 
 def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found:
