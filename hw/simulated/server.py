@@ -27,7 +27,7 @@ class Server:
         self.device, self.path, self.byte_s = device, path, byte_s
         self._faults: list[Fault] = []
         self._lock = threading.Lock()
-        self._stop = threading.Event()
+        self._stop, self._calm = threading.Event(), threading.Event()
         self._master = self._slave = -1
         self._thread = threading.Thread(target=self._run, name=f"simulated {path.name}", daemon=True)
 
@@ -40,11 +40,13 @@ class Server:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._stop.set()
+        self._calm.set()
         self._thread.join(timeout=10.0)
         self._unplug()
 
     def inject(self, fault: Fault) -> None:
         """Let a fault strike. `SWAPPED` needs two servers: see `swap`."""
+        self._calm.clear()
         if fault.kind in OF_THE_LINE:
             with self._lock:
                 self._faults.append(fault)
@@ -58,9 +60,10 @@ class Server:
             raise ValueError(f"{fault.kind} needs two servers: swap(a, b)")
 
     def clear(self) -> None:
-        """End all faults; what a fault has already sent stays sent."""
+        """End all faults, those under way too: what they held back goes out at once; what they sent stays sent."""
         with self._lock:
             self._faults.clear()
+        self._calm.set()
         self.device.silent = self.device.overrange = self.device.other_unit = False
 
     def _run(self) -> None:
@@ -74,20 +77,23 @@ class Server:
                 self.device.unplugged()
 
     def _reply(self, reply: bytes) -> None:
+        """Send a reply, or what a fault leaves of it; of an `ECHO_LOST` nothing is left."""
         fault = self._due()
-        if fault is None:
-            self._send(reply, self.byte_s)
-        elif fault.kind is FaultKind.GARBAGE:
-            self._send(damaged(reply, fault), self.byte_s)
-        elif fault.kind is FaultKind.HALF_LINE:
-            self._send(reply[: fault.at % max(1, len(reply))], self.byte_s)
-        elif fault.kind is FaultKind.SLOW:
-            self._send(reply, fault.seconds)
-        elif fault.kind is FaultKind.LATE:
-            self._stop.wait(fault.seconds)
-            self._send(reply, self.byte_s)
-        elif fault.kind is FaultKind.UNPLUG:
-            self._cut(reply[: fault.at % max(1, len(reply))], fault.seconds)
+        first = fault.at % max(1, len(reply)) if fault else 0
+        match fault.kind if fault else None:
+            case None:
+                self._send(reply)
+            case FaultKind.GARBAGE if fault:
+                self._send(damaged(reply, fault))
+            case FaultKind.HALF_LINE:
+                self._send(reply[:first])
+            case FaultKind.SLOW if fault:
+                self._send_slowly(reply, fault.seconds)
+            case FaultKind.LATE if fault:
+                self._calm.wait(fault.seconds)
+                self._send(reply)
+            case FaultKind.UNPLUG if fault:
+                self._cut(reply[:first], fault.seconds)
 
     def _due(self) -> Fault | None:
         """The fault that strikes this reply; the others come one reply nearer."""
@@ -98,20 +104,25 @@ class Server:
             self._faults = [Fault(f.kind, f.after - 1, f.at, f.seconds, f.seed) for f in self._faults]
         return due
 
-    def _send(self, data: bytes, byte_s: float) -> None:
-        if byte_s <= 0:
+    def _send(self, data: bytes) -> None:
+        if self.byte_s <= 0:
             os.write(self._master, data)
             return
         for byte in data:
             os.write(self._master, bytes([byte]))
-            self._stop.wait(byte_s)
+            self._stop.wait(self.byte_s)
+
+    def _send_slowly(self, data: bytes, byte_s: float) -> None:
+        for byte in data:
+            os.write(self._master, bytes([byte]))
+            self._calm.wait(byte_s)
 
     def _cut(self, first: bytes, seconds: float) -> None:
-        self._send(first, self.byte_s)
+        self._send(first)
         time.sleep(0.005)  # so that the first bytes are read before the line is gone, now and then
         self._unplug()
         self.device.unplugged()
-        self._stop.wait(seconds)
+        self._calm.wait(seconds)
         self._plug()
 
     def _plug(self) -> None:
