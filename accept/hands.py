@@ -1,0 +1,89 @@
+"""What a person does at the bench - put the probe on a point, connect the leads, set a voltage - and who does it:
+a person who is asked, a clock that plays, or the file of a simulated bench."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from hw.simulated.world import Stage, StageFile
+
+Ask = Callable[[str], str]
+NAMES = {
+    "sensor": "the sensor stack",
+    "actuator": "the two actuator stacks in parallel",
+    "one_stack": "one stack",
+    "two_stacks": "the two other stacks",
+}
+
+
+class Hands(Protocol):
+    """Every call returns when it is done. Voltages in V on the stacks, points counted from 1."""
+
+    def probe(self, point: int, x_mm: float, y_mm: float) -> None: ...
+    def leads(self, group: str) -> None: ...
+    def drive(self, stacks: str) -> None: ...
+    def voltage(self, V: float) -> None: ...
+
+
+class Person:
+    """A person who is asked and answers with Enter."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+
+    def probe(self, point: int, x_mm: float, y_mm: float) -> None:
+        self._ask(f"Put the probe on point {point} (x {x_mm:g} mm, y {y_mm:g} mm), then Enter: ")
+
+    def leads(self, group: str) -> None:
+        self._ask(f"Discharge the stacks and connect the meter to {NAMES[group]}, then Enter: ")
+
+    def drive(self, stacks: str) -> None:
+        self._ask(f"Connect the amplifier to {NAMES[stacks]}, zero the gauge, set -20 V, then Enter: ")
+
+    def voltage(self, V: float) -> None:
+        self._ask(f"Set {V:g} V, then Enter: ")
+
+
+class Player(Person):
+    """A person, but the voltage steps are played by the rig: `dwell_s` per step from when the person starts it.
+
+    Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep.
+    """
+
+    def __init__(self, ask: Ask, dwell_s: float, settle_s: float, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(ask)
+        self._dwell_s, self._settle_s, self._clock = dwell_s, settle_s, clock
+        self._start, self._step = 0.0, 0
+
+    def drive(self, stacks: str) -> None:
+        self._ask(f"Connect the amplifier to {NAMES[stacks]}, zero the gauge, then start the rig and press Enter: ")
+        self._start, self._step = self._clock(), 0
+
+    def voltage(self, V: float) -> None:
+        due = self._start + self._step * self._dwell_s + self._settle_s
+        self._step += 1
+        time.sleep(max(0.0, due - self._clock()))
+
+
+class Staged:
+    """The hands of a simulated bench: they write into its stage file."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = StageFile(file)
+
+    def probe(self, point: int, x_mm: float, y_mm: float) -> None:
+        self._set(probe=point)
+
+    def leads(self, group: str) -> None:
+        self._set(leads=group)
+
+    def drive(self, stacks: str) -> None:
+        self._set(stacks=stacks, V=Stage().V)
+
+    def voltage(self, V: float) -> None:
+        self._set(V=V)
+
+    def _set(self, **what: object) -> None:
+        self._file.write(replace(self._file.read(), **what))  # type: ignore[arg-type]
