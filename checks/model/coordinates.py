@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FAR_FROM_ZERO = 3.0  # prior standard deviations
+REACH = 30.0  # prior standard deviations from the start
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,13 @@ class Coordinates:
     log: NDArray[np.bool_]
     lo: Array
     hi: Array
+    reach: Array
 
     @classmethod
     def of(cls, free: Sequence[Free]) -> "Coordinates":
         origin, unit, lo, hi = (np.array([getattr(p, k) for p in free]) for k in ("begin", "unit", "lo", "hi"))
-        return cls(origin, unit, np.array([p.logarithmic for p in free]), lo, hi)
+        reach = np.array([REACH * max(p.sd / p.unit, 1.0) for p in free])
+        return cls(origin, unit, np.array([p.logarithmic for p in free]), lo, hi, reach)
 
     def values(self, x: Array) -> Array:
         grown = self._origin * np.exp(np.clip(x * self.unit / self._origin, -50.0, 50.0))
@@ -76,7 +79,8 @@ class Coordinates:
         return np.where(self.log, self.values(x) / self._origin, 1.0) * self.unit
 
     def bounds(self) -> tuple[Array, Array]:
-        return self.x(self.lo), self.x(self.hi)
+        """Where the search may go: physical bounds, and for a part with a prior not beyond all likelihood."""
+        return np.maximum(self.x(self.lo), -self.reach), np.minimum(self.x(self.hi), self.reach)
 
     @property
     def _origin(self) -> Array:

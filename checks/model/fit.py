@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 COARSE_BINS = 250
+ROUGH = 0.3  # of the logarithms in the very first search: an e-fold is three standard deviations
 BLUR = 0.1  # tolerance of the first search: with little noise the cost is a narrow, winding valley
-STEPS = 100
+STEPS, FEW_STEPS = 60, 25  # of the last search and of those that only lead to it
 SPREAD = 1.0  # of further starts, in prior standard deviations
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 AT_BOUND = 1e-3  # of the standard deviation
@@ -98,10 +99,9 @@ def fit(
     free = tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
-    coarse = _Problem(
-        response, tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets), free
-    )
-    tried = [coarse.solve(x) for x in _starts(free, starts, seed)]
+    few = tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets)
+    rough, coarse = _Rough(response, few, free), _Problem(response, few, free)
+    tried = [coarse.solve(rough.solve(x, FEW_STEPS).x, FEW_STEPS) for x in _starts(free, starts, seed)]
     best = min(tried, key=lambda r: r.cost)
     values = coarse.values(best.x)
     problem = _Problem(response, tuple(s.around(response.frf(s.f, values, s.channels)) for s in sets), free)
@@ -140,9 +140,18 @@ class _Problem:
     def values(self, x: Array) -> dict[str, float]:
         return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
 
-    def errors(self, x: Array) -> tuple[Complex, ...]:
+    def modelled(self, x: Array) -> tuple[Complex, ...]:
+        """(F, C) of every dataset; zero where the model cannot be built at x, so that the search turns back."""
         values = self.values(x)
-        return tuple(s.H - self.response.frf(s.f, values, s.channels) for s in self.sets)
+        try:
+            return tuple(self.response.frf(s.f, values, s.channels) for s in self.sets)
+        except ModelError:
+            if not x.any():
+                raise  # the start itself
+            return tuple(np.zeros_like(s.H) for s in self.sets)
+
+    def errors(self, x: Array) -> tuple[Complex, ...]:
+        return tuple(s.H - H for s, H in zip(self.sets, self.modelled(x), strict=True))
 
     def residual(self, x: Array) -> Array:
         white = [s.whitener(e) for s, e in zip(self.sets, self.errors(x), strict=True)]
@@ -160,12 +169,42 @@ class _Problem:
             blocks.append(-s.whitener(D * slope[:, None, None]).T)
         return np.vstack([*blocks, np.diag(slope * self.weight)])
 
-    def solve(self, x: Array) -> optimize.OptimizeResult:
+    def solve(self, x: Array, steps: int = STEPS) -> optimize.OptimizeResult:
         lo, hi = self.coordinates.bounds()
         inside = np.clip(x, lo + 1e-9, hi - 1e-9)
         return optimize.least_squares(
-            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-9, gtol=1e-6, max_nfev=STEPS
+            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-8, gtol=1e-6, max_nfev=steps
         )
+
+
+class _Rough(_Problem):
+    """Ratios instead of differences: a peak that is not where it should be then pulls from afar, and misses by what its
+    height is in decades, not by its height."""
+
+    def residual(self, x: Array) -> Array:
+        parts = []
+        for s, H in zip(self.sets, self.modelled(x), strict=True):
+            ratio = np.log(_not_zero(s.H) / _not_zero(H)) * self._known(s)
+            parts += [ratio.real.ravel(), ratio.imag.ravel()]
+        return np.concatenate([*parts, self.off_prior(x)])
+
+    def jacobian(self, x: Array) -> Array:
+        values, slope = self.values(x), self.coordinates.slope(x)
+        blocks = []
+        for s, H in zip(self.sets, self.modelled(x), strict=True):
+            D = self.response.jacobian(s.f, self.names, values, s.channels) * slope[:, None, None]
+            D = -D * self._known(s) / _not_zero(H)
+            blocks += [D.real.reshape(len(slope), -1).T, D.imag.reshape(len(slope), -1).T]
+        return np.vstack([*blocks, np.diag(slope * self.weight)])
+
+    @staticmethod
+    def _known(s: Dataset) -> Array:
+        """(F, C) weight of each logarithm."""
+        return 1.0 / np.hypot(ROUGH, np.sqrt(s.noise) / np.abs(_not_zero(s.H)))
+
+
+def _not_zero(H: Complex) -> Complex:
+    return np.where(H == 0.0, 1e-300, H)
 
 
 def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
