@@ -26,12 +26,21 @@ LARGEST_V = 2.0  # of the slow sines: where the width of the loop is stated
 @dataclass(frozen=True)
 class Hidden:
     """draw: parameters, in the units of their names; add: the world with them. alike: names that would be no lie;
-    settles: fields of Strut that stay at their mean, because the effect counts from there."""
+    settles: fields of Strut that stay at their mean, because the effect counts from there; grows: parameters that the
+    effect is about in proportion to, or (with fades) to one over, counted from `off`; none: it cannot be made weak."""
 
     draw: Callable[[Rng], dict[str, float]]
     add: Callable[[World, Values], World]
+    grows: tuple[str, ...] = ()
+    fades: tuple[str, ...] = ()
+    off: float = 0.0
     alike: tuple[str, ...] = ()
     settles: tuple[str, ...] = ()
+
+    def weaker(self, parameters: Values, factor: float) -> dict[str, float]:
+        """Parameters of about that share of the effect."""
+        small = {p: self.off + factor * (parameters[p] - self.off) for p in self.grows}
+        return dict(parameters) | small | {p: parameters[p] / factor for p in self.fades}
 
 
 def _strut(world: World, **fields: object) -> World:
@@ -93,7 +102,7 @@ def _misalignment(rng: Rng) -> dict[str, float]:
 
 
 def _axial(rng: Rng) -> dict[str, float]:
-    return {"kz_N_per_um": rng.uniform(40, 56) if rng.random() < 0.7 else rng.uniform(130, 200)}
+    return {"kz_N_per_um": rng.uniform(35, 50) if rng.random() < 0.7 else rng.uniform(130, 200)}
 
 
 def _bench_mode(rng: Rng) -> dict[str, float]:
@@ -120,30 +129,42 @@ def _loaded(world: World, kg: float) -> World:
 
 
 LIBRARY: Mapping[str, Hidden] = {
-    "misalignment": Hidden(_misalignment, lambda w, p: _strut(w, dx=1e-6 * p["dx_um"], dy=1e-6 * p["dy_um"])),
-    "joint_axial_compliance": Hidden(_axial, lambda w, p: _strut(w, kz=1e6 * p["kz_N_per_um"]), settles=("kz",)),
+    "misalignment": Hidden(
+        _misalignment, lambda w, p: _strut(w, dx=1e-6 * p["dx_um"], dy=1e-6 * p["dy_um"]), grows=("dx_um", "dy_um")
+    ),
+    "joint_axial_compliance": Hidden(
+        _axial, lambda w, p: _strut(w, kz=1e6 * p["kz_N_per_um"]), settles=("kz",), grows=("kz_N_per_um",), off=90.0
+    ),
     "loop_delay": Hidden(
-        lambda rng: {"tau_us": _log(rng, 15, 150)}, lambda w, p: replace(w, tau=w.tau + 1e-6 * p["tau_us"])
+        lambda rng: {"tau_us": _log(rng, 15, 150)},
+        lambda w, p: replace(w, tau=w.tau + 1e-6 * p["tau_us"]),
+        grows=("tau_us",),
     ),
     "amplifier_bandwidth": Hidden(
         lambda rng: {"f_Hz": _log(rng, 1500, 6000)},
         lambda w, p: replace(w, drive_filters=(*w.drive_filters, lowpass(p["f_Hz"]))),
+        fades=("f_Hz",),
     ),
     "sensor_highpass": Hidden(
-        lambda rng: {"f_Hz": _log(rng, 2.5, 15)}, lambda w, p: _filter(w, (VS,), highpass(p["f_Hz"]))
+        lambda rng: {"f_Hz": _log(rng, 2.5, 15)}, lambda w, p: _filter(w, (VS,), highpass(p["f_Hz"])), grows=("f_Hz",)
     ),
-    "crosstalk": Hidden(lambda rng: {"V_per_V": _sign(rng) * _log(rng, 0.005, 0.04)}, _crosstalk),
+    "crosstalk": Hidden(lambda rng: {"V_per_V": _sign(rng) * _log(rng, 0.005, 0.04)}, _crosstalk, grows=("V_per_V",)),
     "bench_mode": Hidden(
-        _bench_mode, lambda w, p: replace(w, modes=(*w.modes, (p["f_Hz"], p["ratio"], p["damping_ratio"])))
+        _bench_mode,
+        lambda w, p: replace(w, modes=(*w.modes, (p["f_Hz"], p["ratio"], p["damping_ratio"]))),
+        grows=("ratio",),
     ),
     "encoder_bracket_mode": Hidden(_bracket, lambda w, p: _filter(w, (DE,), resonance(p["f_Hz"], p["damping_ratio"]))),
     "encoder_scale": Hidden(
-        lambda rng: {"relative": _sign(rng) * rng.uniform(0.03, 0.10)}, lambda w, p: _gain(w, DE, 1 + p["relative"])
+        lambda rng: {"relative": _sign(rng) * rng.uniform(0.03, 0.10)},
+        lambda w, p: _gain(w, DE, 1 + p["relative"]),
+        grows=("relative",),
     ),
     "encoder_mass": Hidden(
         lambda rng: {"kg": _sign(rng) * rng.uniform(0.015, 0.04)},
         lambda w, p: _loaded(w, p["kg"]),
         settles=("head", "ruler"),
+        grows=("kg",),
     ),
     "sensor_polarity": Hidden(lambda rng: {}, lambda w, p: _gain(w, VS, -1.0)),
     "hysteresis": Hidden(
@@ -153,14 +174,16 @@ LIBRARY: Mapping[str, Hidden] = {
     "creep": Hidden(
         lambda rng: {"per_decade": rng.uniform(0.015, 0.04)},
         lambda w, p: replace(w, drive_filters=(*w.drive_filters, creep(p["per_decade"]))),
+        grows=("per_decade",),
     ),
     "open_circuit_stiffening": Hidden(
-        lambda rng: {"ratio": rng.uniform(0.3, 1.0)}, lambda w, p: _strut(w, stiffening=p["ratio"])
+        lambda rng: {"ratio": rng.uniform(0.3, 1.0)}, lambda w, p: _strut(w, stiffening=p["ratio"]), grows=("ratio",)
     ),
     "payload_mass": Hidden(
-        lambda rng: {"kg": _sign(rng) * rng.uniform(0.3, 1.0)},
+        lambda rng: {"kg": _sign(rng) * rng.uniform(0.35, 1.0)},
         lambda w, p: _strut(w, payload=w.strut.payload + p["kg"]),
         settles=("payload",),
+        grows=("kg",),
     ),
 }
 

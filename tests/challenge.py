@@ -19,7 +19,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Protocol
 
-from tests.blind_cases import Case, draw_cases, seal
+from tests.blind_cases import Case, draw_cases, draw_weak, seal
 from tests.blind_strut import MATRICES, MODEL_FILE
 from tests.challenge_scores import Outcome, Score, confusion, controls, power, scores
 
@@ -64,7 +64,8 @@ def run(job: Job) -> Outcome:
         except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
             gap, error = {}, f"{type(e).__name__}: {e}"
         seconds = time.perf_counter() - start
-    return Outcome(job.case.serial, job.truth, gap, seconds, error, job.without)
+    truth = {**job.truth, "detectability": job.case.detectability()}
+    return Outcome(job.case.serial, truth, gap, seconds, error, job.without)
 
 
 def run_all(jobs: Sequence[Job], workers: int, journal: Path | None = None) -> list[Outcome]:
@@ -95,20 +96,27 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]
 def _read_journal(journal: Path | None, jobs: Sequence[Job]) -> dict[str, Outcome]:
     if journal is None or not journal.exists():
         return {}
-    truths = {job.name: job.truth for job in jobs}
+    names = {job.name for job in jobs}
     lines = [json.loads(line) for line in journal.read_text().splitlines() if line.endswith("}")]
     return {
         line["name"]: Outcome(
-            line["serial"], truths[line["name"]], line["gap"], line["seconds"], line["error"], tuple(line["without"])
+            line["serial"], line["truth"], line["gap"], line["seconds"], line["error"], tuple(line["without"])
         )
         for line in lines
-        if line["name"] in truths
+        if line["name"] in names
     }
 
 
 def _append(journal: Path | None, name: str, o: Outcome) -> None:
     if journal is not None:
-        stated = {"name": name, "serial": o.serial, "gap": o.gap, "seconds": o.seconds, "error": o.error}
+        stated = {
+            "name": name,
+            "serial": o.serial,
+            "truth": o.truth,
+            "gap": o.gap,
+            "seconds": o.seconds,
+            "error": o.error,
+        }
         with journal.open("a") as file:
             file.write(json.dumps(stated | {"without": o.without}) + "\n")
 
@@ -158,24 +166,27 @@ def _power(outcomes: Sequence[Outcome]) -> list[str]:
     ]
 
 
-def challenge(number: int, seed: int, control: int, workers: int, out: Path, workflow: str = WORKFLOW) -> bool:
+def challenge(a: argparse.Namespace) -> bool:
     """Draw, seal, run, score. Returns whether every target is met."""
+    number, seed, out = a.cases, a.seed, a.out
     out.mkdir(parents=True, exist_ok=True)
-    cases = draw_cases(number, seed)
+    cases = [*draw_cases(number, seed), *draw_weak(a.weak, seed)]
     text, digest = seal(cases)
     thresholds = hashlib.sha256(THRESHOLDS.read_bytes()).hexdigest() if THRESHOLDS.exists() else "no table"
     use = " (development)" if seed in DEVELOPMENT_SEEDS else ""
-    head = f"{number} units of seed {seed}{use}\ntruth      sha256 {digest}\nthresholds sha256 {thresholds}"
+    head = f"{number} units of seed {seed}{use}, {a.weak} with weak effects, {a.controls} controls\n"
+    head += f"truth      sha256 {digest}\nthresholds sha256 {thresholds}"
     print(head, flush=True)
     truth = json.loads(text)
-    jobs = [Job(case, truth[case.serial], workflow) for case in cases]
-    every = [*jobs, *control_jobs(jobs, control)]
-    outcomes = run_all(every, workers, out / f"outcomes-{digest[:12]}-{thresholds[:12]}.jsonl")
+    jobs = [Job(case, truth[case.serial], a.workflow) for case in cases]
+    every = [*jobs, *control_jobs(jobs, a.controls)]
+    outcomes = run_all(every, a.workers, out / f"outcomes-{digest[:12]}-{thresholds[:12]}.jsonl")
     (out / "truth.json").write_text(text)  # after the run: it may not lie beside the folders while they are judged
-    said = report(outcomes[: len(jobs)], outcomes[len(jobs) :])
+    blind, removed = outcomes[: len(jobs)], outcomes[len(jobs) :]
+    said = report(blind, removed)
     print(said)
     (out / "report.txt").write_text(f"{head}\n{said}\n")
-    return all(s.met for s in (*scores(outcomes[: len(jobs)]), *controls(outcomes[: len(jobs)], outcomes[len(jobs) :])))
+    return all(s.met for s in (*scores(blind), *controls(blind, removed)))
 
 
 def main() -> int:
@@ -183,6 +194,9 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=300)
     parser.add_argument("--seed", type=int, default=REPORTED_SEED)
     parser.add_argument("--controls", type=int, default=30, help="units run again without their effect in the library")
+    parser.add_argument(
+        "--weak", type=int, default=36, help="units with one weak effect: power, and no part of the mix"
+    )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/challenge"))
     parser.add_argument("--workflow", default=WORKFLOW, help="module:function to put to the test")
@@ -190,7 +204,7 @@ def main() -> int:
     if not MATRICES.exists():
         print(f"skipped: the blind units need the super-element matrices, and {MATRICES} is not there", file=sys.stderr)
         return 0
-    return 0 if challenge(a.cases, a.seed, a.controls, a.workers, a.out, a.workflow) else 3
+    return 0 if challenge(a) else 3
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from scipy import stats
 Json = Mapping[str, Any]
 
 WILSON = 0.95
-IDENTIFIABLE = 20.0  # standard deviations beyond what calibration could do; less is a matter of power
+IDENTIFIABLE = 5.0  # standard deviations beyond what calibration could do; less is a matter of power
 G_MOST = 1.1
 OPEN = ("unexplained", "ambiguous", "partly_explained")
 SHUFFLES = 400
@@ -192,7 +192,8 @@ def slowest(values: Sequence[float]) -> float:
 
 
 def scores(outcomes: Outcomes) -> list[Score]:
-    """The table of the method, row by row."""
+    """The table of the method, row by row. Units with weak effects are no part of its mix."""
+    outcomes = [o for o in outcomes if o.kind != "weak"]
     nothing, outside, two = (of_kind(outcomes, kind) for kind in ("none", "outside", "two"))
     one = single(outcomes)
     alarms = [o.verdict != "no_missing_effect" for o in nothing]
@@ -221,12 +222,14 @@ def scores(outcomes: Outcomes) -> list[Score]:
 def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:
     """What must go wrong when the truth is taken away: the effect from the library, the labels from the units."""
     true, shuffled, chance = shuffled_labels(outcomes)
+    weak = of_kind(outcomes, "weak")
     drop, n = f"chance, {chance:.1%}", len(single(outcomes))
     mixed = Score("labels shuffled: first name right", shuffled, n, chance, true, drop, shuffled < chance + 0.02)
     return [
         share("effect not in the library: unnamed", [o.unnamed for o in removed], ">= 90 %", least(0.90)),
         share("effect not in the library: a false name", [bool(o.false_names) for o in removed], "<= 5 %", most(0.05)),
         mixed,
+        share("weak effects: a false name", [bool(o.false_names) for o in weak], "<= 3 %", most(0.03)),
     ]
 
 
@@ -252,9 +255,11 @@ def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
     return dict(sorted(table.items()))
 
 
-def power(outcomes: Outcomes, groups: int = 4) -> list[tuple[float, float, Score]]:
-    """Single effects by detectability, in groups of one size: from, to, share in which something was seen."""
-    seen = [o for o in of_kind(outcomes, "one") if isfinite(float(o.truth["detectability"] or nan))]
+def power(outcomes: Outcomes, groups: int = 6) -> list[tuple[float, float, Score]]:
+    """Single effects, weak ones too, by detectability, in groups of one size: from, to, share in which something was
+    seen."""
+    single = [*of_kind(outcomes, "weak"), *of_kind(outcomes, "one")]
+    seen = [o for o in single if isfinite(float(o.truth["detectability"] or nan))]
     seen.sort(key=lambda o: float(o.truth["detectability"]))
     parts = [[seen[k] for k in row] for row in np.array_split(np.arange(len(seen)), groups) if row.size]
     return [

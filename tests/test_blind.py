@@ -425,6 +425,15 @@ def test_effects_take_turns_and_priors_are_drawn() -> None:
 
 
 @needs_data
+def test_weak_effects_are_weak_and_spread() -> None:
+    """Of the asked 2..100 standard deviations, but for what is not in proportion to its parameters."""
+    seen = np.array([case.detectability() for case in blind_cases.draw_weak(24, seed=3)])
+    assert np.mean((seen > 1) & (seen < 150)) > 0.9
+    assert np.sum(seen < 15) >= 6
+    assert np.sum(seen > 15) >= 6
+
+
+@needs_data
 def test_a_seed_settles_everything_and_the_seal_notices_a_change(tmp_path: Path) -> None:
     first, again, other = (blind_cases.draw_cases(8, seed=s) for s in (21, 21, 22))
     assert blind_cases.seal(first) == blind_cases.seal(again)

@@ -30,9 +30,9 @@ needs_data = pytest.mark.skipif(not MATRICES.exists(), reason="the matrices are 
 def made_up_truths() -> list[Json]:
     rng, names, strange = np.random.default_rng(0), cycle(LIBRARY), cycle(OUTSIDE)
     truths = []
-    for kind, n in counts(300).items():
+    for kind, n in {**counts(300), "weak": 30}.items():
         for _ in range(n):
-            inside = [next(names) for _ in range({"one": 1, "two": 2}.get(kind, 0))]
+            inside = [next(names) for _ in range({"one": 1, "two": 2, "weak": 1}.get(kind, 0))]
             outside = {next(strange): {}} if kind == "outside" else {}
             seen = 0.0 if kind == "none" else float(rng.uniform(25, 5000))
             effects = {name: LIBRARY[name].draw(rng) for name in inside}
@@ -196,6 +196,9 @@ def test_slow_units_fail_the_time(right: list[Outcome]) -> None:
 
 
 def test_controls_can_fail(right: list[Outcome], removed: list[Outcome]) -> None:
+    weak = spoilt(right, ["weak"], 10, name_falsely)
+    assert [s.name for s in controls(weak, removed) if not s.met] == ["weak effects: a false name"]
+    assert scores(weak) == scores(right)
     wrong = spoilt(removed, ["one"], 5, name_falsely)
     assert [s.name for s in controls(right, wrong) if not s.met] == [
         "effect not in the library: unnamed",
@@ -242,7 +245,7 @@ def test_confusion_and_power_count_every_single_effect(right: list[Outcome]) -> 
     assert sum(sum(row.values()) for row in table.values()) == 90 + 120 + 45
     assert all(table[name] == {name: 8} for name in LIBRARY)
     groups = power(right)
-    assert sum(s.n for _, _, s in groups) == 120
+    assert sum(s.n for _, _, s in groups) == 150
     assert all(lo <= hi and s.value == 1.0 for lo, hi, s in groups)
 
 
