@@ -7,6 +7,7 @@ import typer
 
 from accept.cli_curves import compare, frf
 from accept.cli_excite import app as excite_app
+from accept.cli_gap import gap
 from accept.cli_model import app as model_app
 from accept.cli_simulate import app as simulate_app
 from accept.exit import Exit
@@ -31,6 +32,7 @@ app.add_typer(simulate_app, name="simulate")
 
 app.command()(frf)
 app.command()(compare)
+app.command()(gap)
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]

@@ -9,6 +9,8 @@ from typing import Any
 
 from accept import unit as units
 from accept.files import write_atomic
+from accept.gap_model import write_improved
+from accept.gap_pdf import render
 from accept.measured import Responses, responses
 from accept.model_file import Opened, opened
 from checks.gap.result import Gaps, Result
@@ -40,8 +42,8 @@ def run_gap(
     without: Sequence[str] = (),
     say: Say = lambda words: None,
 ) -> dict[str, Any]:
-    """gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are taken out
-    of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    """gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are taken
+    out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
     done = analyse(folder, model, without, say)
     if out is not None:
         write(done, out)
@@ -69,9 +71,10 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
 
 
 def write(done: Done, out: Path) -> None:
-    """gap.json into a folder."""
-    out.mkdir(parents=True, exist_ok=True)
+    """gap.json, gap.pdf and model.toml into a folder."""
     write_atomic(out / "gap.json", json.dumps(done.document, indent=1, allow_nan=False).encode())
+    write_atomic(out / "gap.pdf", render(done.measured.serial, done.result))
+    write_improved(out / "model.toml", done.model, done.measured, done.result)
 
 
 def _read(folder: Path, tolerance: float) -> tuple[Responses, tuple[str, ...]]:

@@ -37,8 +37,8 @@ class Window:
 
 @dataclass(frozen=True)
 class Adequacy:
-    """p: chance of the worst of windows and pulls when nothing is missing; windows: those that chance does not explain, by
-    rising p, none over another; pulls: calibrated parameters off their priors, in standard deviations."""
+    """p: chance of the worst of windows and pulls when nothing is missing; windows: those that chance does not explain,
+    by rising p, none over another; pulls: calibrated parameters off their priors, in standard deviations."""
 
     p: float
     windows: tuple[Window, ...]

@@ -1,4 +1,5 @@
-"""A model with effects in it, as something that can be fitted: its own uncertain parameters and those of the effects."""
+"""A model with effects in it, as something that can be fitted: its own uncertain parameters and those of the
+effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,7 +48,8 @@ class Augmented:
         return replace(self, members=tuple(m for m in self.members if m.name != name))
 
     def free(self, start: Values | None = None) -> list[Free]:
-        """Everything that is fitted. An effect that stands for a calibrated parameter takes its place, without prior."""
+        """Everything that is fitted. An effect that stands for a calibrated parameter takes its place, without
+        prior."""
         at = start or {}
         taken = {t for e in self.effects if not e.adds for p in e.parameters for t in e.targets(self.model, p.name)}
         base = [p for p in free_of(self.model) if p.name not in taken]
@@ -110,7 +112,7 @@ class Augmented:
         out = np.ones((f.size, len(channels)), dtype=complex)
         for m in self._factors:
             if m.factor is not None:
-                each = m.factor(self.of(values, m.name), 2j * np.pi * f)
+                each = m.factor(self.of(values, m.name), np.asarray(2j * np.pi * f, dtype=np.complex128))
                 out[:, [channels.index(c) for c in m.channels if c in channels]] *= each[:, None]
         return out
 

@@ -41,7 +41,8 @@ _SINGLE: tuple[tuple[str, str], ...] = (
 
 
 def experiment(effects: Iterable[str]) -> str:
-    """The measurement that separates these effects best: one made for a pair of them, else one that a single one asks for."""
+    """The measurement that separates these effects best: one made for a pair of them, else one that a single one asks
+    for."""
     names = tuple(effects)
     for pair in combinations(names, 2):
         if frozenset(pair) in _PAIRS:

@@ -20,7 +20,7 @@ from checks.model.superelement import ModelError
 
 Array = NDArray[np.float64]
 LOOKED = 300  # places tried by a search, for the chance of a gain
-MATTERS = 1.0  # energy of an effect in a bin, in units of chance, from which on the bin is its territory
+MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,17 @@ def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
 def claims(search: Search, found: Found, final: Fit, full: Candidate) -> tuple[Claim, ...]:
     """Every named effect of the best explanation against its gates."""
     out = []
+    total = max(found.best.lnL - found.base.lnL, 1.0)
     for effect in found.best.response.effects:
         gain = _gain(search, found, effect)
         confirmed = _confirmed(search, found, effect)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
-        out.append(Claim(effect, gain, p, tuple(_reasons(search.table, effect, gain, confirmed, final, full))))
+        out.append(Claim(effect, gain, p, tuple(_reasons(search.table, effect, gain, total, confirmed, final, full))))
     return tuple(out)
 
 
 def _reasons(
-    table: Thresholds, effect: Effect, gain: float, confirmed: float, final: Fit, full: Candidate
+    table: Thresholds, effect: Effect, gain: float, total: float, confirmed: float, final: Fit, full: Candidate
 ) -> list[str]:
     out = []
     if not gain > table.delta_lnL:
@@ -60,9 +61,20 @@ def _reasons(
     bound = [n for n in names if n in final.at_bound]
     if bound:
         out.append(f"{bound[0]} lies on its physical bound")
-    if not full.adequate and _disturbed(full, effect):
+    alone = full.adequate and not full.response.stand_ins
+    if not alone and gain < table.share * total:
+        out.append(f"explains {100 * gain / total:.1f} % of the gap beside something that has no name")
+    if any(_on_its_ground(effect, u) for u in full.response.stand_ins):
+        out.append("needs something without a name on the channel where it acts")
+    if not full.adequate and (_astray(full) or _disturbed(full, effect)):
         out.append("leaves a residual where it acts")
     return out
+
+
+def _on_its_ground(effect: Effect, u: Unnamed) -> bool:
+    """Whether a stand-in acts where the effect must show: then the effect alone does not explain even its own channels.
+    What acts on all channels alike is no rival for one that does not."""
+    return set(u.channels) <= set(effect.channels)
 
 
 def _gain(search: Search, found: Found, effect: Effect) -> float:
@@ -95,24 +107,26 @@ def _judged(response: object, at: dict[str, float], search: Search) -> float:
 
 
 def _disturbed(full: Candidate, effect: Effect) -> bool:
-    """Whether a window that chance does not explain lies where the effect acts."""
+    """Whether a channel on which the effect acts holds a window that chance does not explain."""
     response, data = full.response, full.unseen
     without = response.without(effect.name)
     at = {p.name: full.at.get(p.name, p.begin) for p in without.free()}
     change = response.frf(data.f, full.at, data.channels) - without.frf(data.f, at, data.channels)
-    energy = np.abs(full.seen.by_bin(full.seen.rows(change[None])[0])) ** 2 / 2.0
-    for w in full.adequacy.windows:
-        c = data.channels.index(w.channel)
-        if energy[w.first : w.last + 1, c].mean() > MATTERS:
-            return True
-    return False
+    energy = (np.abs(full.seen.by_bin(data.whitener(change))) ** 2 / 2.0).mean(axis=0)
+    return any(energy[data.channels.index(w.channel)] > MATTERS for w in full.adequacy.windows)
+
+
+def _astray(full: Candidate) -> bool:
+    """Whether a calibrated value lies so far off its prior that the calibration explains what it should not."""
+    free = [p for p in full.response.free() if np.isfinite(p.sd)]
+    return any(abs(full.at[p.name] - p.prior) > full.table.pull * p.sd for p in free)
 
 
 def nameless(
     best: Candidate, full: Candidate, good: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
-    """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode fitted to
-    the residual of the worst window of every channel."""
+    """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
+    fitted to the residual of the worst window of every channel."""
     out = []
     level = slow is not None and abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
     for u in best.response.stand_ins:

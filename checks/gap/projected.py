@@ -53,8 +53,8 @@ class Projected:
 
     @property
     def pulls(self) -> dict[str, float]:
-        """Standard normal under the null: how far a calibrated value is pulled off its prior by data that it can explain
-        no other way."""
+        """Standard normal under the null: how far a calibrated value is pulled off its prior by data that it can
+        explain no other way."""
         last = len(self.pulled)
         room = 1.0 - np.sum(self.Q[-last:] ** 2, axis=1) if last else np.zeros(0)
         rest = self.left[-last:] if last else np.zeros(0)

@@ -16,8 +16,9 @@ from checks.model.superelement import ModelError
 
 Array = NDArray[np.float64]
 FIRST_DAMPING = 1e-2
-# A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off, where
-# peaks are broad in proportion, and then with less and less (found on drawn struts: 16 of 16 instead of 10 of 16).
+# A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
+# where peaks are broad in proportion, and then with less and less (found on drawn struts: 16 of 16 instead of 10 of
+# 16).
 ANNEAL = (0.3, 0.1, 0.03)
 ANNEAL_STEPS = 5
 SETTLED = 1e-3  # of the cost, or this much of half a squared sigma: nothing is gained any more
@@ -25,7 +26,8 @@ SETTLED = 1e-3  # of the cost, or this much of half a squared sigma: nothing is 
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """A fit on its way: values by name, cost (half the squared whitened residuals and priors), damping of the next step."""
+    """A fit on its way: values by name, cost (half the squared whitened residuals and priors), damping of the next
+    step."""
 
     response: Augmented
     data: Dataset

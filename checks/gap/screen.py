@@ -19,7 +19,8 @@ APART = 0.05  # of f: nearer starts are the same
 
 @dataclass(frozen=True)
 class Score:
-    """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best first."""
+    """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best
+    first."""
 
     member: Member
     gain: float
@@ -104,7 +105,7 @@ def confusability(directions_of: Mapping[str, Array]) -> dict[tuple[str, str], f
     bases = {n: np.linalg.qr(D.T)[0] for n, D in directions_of.items() if np.linalg.norm(D) > 0}
     names: Sequence[str] = tuple(bases)
     return {
-        (a, b): float(min(1.0, np.linalg.norm(bases[a].T @ bases[b], 2)))
+        (a, b): min(1.0, float(np.linalg.norm(bases[a].T @ bases[b], 2)))
         for i, a in enumerate(names)
         for b in names[i + 1 :]
     }

@@ -4,7 +4,7 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from checks.gap.adequacy import Adequacy, judge
@@ -18,6 +18,8 @@ from checks.model.superelement import ModelError
 
 FEW, MANY = 5, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
+COARSE_BINS = 150  # of a first look from the priors
+BOTH_WAYS = 2  # candidates tried with the other form of damping
 FROM_FAR = 3  # of them begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
 
@@ -78,16 +80,26 @@ class Search:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
 
     def extended(self, base: Candidate) -> list[Candidate]:
-        """Every member added to a candidate and fitted jointly, from the candidate's values; the promising ones from the
-        priors too, because a calibration that had to do without the effect may have gone astray."""
+        """Every member added to a candidate and fitted jointly, from the candidate's values; the promising ones from
+        the priors too, because a calibration that had to do without the effect may have gone astray."""
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names]
         scores = [s for s in (screen(on_A, m) for m in absent) if s.p < 1e-2]
         return self._raced([r for s in scores for r in self._starts(base, s)])
 
+    def damped_otherwise(self, c: Candidate) -> Candidate | None:
+        """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
+        has shows only when little else is missing."""
+        model = c.response.model
+        other = replace(c.response, model=replace(model, damping="full" if model.damping == "modal" else "modal"))
+        try:
+            return self._candidate(go_on(begin(other, self.A, c.at), MANY))
+        except ModelError:
+            return None
+
     def _starts(self, base: Candidate, score: Score) -> list[Refit]:
         response = base.response.with_member(score.member)
-        out = []
+        out = self._coarse_start(base, score)
         for values in score.starts:
             start = {**base.at, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
             try:
@@ -95,6 +107,33 @@ class Search:
             except ModelError:
                 continue
         return out
+
+    def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
+        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
+        response = base.response.with_member(score.member)
+        found, member = score.starts[0], score.member
+        own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
+        own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
+        try:
+            return [go_on(begin(response, self.A, annealed(response, self._few_bins, own).at), FEW)]
+        except ModelError:
+            return []
+
+    @cached_property
+    def _few_bins(self) -> Dataset:
+        return self.A.thinned(COARSE_BINS)
+
+    def pruned(self, c: Candidate) -> Candidate:
+        """An adequate candidate without the members that it does not need (backward deletion)."""
+        for name in sorted(c.names, key=lambda n: not n.startswith("unnamed")):
+            less = c.response.without(name)
+            if not less.stand_ins and not less.effects:
+                continue
+            start = {k: v for k, v in c.at.items() if not k.startswith(f"{name}.")}
+            simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
+            if simpler.adequate and c.lnL - simpler.lnL < self.table.delta_lnL:
+                return self.pruned(simpler)
+        return c
 
     def _from_far(self, r: Refit) -> Refit:
         """The better of a fit and the same from the priors, its effects beginning where they are."""
@@ -130,7 +169,8 @@ class Found:
 
 def explain(search: Search, base: Candidate) -> Found:
     """Smallest set of members that is adequate on B; without one, the set that explains most."""
-    beam, tried = [base], []
+    beam = [base]
+    tried: list[Candidate] = []
     for size in range(1, search.table.most_effects + 1):
         search.say(f"looking for {size} effect{'s' if size > 1 else ''}")
         found: list[Candidate] = []
@@ -138,15 +178,24 @@ def explain(search: Search, base: Candidate) -> Found:
             found = _distinct([*found, *search.extended(b)])
             adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
             if adequate:
-                best = _preferred(adequate)
-                return Found(base, best, tuple(c for c in adequate if c is not best), (*tried, *found))
+                return _done(search, base, adequate, (*tried, *found))
+        swapped = [c for c in (search.damped_otherwise(c) for c in found[:BOTH_WAYS]) if c is not None]
+        found = _distinct([*found, *swapped])
+        adequate = [c for c in swapped if c.adequate]
         tried += found
+        if adequate:
+            return _done(search, base, adequate, tried)
         better = [c for c in found if c.lnL > max(b.lnL for b in beam) + search.table.delta_lnL]
         if not better:
             break
         beam = better[: search.table.beam]
     best = max([base, *tried], key=lambda c: c.score)
     return Found(base, best, (), tuple(tried))
+
+
+def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> Found:
+    best = search.pruned(_preferred(adequate))
+    return Found(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
 
 
 def _preferred(adequate: Sequence[Candidate]) -> Candidate:

@@ -23,8 +23,8 @@ MANY = 2  # amplitudes at least
 
 @dataclass(frozen=True, eq=False)
 class Slow:
-    """grows, constant: shares of the opening at the largest amplitude; loops: what they were found from; p_fit: chance of
-    the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
+    """grows, constant: shares of the opening at the largest amplitude; loops: what they were found from; p_fit: chance
+    of the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
     smallest."""
 
     grows: Estimate

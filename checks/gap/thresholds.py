@@ -9,26 +9,20 @@ from dataclasses import asdict, dataclass
 class Thresholds:
     """Found on development seeds; the blind test reports on other seeds with these frozen."""
 
-    # Global test: a model is called wrong when chance explains the residual with less. One part in a thousand, because the
-    # null is nearly exact and one false alarm in a hundred units is the most a line accepts.
+    # Global test: a model is called wrong when chance explains the residual with less. One part in a thousand, because
+    # the null is nearly exact and one false alarm in a hundred units is the most a line accepts.
     p_global: float = 1e-3
-    # A window or an effect counts as seen at the same chance after correction for how many were looked at.
-    p_named: float = 1e-4
     # Power at which detection limits are stated (gap-method, step 4).
     power: float = 0.90
-    # Two explanations are not told apart when their log-likelihoods on unseen records differ by less: 2 delta lnL < 9.2 is
-    # 99 % of chi-square with two degrees of freedom.
+    # Two explanations are not told apart when their log-likelihoods on unseen records differ by less: 2 delta lnL < 9.2
+    # is 99 % of chi-square with two degrees of freedom.
     two_delta_lnL: float = 9.2
-    # ... nor when their whitened directions are so parallel that only 1 - kappa^2 of one is left by the other.
-    kappa: float = 0.98
-    # A parameter of a named effect lies off its null by so many standard uncertainties: six, because the search looked at
-    # hundreds of places first.
-    off_null: float = 5.0
     # Gain in log-likelihood on unseen records that a name needs at least: beyond any maximum over the library under the
     # null (its 1e-6 quantile is about 20 for some 300 directions), and worth a page in a report.
     delta_lnL: float = 25.0
-    # A named effect must keep this share of its gain when stand-ins without name compete for the same residual.
-    kept_gain: float = 0.5
+    # Beside something without a name, an effect must explain this share of the gap: a stand-in is never quite the
+    # truth, and what it leaves invites small corrections by whatever is in the library.
+    share: float = 0.05
     # A named explanation is preferred to one with stand-ins as long as it loses no more than this per parameter saved.
     parsimony: float = 15.0
     # Most effects that one unit can have (gap-method, step 9) and how many partial explanations are followed.
@@ -36,9 +30,7 @@ class Thresholds:
     beam: int = 3
     # Bins of the quick search; the last fit takes all. 400 over log f leave no mode of 0.5 % damping unseen.
     search_bins: int = 400
-    # Coherence asked of a channel: below it in half of the driven band, the channel says too little.
-    coherence: float = 0.3
-    # Share of prior standard deviations: a calibrated parameter further out belongs to another unit or model.
+    # Prior standard deviations: a calibrated parameter further out belongs to another unit or model.
     pull: float = 6.0
     # Cubic part of the static curve between drive and displacement that is worth saying: 1 % of the straight part.
     bend: float = 0.01

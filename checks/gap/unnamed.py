@@ -2,7 +2,8 @@
 so that no effect is named only because something must explain the residual.
 
 mode:  1 + ratio w^2 / (s^2 + 2 z w s + w^2), a pole and a zero beside it
-lag:   1 + ratio / (1 + s / w), a first-order pole and zero (ratio -1 is a high-pass)
+lag:   1 + ratio s / (s + w), another gain above a corner (ratio -1 is a first-order lag)
+shelf: 1 + ratio w / (s + w), another gain below a corner (ratio -1 is a first-order high-pass)
 delay: exp(-s tau)
 """
 
@@ -17,6 +18,7 @@ from checks.gap.effects.effect import Parameter, spread
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Values = Mapping[str, float]
+NO_ZERO = 1e-3  # of the gain: what is left above a corner when there is no zero
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,11 @@ class Unnamed:
         if self.shape.name == "mode":
             f, r = values["f_Hz"], values["ratio"]
             return [f], [f * float(np.sqrt(abs(1.0 + r)))]
-        if self.shape.name == "lag":
-            f, r = values["f_Hz"], values["ratio"]
+        f, r = values.get("f_Hz", 0.0), values.get("ratio", 0.0)
+        if self.shape.name == "shelf":
             return [f], [f * abs(1.0 + r)]
+        if self.shape.name == "lag":
+            return [f], [f / abs(1.0 + r)] if abs(1.0 + r) > NO_ZERO else []
         return [], []
 
 
@@ -70,6 +74,10 @@ def _mode(v: Values, s: Complex) -> Complex:
 
 
 def _lag(v: Values, s: Complex) -> Complex:
+    return np.asarray(1.0 + v["ratio"] * s / (s + 2.0 * np.pi * v["f_Hz"]))
+
+
+def _shelf(v: Values, s: Complex) -> Complex:
     return np.asarray(1.0 + v["ratio"] / (1.0 + s / (2.0 * np.pi * v["f_Hz"])))
 
 
@@ -86,20 +94,18 @@ MODE = Shape(
     ),
     _mode,
 )
-LAG = Shape(
-    "lag",
-    (
-        Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
-        Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
-    ),
-    _lag,
+_CORNER = (
+    Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
+    Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
 )
+LAG, SHELF = Shape("lag", _CORNER, _lag), Shape("shelf", _CORNER, _shelf)
 DELAY = Shape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
 
 
 def levels(merge_Hz: float, width: float) -> Unnamed:
-    """What a hysteresis of this relative width may do to responses taken at two levels, one below and one above merge_Hz:
-    a lag of each (the loop's area) and another gain. Nothing that counts as missing: the slow records measure it."""
+    """What a hysteresis of this relative width may do to responses taken at two levels, one below and one above
+    merge_Hz: a lag of each (the loop's area) and another gain. Nothing that counts as missing: the slow records measure
+    it."""
     parameters = (
         Parameter("lag_below", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
         Parameter("lag_above", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
@@ -113,9 +119,10 @@ def levels(merge_Hz: float, width: float) -> Unnamed:
     return Unnamed(Shape("levels", parameters, factor), "all", counts=False)
 
 
-SHAPES = (MODE, LAG, DELAY)
+SHAPES = (MODE, LAG, SHELF, DELAY)
 
 
 def stand_ins(channels: tuple[str, ...]) -> tuple[Unnamed, ...]:
-    """One of every shape for every channel."""
-    return tuple(Unnamed(shape, c) for shape in SHAPES for c in channels)
+    """One of every shape for every channel, and of what may sit in the drive."""
+    common = (Unnamed(MODE, "all"), Unnamed(LAG, "all")) if len(channels) > 1 else ()
+    return (*common, *(Unnamed(shape, c) for shape in SHAPES for c in channels))

@@ -1,4 +1,5 @@
-"""The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name (gap-method, 0 to 13)."""
+"""The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name (gap-method, 0 to
+13)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -80,7 +81,8 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
 
 
 def same_unit(A: Dataset, B: Dataset) -> None:
-    """Raises GapRefused where the two realisations differ by more than noise and tolerance: not the same thing twice."""
+    """Raises GapRefused where the two realisations differ by more than noise and tolerance: not the same thing
+    twice."""
     both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
     if both is None:
         raise GapRefused(f"the two realisations have {A.f.size} and {B.f.size} bins; expected records of equal length")
@@ -256,7 +258,8 @@ def _bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
 
 
 def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
-    """The model as it will be written: without stand-ins and without what was not named, at the values of the joint fit."""
+    """The model as it will be written: without stand-ins and without what was not named, at the values of the joint
+    fit."""
     names = {c.effect.name for c in good}
     response = full.response
     for m in response.members:

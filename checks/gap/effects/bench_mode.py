@@ -1,5 +1,5 @@
-"""The bench itself has a mode that both displacement sensors see (seed, section 3.2: the double resonance at 95 and 105 Hz was
-not explained; Ewins, Modal Testing, 2nd ed., 3.10: a support that is not rigid adds its own resonance)."""
+"""The bench itself has a mode that both displacement sensors see (seed, section 3.2: the double resonance at 95 and 105
+Hz was not explained; Ewins, Modal Testing, 2nd ed., 3.10: a support that is not rigid adds its own resonance)."""
 
 from checks.gap.effects.effect import Effect, Parameter, spread
 
@@ -13,5 +13,5 @@ EFFECT = Effect(
     ),
     channels=("de", "da"),
     sign="the same resonance adds to de and da, with the same residue; Vs does not show it",
-    sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}) that adds {ratio} of the static motion.",
+    sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}) adding {ratio} of the static motion.",
 )

@@ -1,5 +1,5 @@
-"""A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; seed, section 3.1.8: 2.3 N/um open and 1.7
-connected)."""
+"""A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; seed, section 3.1.8: 2.3 N/um open
+and 1.7 connected)."""
 
 from checks.gap.effects.effect import Effect, Parameter
 

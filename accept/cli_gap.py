@@ -1,0 +1,19 @@
+"""`accept gap`: thin."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def gap(
+    units: Annotated[list[Path], typer.Argument(help="Unit folders with a section [frf].")],
+    out: Annotated[Path, typer.Option(help="Folder for gap.json, gap.pdf and model.toml.")],
+    model: Annotated[str | None, typer.Option("--model", help="Model to start from; else the kind picks.")] = None,
+    fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
+    without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
+) -> None:
+    """Find where simulation and data disagree, name what is missing, add it to the model, show the gap shrink."""
+    from accept.commands import gap as command
+
+    raise typer.Exit(command.run(units, model, out, fleet, without or []))
