@@ -16,6 +16,9 @@ def write_atomic(path: Path, content: bytes) -> None:
             os.fsync(file.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
+    except OSError as e:
+        Path(temporary).unlink(missing_ok=True)
+        raise OSError(e.errno, e.strerror, str(path)) from e  # writing says what is wrong but not where
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise

@@ -257,6 +257,28 @@ def test_a_folder_that_cannot_be_written_is_a_clear_error(tmp_path: Path, monkey
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize("full", ["out", "home"])
+def test_a_full_disk_is_a_clear_error(tmp_path: Path, monkeypatch, full: str) -> None:
+    """A file system of its own, too small for the certificates or the events."""
+    small = tmp_path / "small"
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=160k", "tmpfs", str(small)]
+    if os.geteuid() != 0 or subprocess.run(mount, capture_output=True, check=False).returncode:
+        pytest.skip("a small file system can be mounted by root only")
+    try:
+        for serial in "ABCDEF":
+            make_unit(tmp_path / "units" / serial, serial)
+        if full == "home":
+            monkeypatch.setenv("ACCEPT_HOME", str(small))
+        out = small / "out" if full == "out" else tmp_path / "out"
+        done = batch(tmp_path / "units", "--out", out, "--workers", 1)
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+    assert done.exit_code == 6
+    assert str(small) in done.stderr
+    assert "Traceback" not in done.output
+
+
 def test_the_command_line_itself(tmp_path: Path) -> None:
     """Through the installed entry point: exit code, data on stdout, talk on stderr."""
     make_unit(tmp_path / "a", "A")
