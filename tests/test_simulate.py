@@ -27,6 +27,7 @@ from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.model.converters import LSB_V, Converters
 from checks.model.effects import with_effects
 from checks.model.fractions import Fractions, _mechanics, paths
+from checks.model.hammer_test import ShellMode, hammer_record
 from checks.model.modal import modal
 from checks.model.model import Model, frequency_and_damping
 from checks.model.simulate import answer
@@ -202,6 +203,20 @@ def test_mass_steps_are_stated_at_a_tenth_of_a_second() -> None:
     assert y[t > 25] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_mass_steps_creep_from_there() -> None:
+    t = np.arange(3000) / 100.0
+    y = mass_steps(t, (15.0, 22.0), -4e-5, 0.02)
+    np.testing.assert_allclose(y[[1600, 2100]] / -4e-5, [1.02, 1.02 + 0.02 * np.log10(6.0)], rtol=1e-5)  # 1 s, 6 s on
+
+
+def test_hits_are_as_hard_as_asked() -> None:
+    force, angle = hammer_record([ShellMode(280.0, 0.008, 3e-7)], np.random.default_rng(1))
+    peaks = force.reshape(12, -1).max(axis=1)[:11]
+    assert np.all((peaks > 0.8 * 75.0) & (peaks < 1.05 * 130.0))  # 0.6 ms at 5 kHz: the crest falls between samples
+    # a hit of p = F 2 T / pi sets the mode off at p w k, at most that
+    assert np.abs(angle).max() < 130.0 * 2 * 6e-4 / np.pi * (2 * np.pi * 280.0) * 3e-7 * 1.02
+
+
 # --- records
 
 
@@ -243,6 +258,20 @@ def test_hysteresis_of_the_drive_is_in_every_channel(strut: Model) -> None:
     assert found["hysteresis_percent"].value == pytest.approx(12.0, abs=0.05)  # 120 plays, converter steps
     assert len(last_cycles(record["Va"])) == 6
     assert found["sensor_hysteresis_percent"].value == pytest.approx(12.0, abs=1.5)  # Vs: 1 mV of noise in 1.8 V
+
+
+@pytest.mark.parametrize("hold", [False, True])
+def test_creep_of_the_drive_is_in_the_records(strut: Model, hold: bool) -> None:
+    """A slow sine sees the relaxations by their factor; it is well away from one."""
+    share = creep(0.02)
+    t = np.arange(20_000) / 1e4
+    Va = np.sin(2 * np.pi * 5.0 * t)
+    plain, crept = (answer(strut, t.size, 1e4, hold, ("da",), before)(Va)["da"] for before in (None, share))
+    factor = share.at(np.array([2j * np.pi * 5.0]))[0]
+    late = t > 1.0
+    basis = np.column_stack([np.sin(2 * np.pi * 5.0 * t), np.cos(2 * np.pi * 5.0 * t), np.ones_like(t), t])[late]
+    one, two = (np.linalg.lstsq(basis, y[late], rcond=None)[0][:2] @ [1.0, 1j] for y in (plain, crept))
+    assert two / one == pytest.approx(factor, abs=3e-4)  # the slow relaxations have not yet settled
 
 
 # --- whole units
