@@ -161,8 +161,7 @@ def _of_record(
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
     data = dataset_of(frf, tolerance, name)
-    driven = frf._at(frf.usable)
-    cov, nu = shared_noise(driven, _input_power(record, input, driven.f))
+    cov, nu = shared_noise(frf, _input_power(record, input, frf.f))
     return replace(data, cov=cov, nu=nu)
 
 

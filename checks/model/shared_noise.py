@@ -14,34 +14,34 @@ ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if i
 
 
 def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
-    """cov (F, C, C) and its degrees of freedom nu (F,), averaged over independent neighbours, of a local fit.
+    """cov (U, C, C) and degrees of freedom nu (U,) of the usable bins of a local fit, averaged over neighbours.
 
-    frf: independent, usable bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is
-    the noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to tell H by.
+    frf: independent bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is the
+    noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to tell H by.
     A window with far more noise than those about it (a line of the mains, a resonance too sharp for its polynomial)
     keeps its own and lends it to nobody.
     """
-    power = _power(frf, input_power)
-    noise: Complex = frf.cov * power[:, None, None]
-    alone = _alone(np.einsum("fcc->fc", noise).real, frf.nu)
-    lend = np.where(alone, 0.0, 1.0)
-    lent: Complex = noise * (lend * frf.nu)[:, None, None]
-    total = _moving(lent)
-    nu = _moving((lend * frf.nu).astype(np.complex128)).real
-    keep = alone | (nu <= frf.nu)
+    good = frf.usable
+    own, power = frf.nu[good], (_power(frf) * input_power)[good]
+    noise: Complex = frf.cov[good] * power[:, None, None]
+    alone = _alone(np.einsum("fcc->fc", noise).real, own)
+    lend = np.where(alone, 0.0, own)
+    lent: Complex = noise * lend[:, None, None]
+    total, nu = _moving(lent), _moving(lend.astype(np.complex128)).real
+    keep = alone | (nu <= own)
     mean: Complex = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
     cov = np.asarray(np.where(keep[:, None, None], noise, mean) / power[:, None, None], dtype=np.complex128)
-    return cov, np.where(keep, frf.nu, nu)
+    return cov, np.where(keep, own, nu)
 
 
-def _power(frf: Frf, input_power: Array) -> Array:
-    """(F,) power of the input that tells H: var is noise / power, and coherence gives noise / input_power."""
+def _power(frf: Frf) -> Array:
+    """(F,) part of the input's power that tells H: var is noise / power, coherence gives noise / input power."""
     c = np.argmin(np.abs(frf.coherence - 0.5), axis=1)  # there neither 1 - coherence nor coherence is round-off
     at = np.arange(frf.f.size)
-    coherence = frf.coherence[at, c]
+    coherence, var = frf.coherence[at, c], frf.var[at, c]
     ratio = np.abs(frf.H[at, c]) ** 2 * (1.0 - coherence) / np.maximum(coherence, 1e-300)
-    known = (ratio > 0.0) & (frf.var[at, c] > 0.0)
-    return np.where(known, ratio / np.where(known, frf.var[at, c], 1.0), 1.0) * input_power
+    known = (ratio > 0.0) & (var > 0.0) & np.isfinite(var)
+    return np.where(known, ratio / np.where(known, var, 1.0), 1.0)
 
 
 def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
