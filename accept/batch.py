@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from accept import campaign, ledger, outputs, unit
+from accept import calibration, campaign, ledger, outputs, unit
+from accept.calibration import Statement
 from accept.certificate.keys import Credential
 from accept.certificate.signing import sign
 from accept.exit import Exit, of_verdicts
@@ -22,6 +23,7 @@ from accept.store import BenchState, Store, fold
 from accept.unit import UnitError, UnitFolder
 from accept.version import code_sha256
 from specs import Spec
+from specs.bench import Bench
 
 Say = Callable[[str], None]
 CERTIFICATES = "certificates"
@@ -30,7 +32,8 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 
 @dataclass(frozen=True)
 class Order:
-    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates."""
+    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
+    calibration of its instruments, as it stands `on` a day (UTC)."""
 
     paths: Sequence[Path]
     out: Path
@@ -38,6 +41,12 @@ class Order:
     operator: str
     credential: Credential | None = None
     workers: int | None = None
+    bench: Bench | None = None
+    on: date = field(default_factory=lambda: datetime.now(UTC).date())
+
+    def calibration(self, kind: str) -> Statement | None:
+        """Of the instruments behind the checks of a kind, where a bench file is in use."""
+        return None if self.bench is None else calibration.statement(self.bench, self.specs[kind].checks, self.on)
 
 
 @dataclass
@@ -144,6 +153,8 @@ def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str,
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
+    if not calibration.same(known.result.get("calibration"), order.calibration(folder.kind)):
+        return None
     if order.credential is None:
         return dict(known.result) | {"certificate": None}
     path = _certificate_path(order, folder.serial)
@@ -162,7 +173,7 @@ def _sha256(path: Path) -> str | None:
 def _job(folder: UnitFolder, order: Order) -> Job:
     spec = order.specs[folder.kind]
     wanted = order.credential is not None
-    return Job(folder.path, spec.name, spec.text, order.operator, wanted)
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted, order.calibration(folder.kind))
 
 
 def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:

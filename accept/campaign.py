@@ -4,7 +4,9 @@ import math
 import re
 from collections.abc import Mapping
 
+from accept import calibration
 from accept import unit as units
+from accept.calibration import Statement
 from accept.result import UnitResult
 from accept.unit import Section, UnitError, UnitFolder
 from checks.acceptance import CHECKS
@@ -44,8 +46,11 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     return problems
 
 
-def judge_unit(unit: UnitFolder, spec: Spec) -> UnitResult:
-    """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind."""
+def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) -> UnitResult:
+    """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
+
+    stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
+    """
     if unit.kind != spec.kind:
         raise UnitError(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
@@ -70,6 +75,10 @@ def judge_unit(unit: UnitFolder, spec: Spec) -> UnitResult:
         information += [(name, quantity) for quantity in more]
         notes += [f"{name}: {note}" for note in outcome.notes]
         panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+    if stated is not None:
+        stated = calibration.checked(stated)
+        findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
+        notes += calibration.notes(stated)
     return UnitResult(
         serial=unit.serial,
         kind=unit.kind,
@@ -83,6 +92,7 @@ def judge_unit(unit: UnitFolder, spec: Spec) -> UnitResult:
         spec_name=spec.name,
         spec_sha256=spec.sha256,
         panels=panels,
+        calibration=stated,
     )
 
 

@@ -8,6 +8,8 @@ import typer
 from accept.cli_curves import compare, frf
 from accept.cli_excite import app as excite_app
 from accept.cli_gap import gap
+from accept.cli_hw import app as hw_app
+from accept.cli_hw import recall
 from accept.cli_model import app as model_app
 from accept.cli_simulate import app as simulate_app
 from accept.exit import Exit
@@ -29,13 +31,16 @@ app.add_typer(store_app, name="store")
 app.add_typer(excite_app, name="excite")
 app.add_typer(model_app, name="model")
 app.add_typer(simulate_app, name="simulate")
+app.add_typer(hw_app, name="hw")
 
 app.command()(frf)
 app.command()(compare)
+app.command()(recall)
 app.command()(gap)
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
+BenchOption = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")]
 Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
 
@@ -56,11 +61,12 @@ def batch(
     no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False,
     workers: Workers = None,
     operator: Operator = None,
+    bench: BenchOption = None,
 ) -> None:
     """Judge unit folders: results.json, results.csv, junit.xml and a certificate each; judges only what changed."""
     from accept.commands import batch as command
 
-    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator))
+    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench))
 
 
 @app.command()
@@ -69,11 +75,12 @@ def report(
     out: Annotated[Path, typer.Option(help="The certificate to write.")],
     spec: SpecOption = None,
     operator: Operator = None,
+    bench: BenchOption = None,
 ) -> None:
     """Judge one unit and write its signed certificate."""
     from accept.commands import report as command
 
-    raise typer.Exit(command.run(unit, out, spec, operator))
+    raise typer.Exit(command.run(unit, out, spec, operator, bench))
 
 
 @app.command()

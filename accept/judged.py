@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from accept import campaign, unit
+from accept.calibration import Statement
 from accept.unit import UnitError
 from specs import parse
 
@@ -18,6 +19,7 @@ class Job:
     spec_text: str
     operator: str
     certificate: bool
+    calibration: Statement | None = None
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ def judge_folder(job: Job) -> Judged:
     spec = parse(job.spec_text.encode(), job.spec_path)
     try:
         folder = unit.read(job.folder)
-        result = campaign.judge_unit(folder, spec)
+        result = campaign.judge_unit(folder, spec, job.calibration)
     except UnitError as e:
         return Judged(job.folder, refused=str(e))
     unsigned = None

@@ -21,9 +21,11 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
         spec = parse(attached.spec_text.encode(), "the attached spec")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as folder:
             attached.unpack(Path(folder))
-            return campaign.judge_unit(unit.read(Path(folder)), spec).to_json()
+            return campaign.judge_unit(unit.read(Path(folder)), spec, attached.result.get("calibration")).to_json()
     except (UnitError, SpecError) as e:
         raise Refused(f"the attached unit cannot be judged: {e}") from e
+    except (KeyError, TypeError, ValueError) as e:
+        raise Refused(f"the attached statement of calibration is none ({type(e).__name__}: {e})") from e
 
 
 def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Report:

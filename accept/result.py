@@ -18,6 +18,7 @@ class UnitResult:
     not_judged : sections of `unit.toml` that the spec does not ask about, with what is in them.
     inputs : file name (relative to the unit folder, `unit.toml` included) -> sha256.
     panels : pictures as data by name, for the certificate; not part of the JSON.
+    calibration : `accept.calibration.Statement` of a unit that was judged with a bench file, in the JSON only then.
     """
 
     serial: str
@@ -32,6 +33,7 @@ class UnitResult:
     spec_name: str = ""
     spec_sha256: str = ""
     panels: Mapping[str, Panel] = field(default_factory=dict)
+    calibration: Mapping[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
@@ -45,7 +47,7 @@ class UnitResult:
             "notes": list(self.notes),
             "parts": dict(self.parts),
             "inputs": dict(sorted(self.inputs.items())),
-        }
+        } | ({"calibration": dict(self.calibration)} if self.calibration is not None else {})
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters.
 """
 
+import termios
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -196,6 +197,8 @@ class Link:
                 self._port = self._opener(self.settings)
             except (OSError, ValueError) as e:
                 raise Unplugged(f"{self.settings}: cannot be opened ({_cause(e)}); is it plugged in and free?") from e
+            except termios.error as e:  # no OSError, and pyserial lets it through
+                raise SettingsError(f"{self.settings}: the port does not take these settings ({e.args[-1]})") from e
             self.opened += 1
             self._pending.clear()
             self.note(f"opened {self.settings}")

@@ -2,6 +2,7 @@
 
 import os
 import pty
+import termios
 import threading
 import time
 import tty
@@ -169,6 +170,17 @@ def test_the_line_is_opened_as_the_bench_file_says(monkeypatch):
     assert (seen["port"], seen["baudrate"], seen["bytesize"]) == ("/dev/x", 4800, 7)
     assert (seen["parity"], seen["stopbits"], seen["rtscts"], seen["xonxoff"]) == ("O", 2, True, False)
     assert seen["exclusive"]
+
+
+def test_a_port_that_does_not_take_the_settings(monkeypatch):
+    """pyserial lets an error through that is no OSError."""
+
+    def refuses(**given):
+        raise termios.error(22, "Invalid argument")
+
+    monkeypatch.setattr("hw.link.serial.Serial", refuses)
+    with pytest.raises(SettingsError, match=r"9600 7E2: the port does not take these settings \(Invalid argument\)"):
+        Link(settings("/dev/x")).drop()
 
 
 @pytest.mark.parametrize(

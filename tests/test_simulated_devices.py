@@ -2,7 +2,8 @@
 
 import pytest
 
-from hw.simulated import Fault, FaultKind, HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice
+from hw.link import Deadline, LineSettings, Link
+from hw.simulated import Fault, FaultKind, HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice, Server
 from hw.simulated.faults import damaged
 from hw.simulated.lcr800 import _scaled
 
@@ -195,3 +196,13 @@ def test_damage_is_damage():
     reply = b"-365.000um\r\n"
     changed = sum(damaged(reply, Fault(FaultKind.GARBAGE, seed=s)) != reply for s in range(500))
     assert changed > 490
+
+
+def test_a_simulated_line_can_be_opened_again_and_again(tmp_path):
+    """A pseudo-terminal by itself refuses 7E2 the second time."""
+    link = Link(LineSettings(str(tmp_path / "port"), 9600, 7, "even", 2, "none"))
+    with Server(OptorsDevice(lambda: 0.0), tmp_path / "port"):
+        for _ in range(5):
+            link.send(b"?\r")
+            assert link.read_until(b"\n", Deadline(2.0)) == b"0.000mm\r\n"
+            link.close()

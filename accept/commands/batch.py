@@ -11,21 +11,30 @@ from accept.home import home
 from accept.store import open_store
 from accept.table import reasons, units_table
 from specs import Spec
+from specs.bench import load_bench
 
 
 @clear_errors
 def run(
-    paths: list[Path], out: Path, spec: str | None, certificates: bool, workers: int | None, operator: str | None
+    paths: list[Path],
+    out: Path,
+    spec: str | None,
+    certificates: bool,
+    workers: int | None,
+    operator: str | None,
+    bench: Path | None = None,
 ) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
     who = operator_name(operator)
     credential = bench_credential(home(), who) if certificates else None
-    order = batch.Order(paths, out, specs_for(spec), who, credential, workers)
+    order = batch.Order(
+        paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None
+    )
     with open_store() as store:
         report = batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))
-        stdout.print("\n".join(reasons(report.units)), soft_wrap=True)
+        print(*reasons(report.units), sep="\n")
     if report.unchanged:
         say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
     say(

@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from accept import batch, campaign, ledger, unit
+from accept.calibration import statement
 from accept.certificate import dossier_of, render
 from accept.certificate.signing import sign
 from accept.commands.batch import specs_for
@@ -13,15 +14,18 @@ from accept.exit import Exit, of_verdicts
 from accept.files import write_atomic
 from accept.home import home
 from accept.store import open_store
+from specs.bench import load_bench
 
 
 @clear_errors
-def run(folder: Path, out: Path, spec: str | None, operator: str | None) -> Exit:
+def run(folder: Path, out: Path, spec: str | None, operator: str | None, bench: Path | None = None) -> Exit:
     """Judge one unit, write its certificate to `out`, and store both events."""
     who = operator_name(operator)
     one = unit.read(folder)
     chosen = batch.spec_for(one, specs_for(spec))
-    result = campaign.judge_unit(one, chosen)
+    today = datetime.now(UTC).date()
+    stated = statement(load_bench(bench), chosen.checks, today) if bench else None
+    result = campaign.judge_unit(one, chosen, stated)
     unsigned = render(dossier_of(result, chosen, folder, who))
     credential = bench_credential(home(), who)
     with open_store() as store:

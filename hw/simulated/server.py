@@ -8,6 +8,7 @@ done here.
 import os
 import pty
 import select
+import termios
 import threading
 import time
 import tty
@@ -70,11 +71,20 @@ class Server:
         while not self._stop.is_set():
             ready, _, _ = select.select([self._master], [], [], LOOK_S)
             try:
+                self._stay_settable()
                 replies = self.device.feed(os.read(self._master, 4096)) if ready else self.device.unsolicited()
                 for reply in replies:
                     self._reply(reply)
             except OSError:  # the line was cut under our hands: as an instrument, carry on without it
                 self.device.unplugged()
+
+    def _stay_settable(self) -> None:
+        """A pseudo-terminal takes no parity, and setting it is an error when nothing else changes with it: so that the
+        same settings can be set again, its speed is always another one."""
+        attributes = termios.tcgetattr(self._slave)
+        if attributes[4] != termios.B50:
+            attributes[4] = attributes[5] = termios.B50
+            termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
 
     def _reply(self, reply: bytes) -> None:
         """Send a reply, or what a fault leaves of it; of an `ECHO_LOST` nothing is left."""

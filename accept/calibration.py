@@ -1,0 +1,95 @@
+"""What calibration stands behind a unit's findings: without a valid one a finding is conditional at best.
+
+The statement is plain data that travels in the result, so that a certificate can be judged again without the bench file.
+"""
+
+import datetime
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from checks.verdict import Finding, Verdict
+from specs.bench import Bench
+
+Statement = Mapping[str, Any]
+"""bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
+instrument that serves it: check, name, model, serial, certificate, due, problem (None: valid on that day)."""
+
+
+def statement(bench: Bench, checks: Iterable[str], on: datetime.date) -> Statement:
+    """What the bench file says about the instruments behind these checks, on a day."""
+    rows = [
+        {
+            "check": check,
+            "name": name,
+            "model": entry.model,
+            "serial": entry.serial,
+            "certificate": entry.calibration.certificate if entry.calibration else None,
+            "due": entry.calibration.due.isoformat() if entry.calibration else None,
+        }
+        for check in checks
+        for name, entry in bench.instruments.items()
+        if check in entry.measures
+    ]
+    return checked({"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows})
+
+
+def checked(given: Statement) -> Statement:
+    """A statement with the problem of every row found anew from its dates. Raises ValueError, KeyError or TypeError for
+    one that is none."""
+    on = datetime.date.fromisoformat(given["on"])
+    return {**given, "instruments": [{**row, "problem": _problem(row, on)} for row in given["instruments"]]}
+
+
+def _problem(row: Mapping[str, Any], on: datetime.date) -> str | None:
+    who = f"{row['name']}{' ' + row['serial'] if row['serial'] else ''}"
+    if row["due"] is None or not row["certificate"]:
+        return f"the calibration of {who} is unknown"
+    if not row["serial"]:
+        return f"{who} has no serial number in the bench file, so no calibration is its own"
+    due = datetime.date.fromisoformat(row["due"])
+    return f"the calibration of {who} ({row['certificate']}) expired on {due}" if on > due else None
+
+
+def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
+    """Check -> why its calibration does not hold. A check without any instrument in the bench file is one of them."""
+    found = {}
+    for check in checks:
+        rows = [row for row in given["instruments"] if row["check"] == check]
+        bad = [row["problem"] for row in rows if row["problem"]]
+        if not rows:
+            bad = ["the bench file names no instrument for it: its calibration is unknown"]
+        if bad:
+            found[check] = "; ".join(bad)
+    return found
+
+
+def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
+    """Findings with every pass of a check whose calibration does not hold made conditional, and the reason added to
+    all that have a value."""
+    return [_downgraded(finding, wrong.get(finding.check)) for finding in findings]
+
+
+def _downgraded(finding: Finding, why: str | None) -> Finding:
+    if why is None or finding.verdict is Verdict.NO_RESULT:
+        return finding
+    reason = f"{finding.reason}; {why}" if finding.reason else why
+    verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
+    return replace(finding, verdict=verdict, reason=reason)
+
+
+def notes(given: Statement) -> list[str]:
+    """A line for the certificate per instrument."""
+    lines = []
+    for row in given["instruments"]:
+        who = " ".join(word for word in (row["model"], row["serial"]) if word) or "no serial number"
+        words = row["problem"] or f"certificate {row['certificate']}, valid to {row['due']}"
+        lines.append(f"{row['check']}: {row['name']} ({who}): {words}")
+    return lines
+
+
+def same(one: Statement | None, other: Statement | None) -> bool:
+    """Whether two statements say the same, but for the day on which they were made."""
+    if one is None or other is None:
+        return one is other
+    return {**one, "on": ""} == {**other, "on": ""}

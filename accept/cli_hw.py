@@ -1,0 +1,87 @@
+"""`accept hw`, `accept recall` and `accept simulate bench`: thin."""
+
+import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.cli_simulate import app as simulate_app
+
+app = typer.Typer(help="Instruments on the bench.", no_args_is_help=True)
+
+Bench = Annotated[Path | None, typer.Option("--bench", help="bench.toml; else the one in ACCEPT_HOME.")]
+Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
+
+
+@app.command("list")
+def hw_list(bench: Bench = None) -> None:
+    """The instruments of the bench file, with port and calibration, and the serial ports that are there."""
+    from accept.commands import hw as command
+
+    raise typer.Exit(command.show_list(bench))
+
+
+@app.command("test")
+def hw_test(
+    names: Annotated[list[str] | None, typer.Argument(help="Instruments by their names; else all.")] = None,
+    bench: Bench = None,
+) -> None:
+    """Ask every instrument who it is and for one reading; exit 5 with the reason where one does not answer."""
+    from accept.commands import hw as command
+
+    raise typer.Exit(command.test(bench, names or []))
+
+
+@app.command("measure")
+def hw_measure(
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    section: Annotated[str, typer.Argument(help="flatness, capacitance or stroke.")],
+    bench: Bench = None,
+    begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
+    dwell: Annotated[float | None, typer.Option(min=0.1, help="The rig plays the voltage, so long a step [s].")] = None,
+    operator: Operator = None,
+) -> None:
+    """Measure one section of a unit with the bench's instrument for it."""
+    from accept.commands import hw as command
+
+    raise typer.Exit(command.measure(unit, section, bench, begin, dwell, operator))
+
+
+@app.command("pickup")
+def hw_pickup(
+    watched: Annotated[Path, typer.Argument(help="Folder into which the rig writes its records.")],
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    section: Annotated[str, typer.Argument(help="Section of unit.toml, such as frf.")],
+    name: Annotated[str, typer.Argument(help="The record's name there, such as low.")],
+    wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
+    old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
+    operator: Operator = None,
+) -> None:
+    """Copy the next complete record of the rig into a unit folder; the original stays untouched."""
+    from accept.commands import hw as command
+
+    raise typer.Exit(command.pickup(watched, unit, section, name, wait, old, operator))
+
+
+@simulate_app.command("bench")
+def simulate_bench(
+    unit: Annotated[Path, typer.Option(help="Unit folder whose values the instruments measure.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    seconds: Annotated[float | None, typer.Option(min=0.0, help="End by itself after so long [s].")] = None,
+) -> None:
+    """Simulated instruments on pseudo-terminals: prints the ports and a ready bench.toml, runs until stopped."""
+    from accept.commands import simulate_bench as command
+
+    raise typer.Exit(command.run(unit, out, seed, seconds))
+
+
+def recall(
+    instrument: Annotated[str, typer.Option(help="Serial number of the instrument.")],
+    since: Annotated[datetime.datetime, typer.Option(formats=["%Y-%m-%d"], help="First day, UTC.")],
+) -> None:
+    """Every unit that an instrument touched since a day, from the event store."""
+    from accept.commands import recall as command
+
+    raise typer.Exit(command.run(instrument, since.date()))
