@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,7 +15,7 @@ from accept.world import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
 from hw.simulated import Fault, FaultKind, Stage
-from specs.bench import InstrumentEntry, LineEntry
+from specs.bench import InstrumentEntry, LineEntry, parse_bench
 from tests.simbench import simulated_bench
 from tests.test_pickup import stroke_bytes
 from tests.units import make_unit
@@ -186,3 +187,11 @@ def test_every_driver_opens():
     for driver, given in settings.items():
         entry = InstrumentEntry(driver=driver, measures=[], settings=given, link=LINE)
         assert open_instrument("x", entry, input).unit in ("m", "F")
+
+
+def test_the_bench_file_of_the_documentation_is_one():
+    page = (Path(__file__).parent.parent / "docs" / "instruments.md").read_text()
+    bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/instruments.md")
+    for name, entry in bench.instruments.items():
+        if entry.driver != "offline":
+            open_instrument(name, entry, input)

@@ -3,6 +3,8 @@
 import signal
 import tempfile
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
@@ -18,9 +20,8 @@ BYTE_S = 0.0005  # about 19200 baud
 def run(unit: Path, out: Path | None, seed: int, seconds: float | None) -> Exit:
     """Run simulated instruments that measure a unit, until stopped or for `seconds`; prints the ports."""
     world = world_of(unit)
-    stop = threading.Event()
-    _stop_on_signal(stop)
     with (
+        _stopped_by_signal() as stop,
         tempfile.TemporaryDirectory(prefix="accept-bench-") as temporary,
         SimulatedBench(world, out or Path(temporary), seed=seed, byte_s=BYTE_S) as bench,
     ):
@@ -32,12 +33,19 @@ def run(unit: Path, out: Path | None, seed: int, seconds: float | None) -> Exit:
     return Exit.ACCEPTED
 
 
-def _stop_on_signal(stop: threading.Event) -> None:
-    """End in good order, so that no link to a dead port stays; only a program's main thread may ask for signals."""
+@contextmanager
+def _stopped_by_signal() -> Iterator[threading.Event]:
+    """Set by Ctrl-C or a request to end, so that no link to a dead port stays; the handlers before come back after.
+    Only a program's main thread may ask for signals."""
+    stop = threading.Event()
 
     def handler(number: int, frame: FrameType | None) -> None:
         stop.set()
 
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, handler)
+    mine = threading.current_thread() is threading.main_thread()
+    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)} if mine else {}
+    try:
+        yield stop
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
