@@ -173,6 +173,19 @@ def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of 
     raise typer.Exit(command.log(serial))
 
 
+@app.command("run")
+def run_workflow(
+    unit: Annotated[str | None, typer.Argument(help="Serial to begin with; else it is typed or scanned.")] = None,
+    spec: SpecOption = None,
+    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None,
+    operator: Operator = None,
+) -> None:
+    """The guided workflow at the bench: step by step to the signed certificate."""
+    from accept.commands import run as command
+
+    raise typer.Exit(command.run(unit, spec, records, operator))
+
+
 def main() -> None:
     """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
     try:

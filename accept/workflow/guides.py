@@ -8,7 +8,7 @@ from checks.declare import Check, Form, Series, Table
 
 @dataclass(frozen=True)
 class Guide:
-    """words: two sentences. picture: lines of a drawing, at most 34 columns wide; "" for none."""
+    """words: two sentences. picture: lines of a drawing, at most 33 columns wide; "" for none."""
 
     words: str
     picture: str = ""
@@ -36,13 +36,13 @@ _CAPACITANCE = """\
    first 1 alone, then 2 with 3"""
 
 _STROKE = """\
-        ▼ gauge
-     ┌──┴──┐
-     │ top │      record 1   record 2
-   ┌─┴─────┴─┐    1 ─ amp    1 ─ short
-   │ 1  2  3 │    2 ─ short  2 ┐ amp
-   └─┬─────┬─┘    3 ─ short  3 ┘
-     └─────┘      -20 V .. 150 V"""
+      ▼ gauge
+   ┌──┴──┐    record 1   record 2
+   │ top │    1 ─ amp    1 ─ short
+ ┌─┴─────┴─┐  2 ─ short  2 ┐ amp
+ │ 1  2  3 │  3 ─ short  3 ┘
+ └─┬─────┬─┘
+   └─────┘      -20 V ... 150 V"""
 
 _STIFFNESS = """\
       6.4 kg  ┌───┐  on at 15 s
@@ -69,13 +69,13 @@ _HIGHPASS = """\
      └───┴── 0 V   2 without"""
 
 _SPURIOUS = """\
-  side, x bending   above
-   hit ─▶┌───┐      ┌─────────┐
-         │top│◀─ o  │ hit ● ──┼─ top
-     ┌───┴───┴───┐  │         │
- left│    APA    │  │◀ hit    │ left
-     └───┬───┬───┘  └─────────┘
-      ═══╧═══╧═══   o vibrometer
+  side view           from above
+      ┌───┐          ┌──────────┐
+ hit ▶│top│◀ o       │  hit ● top
+  ┌───┴───┴───┐      │          │
+  │    APA    │   ▶ hit left    │
+  └───┬───┬───┘      └──────────┘
+   ═══╧═══╧═══       o vibrometer
    10 single hits, no double hits"""
 
 _FRF = """\

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from accept.workflow.guides import Guide, guide_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form, Input, Scalar
+from checks.declare import Check, Form, Input, Scalar, Series, Table
 from specs import CheckSpec, Spec
 
 
@@ -29,8 +29,10 @@ class Step:
         return self.asked.required
 
     def form(self, name: str | None) -> Form:
-        """The form of that name, else the first."""
-        return next((form for form in self.check.forms if form.name == name), self.check.forms[0])
+        """The form of that name, else the first that needs no file, else the first."""
+        named = [form for form in self.check.forms if form.name == name]
+        typed = [form for form in self.check.forms if not has_files(form)]
+        return (named or typed or list(self.check.forms))[0]
 
     def form_with(self, declared: str) -> Form:
         """The first form that holds an input of this name."""
@@ -40,6 +42,10 @@ class Step:
 def steps_of(spec: Spec) -> tuple[Step, ...]:
     """A step per check, in the order of the spec."""
     return tuple(Step(CHECKS[name], asked, guide_of(CHECKS[name])) for name, asked in spec.checks.items())
+
+
+def has_files(form: Form) -> bool:
+    return any(isinstance(i, Series | Table) for i in form.inputs)
 
 
 def is_needed(declared: Input) -> bool:

@@ -1,0 +1,1 @@
+"""The screens of the guided workflow: they show and ask, `accept.workflow` and `accept.campaign` decide."""

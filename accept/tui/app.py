@@ -1,0 +1,84 @@
+"""The application: which screen follows which. It is on the screen before the physics is imported."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.app import App
+from textual.binding import Binding, BindingType
+
+from accept.tui.help import Help
+from accept.tui.start import Begin, Given, Start
+
+if TYPE_CHECKING:
+    from accept.workflow.bench import Bench
+    from accept.workflow.session import Session
+
+
+@dataclass
+class Done:
+    """What this run has come to, for the exit code."""
+
+    verdicts: dict[str, str] = field(default_factory=dict)
+
+
+class BenchApp(App[None]):
+    """load: opens the bench, in a thread, while the first screen is shown already."""
+
+    TITLE = "accept"
+    CSS_PATH = "style.tcss"
+    ENABLE_COMMAND_PALETTE = False
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]  # noqa: RUF012 - declared so by textual
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
+    ]
+
+    def __init__(self, load: "Callable[[], Bench]", given: Given | None = None) -> None:
+        super().__init__()
+        self.load, self.given, self.done = load, given or Given(), Done()
+        self.session: Session | None = None
+        self.bench: Bench | None = None
+
+    def on_mount(self) -> None:
+        self.show_start()
+
+    def show_start(self) -> None:
+        """The start screen, with what is proposed for the next unit."""
+        self.push_screen(Start(self.load, self.bench, self.given), self._begun)
+
+    def _begun(self, begin: Begin | None) -> None:
+        """The start screen is left with a unit that is open."""
+        if begin is None:
+            self.exit()
+            return
+        from accept.tui.steps import Steps  # the checks are imported by now, in the thread that opened the bench
+
+        self.bench, self.session = begin.bench, begin.session
+        self.given = Given(begin.session.operator, "", begin.session.spec.kind)
+        self.push_screen(Steps(begin.bench, begin.session), self._left)
+
+    def _left(self, _: bool | None) -> None:
+        """A unit is left, finished or not; the next one may come."""
+        self.close_unit()
+        self.show_start()
+
+    def close_unit(self) -> None:
+        """Let go of the unit, and note how far it came."""
+        if self.session is not None:
+            attempt = self.session.run.attempt
+            if attempt is not None:
+                self.done.verdicts[self.session.serial] = attempt.verdict or "incomplete"
+            self.session.close()
+            self.session = None
+
+    def action_help(self) -> None:
+        screen = self.screen
+        if not isinstance(screen, Help):
+            keys = "\n".join(
+                f"  {self.get_key_display(b.binding):<12}{b.binding.description}"
+                for b in screen.active_bindings.values()
+                if b.binding.description and b.binding.show
+            )
+            told = getattr(screen, "help_text", None)
+            words = told() if callable(told) else "Enter goes on, Esc goes back."
+            self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}"))

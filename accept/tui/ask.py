@@ -1,0 +1,52 @@
+"""A question in front of the screen: one or more lines, answered or left with Escape."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Input, Label
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line to type. secret: not shown."""
+
+    label: str
+    secret: bool = False
+    value: str = ""
+
+
+class Ask(ModalScreen[list[str] | None]):
+    """Dismisses with what was typed, None after Escape."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "leave", "Leave"),
+        Binding("up", "app.focus_previous", show=False),
+    ]
+
+    def __init__(self, title: str, words: str, lines: Sequence[Line]) -> None:
+        super().__init__()
+        self._title, self._words, self._lines = title, words, lines
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog"):
+            yield Label(self._title, classes="title", markup=False)
+            yield Label(self._words, classes="words", markup=False)
+            for line in self._lines:
+                yield Label(line.label, markup=False)
+                yield Input(line.value, password=line.secret, compact=True, max_length=2000)
+            yield Label("Enter: next, then done    Esc: leave", classes="quiet")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        fields = list(self.query(Input))
+        if event.input is fields[-1]:
+            self.dismiss([field.value for field in fields])
+        else:
+            self.focus_next()
+
+    def action_leave(self) -> None:
+        self.dismiss(None)

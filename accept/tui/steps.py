@@ -1,0 +1,138 @@
+"""The list of steps of a unit: what is done, what it showed, what comes next."""
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable, Footer, Label, Static
+
+from accept.store import Event
+from accept.tui.findings import COLOURS
+from accept.tui.notes import ask_note
+from accept.tui.step import StepScreen
+from accept.tui.strip import numbers
+from accept.tui.summary import Summary
+from accept.tui.working import Working
+from accept.workflow.bench import Bench
+from accept.workflow.section import missing
+from accept.workflow.session import Session
+from accept.workflow.status import Status, next_step
+from accept.workflow.steps import Step
+
+
+class Steps(Working[bool]):
+    """Dismisses True when the next unit is wanted, False when this one is left as it is."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f5", "note", "Note"),
+        Binding("ctrl+z,u", "undo", "Undo"),
+        Binding("f9,s", "summary", "Summary"),
+        Binding("escape", "leave", "Other unit"),
+    ]
+
+    def __init__(self, bench: Bench, session: Session) -> None:
+        super().__init__()
+        self.bench, self.session = bench, session
+
+    def compose(self) -> ComposeResult:
+        attempt = self.session.attempt
+        spec = self.session.spec
+        words = f"{self.session.serial}  attempt {attempt.number}  ·  {spec.title}  ·  {self.session.operator}"
+        yield Label(words, classes="title", markup=False)
+        yield DataTable(id="steps", cursor_type="row", zebra_stripes=True)
+        yield Static("", id="detail", markup=False)
+        yield Label("", id="status")
+        yield Footer(compact=True)
+
+    def on_mount(self) -> None:
+        table = self.query_one(DataTable)
+        table.add_column("", key="mark", width=1)
+        table.add_column("step", key="title", width=32)
+        table.add_column("status", key="status", width=11)
+        table.add_column("what it showed, what is missing", key="more")
+        for step in self.session.steps:
+            table.add_row("", step.title, "", "", key=step.name)
+        self._show()
+        self._stand_at_next()
+        self.say("Enter opens a step")
+
+    def on_screen_resume(self) -> None:
+        self._show()
+
+    def _show(self) -> None:
+        table = self.query_one(DataTable)
+        if not table.row_count:
+            return
+        for step in self.session.steps:
+            status = self.session.status(step)
+            colour = COLOURS[status]
+            required = "" if step.required else " (not required)"
+            table.update_cell(step.name, "mark", Text(status.mark, colour))
+            table.update_cell(step.name, "title", Text(step.title + required))
+            table.update_cell(step.name, "status", Text(status.word, colour))
+            table.update_cell(step.name, "more", Text(self._more(step, status), "dim"), update_width=True)
+
+    def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
+        """The whole of what a narrow table cuts off."""
+        step = self.session.steps[event.cursor_row]
+        more = self._more(step, self.session.status(step))
+        self.query_one("#detail", Static).update(f"{step.title}{': ' if more else ''}{more}")
+
+    def _more(self, step: Step, status: Status) -> str:
+        judgement = self.session.judgement(step.name)
+        state = self.session.state(step.name)
+        notes = " ✎" if state.notes else ""
+        if status is Status.NOT_DONE:
+            return f"measure again: {state.reasons[-1]}{notes}" if state.reasons else notes
+        if judgement is None or status is Status.TAKEN:
+            wanted = ", ".join(i.label for i in missing(step, state))
+            return (f"missing: {wanted}" if wanted else "to be judged") + notes
+        worst = [f for f in judgement.findings if f["verdict"] != "pass"] or list(judgement.findings)
+        return ", ".join(f["quantity"] if f["value"] is None else numbers(f) for f in worst[:2]) + notes
+
+    def _stand_at_next(self) -> None:
+        step = next_step(self.session.steps, self.session.attempt.steps)
+        table = self.query_one(DataTable)
+        if step is not None:
+            table.move_cursor(row=table.get_row_index(step.name))
+
+    def _current(self) -> Step:
+        return self.session.steps[self.query_one(DataTable).cursor_row]
+
+    def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
+        self.app.push_screen(StepScreen(self.bench, self.session, str(event.row_key.value)), self._back)
+
+    def _back(self, _: bool | None) -> None:
+        self._show()
+        self._stand_at_next()
+
+    def action_note(self) -> None:
+        step = self._current()
+        ask_note(self, self.session, step, self._noted)
+
+    def _noted(self, event: Event) -> None:
+        self._show()
+        self.say(f"note kept as event {event.seq}", "good")
+
+    def action_undo(self) -> None:
+        self.send(self.session.undo, self._undone, "undoing")
+
+    def _undone(self, event: Event) -> None:
+        self._show()
+        self.say(f"the last entry is undone (event {event.seq}); both stay in the record", "good")
+
+    def action_summary(self) -> None:
+        self.app.push_screen(Summary(self.bench, self.session), self._summed)
+
+    def _summed(self, finished: bool | None) -> None:
+        self._show()
+        if finished:
+            self.dismiss(True)
+
+    def action_leave(self) -> None:
+        self.dismiss(False)
+
+    def help_text(self) -> str:
+        marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
+        return f"Do the steps in any order; the cursor stands at the first that is not complete.\n\n{marks}"

@@ -1,0 +1,63 @@
+"""A value in place inside its limits, drawn in one line of characters."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE = "·", "─", "┃", "━", "●"
+_MARGIN = 0.35  # of the zone's width, shown on either side of it
+
+
+def strip(value: float | None, U: float | None, lower: float | None, upper: float | None, width: int) -> str:
+    """`width` characters: zone between the limits, the value in it and what U spans. A value beyond the ends stands at
+    the end as an arrow. Without a value only the zone."""
+    lo, hi = _ends(value, lower, upper)
+    cells = [_zone(lo + (hi - lo) * (i + 0.5) / width, lower, upper) for i in range(width)]
+
+    def cell(x: float) -> int:
+        return math.floor(width * (x - lo) / (hi - lo))
+
+    for limit in (lower, upper):
+        if limit is not None:
+            cells[min(max(cell(limit), 0), width - 1)] = LIMIT
+    if value is not None and math.isfinite(value):
+        if U is not None and math.isfinite(U):
+            for i in range(max(cell(value - U), 0), min(cell(value + U), width - 1) + 1):
+                cells[i] = SPREAD if cells[i] != LIMIT else LIMIT
+        at = cell(value)
+        cells[min(max(at, 0), width - 1)] = VALUE if 0 <= at < width else ("◀" if at < 0 else "▶")
+    return "".join(cells)
+
+
+def _ends(value: float | None, lower: float | None, upper: float | None) -> tuple[float, float]:
+    """What the line spans: the zone and a margin; with one limit, from zero or to beyond the value."""
+    reach = abs(value) if value is not None and math.isfinite(value) else 0.0
+    if lower is not None and upper is not None:
+        margin = _MARGIN * (upper - lower)
+        return lower - margin, upper + margin
+    limit = upper if upper is not None else (lower or 0.0)
+    far = max(abs(limit) * (1 + _MARGIN), 1.1 * min(reach, 3 * abs(limit)), 1e-12)
+    return (0.0, far) if limit >= 0 else (-far, 0.0)
+
+
+def _zone(x: float, lower: float | None, upper: float | None) -> str:
+    return INSIDE if (lower is None or lower <= x) and (upper is None or x <= upper) else OUTSIDE
+
+
+def numbers(finding: Mapping[str, Any]) -> str:
+    """Value ± U unit, as many digits as U carries."""
+    value, U, unit = finding["value"], finding["U"], finding["unit"]
+    if value is None:
+        return f"no value {unit}"
+    if U is None:
+        return f"{value:.4g} {unit}, U unknown"
+    digits = max(0, 1 - math.floor(math.log10(U))) if U > 0 else 4
+    return f"{value:.{digits}f} ± {U:.{digits}f} {unit}"
+
+
+def limits(finding: Mapping[str, Any]) -> str:
+    """The limits in words."""
+    lower, upper = finding["lower"], finding["upper"]
+    if lower is None or upper is None:
+        return f"≤ {upper:g}" if upper is not None else f"≥ {lower:g}"
+    return f"{lower:g} … {upper:g}"

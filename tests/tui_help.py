@@ -1,0 +1,85 @@
+"""Driving the screens in tests: keys, and waiting until nothing runs any more; never a sleep."""
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from textual.pilot import Pilot
+from textual.widgets import Input, Label, Static
+
+from accept.tui.app import BenchApp
+from accept.tui.start import Given
+from accept.workflow.bench import Bench, open_bench
+
+NARROW, WIDE = (80, 24), (140, 40)
+HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the seed
+
+
+def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Bench]:
+    return lambda: open_bench(spec, records)
+
+
+@asynccontextmanager
+async def running(
+    load: Callable[[], Bench] | None = None, size: tuple[int, int] = NARROW, given: Given | None = None
+) -> AsyncIterator[Pilot[None]]:
+    app = BenchApp(load or loader(), given or Given("Ann"))
+    async with app.run_test(size=size) as pilot:
+        await settled(pilot)
+        yield pilot
+        await settled(pilot)
+        app.close_unit()
+
+
+async def settled(pilot: Pilot[None]) -> None:
+    """Until no screen has work running or waiting, and all messages are handled."""
+    while True:
+        await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
+        await pilot.pause()
+        if all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
+            return
+
+
+async def press(pilot: Pilot[None], *keys: str) -> None:
+    """Keys by name, each answered before the next."""
+    for key in keys:
+        await pilot.press(key)
+        await settled(pilot)
+
+
+async def type_line(pilot: Pilot[None], text: str) -> None:
+    """A line and Enter, as a scanner sends it."""
+    field = pilot.app.screen.focused
+    assert isinstance(field, Input)
+    field.insert_text_at_cursor(text)
+    await press(pilot, "enter")
+
+
+def words(pilot: Pilot[None], selector: str) -> str:
+    """What a label or static shows on the present screen."""
+    found = pilot.app.screen.query_one(selector)
+    assert isinstance(found, Label | Static)
+    return str(found.render())
+
+
+async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:
+    """From the start screen to the list of steps."""
+    await type_line(pilot, serial)
+    await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
+    assert type(pilot.app.screen).__name__ == "Steps"
+
+
+async def fill_basic(pilot: Pilot[None]) -> None:
+    """All steps of a good APA under spec apa-basic, from the list of steps back to it."""
+    for lines in ([HEIGHTS], ["4,99", "9.85 uF"], ["0.3655 mm"], ["1.75"]):
+        await press(pilot, "enter")
+        for line in lines:
+            await type_line(pilot, line)
+        await press(pilot, "escape")
+
+
+async def sign_first(pilot: Pilot[None]) -> None:
+    """On the summary: make the keys and sign with them."""
+    await press(pilot, "f2")
+    for line in ("correct horse", "correct horse", "battery staple"):
+        await type_line(pilot, line)
