@@ -1,0 +1,137 @@
+"""The misalignment of a strut's APA from the joints' axis, by the responses of encoder and interferometer.
+
+The table of the ratio de / da says where to begin; from there the misalignment is fitted together with every uncertain
+parameter of the strut and with the gain, delay and slow fall of the drive, which leaves the ratio to tell. An answer
+that the data or the model do not carry is none: `Estimate.reason` says why.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from checks.model.dataset import Dataset
+from checks.model.drive import DRIVE, Driven
+from checks.model.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
+from checks.model.lookup import DX_MAX_UM, DY_MAX_UM, Table
+from checks.model.misalign_gates import reason
+from checks.model.misalignment import DX, DY, Along, Estimate
+from checks.model.model import Model
+from checks.model.softened import is_rough, softened
+from checks.model.superelement import ModelError
+
+CHANNELS = ("de", "da")
+F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
+F_HI_ROUGH = 700.0  # a rough model's modes hold to here (`frame_identify` places them up to 709 Hz)
+COVERAGE = 2.0  # U = 2 u
+DRAWS = 6  # more starts, where one is not enough
+POLISHINGS = 4
+
+
+def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None = None) -> Estimate:
+    """Misalignment from responses with the channels de and da, judged on a second realisation where there is one.
+
+    The tolerance is the model's. Raises ModelError for a model without encoder, RecordError for a missing channel."""
+    rough = softened(model)
+    f_hi = F_HI_ROUGH if is_rough(model) else F_HI
+    first, second = (_prepared(d, model, f_hi) for d in (data, repeat))
+    if first is None:
+        raise ModelError("no responses were given")
+    places = table.query(first)
+    at = _of_damping(rough, "modal") or rough
+    solutions = _solutions(at, first, places.minima())
+    found = solutions[0]
+    if at.damping == "modal":
+        full = replace(rough, damping="full")
+        coupled = _with_full_damping(full, found)
+        found, at = (found, at) if coupled is None else (coupled, full)
+    spread = model.tolerance if is_rough(model) else 0.0
+    result = Estimate(
+        dx=_along(found, DX, spread),
+        dy=_along(found, DY, spread),
+        model=at,
+        fit=found,
+        others=_alike(solutions),
+        map=places,
+        data=first,
+        repeat=second,
+    )
+    return replace(result, reason=reason(result))
+
+
+def _prepared(data: Dataset | None, model: Model, f_hi: float) -> Dataset | None:
+    return None if data is None else replace(data.select(CHANNELS).band(F_LO, f_hi), tolerance=model.tolerance)
+
+
+def free_parameters(model: Model, dx: float, dy: float) -> list[Free]:
+    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive."""
+    own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
+    places = [
+        replace(p, lo=-most, hi=most, start=at, scale=most / 4)
+        for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), (DX_MAX_UM, DY_MAX_UM), strict=True)
+    ]
+    return [*free_of(model, own), *DRIVE, *places]
+
+
+def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
+    """Fits from every start, the best first. Where none explains the data, a resonance may have been taken for another
+    or for none: then once more, from draws of the strut's parameters."""
+    free = [free_parameters(model, dx, dy) for dx, dy in starts]
+    found = sorted((fit(Driven(model), data, f) for f in free), key=lambda f: f.cost)
+    if not (found[0].converged and found[0].cost < data.H.size):  # half the sum of squares of twice as many numbers
+        found.append(fit(Driven(model), data, free[0], starts=1 + DRAWS, seed=1))
+    return sorted(found, key=lambda f: f.cost)
+
+
+def _with_full_damping(model: Model, quick: Fit) -> Fit | None:
+    """The fit with damping that couples the modes, where it explains the data better than real modes do.
+
+    Whether it would is found by Gauss-Newton steps with the derivatives of the real modes, which cost next to nothing:
+    the two forms differ by little, and what they differ by is in the residual."""
+    data = quick.datasets[0]
+    free, x = quick.free, quick.values
+    weight = np.array([1.0 / p.sd for p in free])
+    prior = np.array([p.prior for p in free])
+    D = Driven(replace(model, damping="modal")).jacobian(data.f, quick.names, quick.at, data.channels)
+    J = np.vstack([data.whitener(D).T, -np.diag(weight)])
+    best, at = quick.cost, quick.at
+    for _ in range(POLISHINGS):
+        values = dict(zip(quick.names, (float(v) for v in x), strict=True))
+        white = data.whitener(data.H - Driven(model).frf(data.f, values, data.channels))
+        r = np.concatenate([white, (x - prior) * weight])
+        cost = 0.5 * float(r @ r)
+        if cost < best:
+            best, at = cost, values
+        x = np.clip(x + np.linalg.lstsq(J, r)[0], [p.lo for p in free], [p.hi for p in free])
+    if not best < quick.cost:
+        return None
+    return fit(Driven(model), quick.datasets[0], [replace(p, start=at[p.name]) for p in free])
+
+
+def _of_damping(model: Model, damping: str) -> Model | None:
+    """The model with another form of damping, or None where it cannot have it."""
+    other = replace(model, damping=damping)
+    try:
+        other.modal()
+    except ModelError:
+        return None
+    return other
+
+
+def _along(found: Fit, name: str, spread: float) -> Along:
+    """Value and U; spread: of a rough model's sensitivity, relative: it scales all misalignments alike."""
+    value = found.at[name]
+    return Along(value, COVERAGE * float(np.hypot(found.sds[name], spread * value)))
+
+
+def _alike(solutions: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
+    """Places of the solutions that are no worse than the best beyond doubt, and are not the same place."""
+    best = solutions[0]
+    i = [best.names.index(n) for n in (DX, DY)]
+    inverse = np.linalg.inv(best.cov[np.ix_(i, i)])
+    out = []
+    for s in solutions[1:]:
+        apart = s.values[i] - best.values[i]
+        if s.cost - best.cost < BEYOND_DOUBT and apart @ inverse @ apart > 3.0**2:
+            out.append((s.at[DX], s.at[DY]))
+    return tuple(out)

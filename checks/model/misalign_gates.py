@@ -1,0 +1,120 @@
+"""When an estimated misalignment is no answer, in words."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy import stats
+
+from checks.model.dataset import Dataset
+from checks.model.drive import Driven
+from checks.model.fit import Fit
+from checks.model.goodness import gaps
+from checks.model.lookup import DX_MAX_UM, DY_MAX_UM
+from checks.model.misalignment import Estimate
+from checks.model.model import Complex
+from checks.model.superelement import Array
+from specs.units import unit_of
+
+FALSE_ALARM = 1e-3  # of every kind of gate, over all that it looks at
+KNOWN = 0.25  # relative noise of the ratio beyond which a bin tells nothing
+ZERO = 0.05  # a ratio below this is at a zero, where relative noise says nothing
+FROM_HZ, TO_HZ = 60.0, 650.0  # a misalignment shows between; above, da fades
+GAP = 0.05  # of f, between bins that tell something: wider than this a mode could hide in it
+BANDS_HZ = (10.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0)  # about the modes at 86, 190, 280, 400, 840
+
+
+def reason(found: Estimate) -> str | None:
+    """Why the estimate is no answer; None when it is one."""
+    return next(_reasons(found), None)
+
+
+def _reasons(found: Estimate) -> Iterator[str]:
+    for data in (found.data, found.repeat):
+        if data is not None:
+            yield from missing_bands(data)
+            yield from _turned(data)
+    if not found.fit.converged:
+        yield f"the fit did not converge ({found.fit.message})"
+    yield from _inadequate(found)
+    yield from _outside_priors(found.fit)
+    yield from _at_the_edge(found)
+    for dx, dy in found.others:
+        yield (
+            f"two places explain the data alike: dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um and "
+            f"dx {dx:.0f}, dy {dy:.0f} um"
+        )
+
+
+def ratio_noise(data: Dataset) -> Array:
+    """(F,) noise of de - R da over the size of R da, R = de / da: channels de, da, correlated as they are."""
+    de, da = data.H.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        R = de / da
+        var = data.noise[:, 0] + np.abs(R) ** 2 * data.noise[:, 1] - 2.0 * (R.conj() * data.cov[:, 0, 1]).real
+        relative = np.sqrt(np.maximum(var, 0.0)) / (np.maximum(np.abs(R), ZERO) * np.abs(da))
+    return np.asarray(np.where(np.isfinite(relative), relative, np.inf))
+
+
+def missing_bands(data: Dataset) -> Iterator[str]:
+    """A sentence when bins that tell something are too far apart anywhere."""
+    f = data.f[ratio_noise(data) < KNOWN]
+    f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < TO_HZ)], [TO_HZ]])
+    wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b / a - 1.0 > GAP]
+    if wide:
+        more = f" and {len(wide) - 2} more" if len(wide) > 2 else ""
+        yield f"{data.name}: the ratio de / da is not known from {', '.join(wide[:2])}{more}"
+
+
+def _turned(data: Dataset) -> Iterator[str]:
+    low = data.band(BANDS_HZ[0], BANDS_HZ[1])
+    if low.f.size and float(np.median((low.H[:, 0] * low.H[:, 1].conj()).real)) < 0.0:
+        yield f"{data.name}: de moves against da below the resonance: polarity turned, or channels exchanged"
+
+
+def _inadequate(found: Estimate) -> Iterator[str]:
+    """The worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
+    data, fitted = (found.data, len(found.fit.names)) if found.repeat is None else (found.repeat, 0)
+    response = Driven(found.model)
+    H = response.frf(data.f, found.fit.at, data.channels)
+    expected = replace(data.around(H), cov=data.cov + _unknown(found, data))
+    bands = [(lo, hi) for lo, hi in pairwise(BANDS_HZ) if ((data.f >= lo) & (data.f < hi)).any()]
+    worst = (FALSE_ALARM / (len(bands) * len(data.channels)), "")
+    for lo, hi in bands:
+        inside = (data.f >= lo) & (data.f < hi)
+        lost = fitted // len(bands)
+        for channel, gap in gaps([expected.at(inside)], [(data.H - H)[inside]], lost).items():
+            if not gap.p > worst[0]:
+                what = "data that were not fitted" if found.repeat is not None else "the fitted data"
+                words = f"{channel} at {lo:.0f} to {hi:.0f} Hz: G = {gap.G:.3g} on {what}"
+                worst = gap.p, words
+    if worst[1]:
+        yield f"the model does not explain {worst[1]} (p = {worst[0]:.1g}); `accept gap` looks for what is missing"
+
+
+def _unknown(found: Estimate, data: Dataset) -> Complex:
+    """(F, C, C) covariance of the prediction that the fit leaves."""
+    J = Driven(found.model).jacobian(data.f, found.fit.names, found.fit.at, data.channels)
+    return np.asarray(np.einsum("pfc,pq,qfd->fcd", J, found.fit.cov, J.conj()))
+
+
+def _outside_priors(found: Fit) -> Iterator[str]:
+    """The parameter that had to leave what the model file allows, taking the number of parameters into account."""
+    known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
+    if not known:
+        return
+    p, value = max(known, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
+    z = (value - p.prior) / p.sd
+    if 2.0 * len(known) * stats.norm.sf(abs(z)) < FALSE_ALARM:
+        unit = unit_of(p.name)
+        yield (
+            f"the data fit only with {p.name} = {value:.4g} {unit}, where the model allows "
+            f"{p.prior:.4g} ± {p.sd:.2g} {unit} ({abs(z):.1f} standard deviations)"
+        )
+
+
+def _at_the_edge(found: Estimate) -> Iterator[str]:
+    for name, along, most in (("dx", found.dx, DX_MAX_UM), ("dy", found.dy, DY_MAX_UM)):
+        if not abs(along.value) + along.U <= most:
+            yield f"{name} = {along.value:.0f} ± {along.U:.0f} um reaches the edge of the table, {most:.0f} um"
