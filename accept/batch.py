@@ -44,9 +44,12 @@ class Order:
     bench: Bench | None = None
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
 
-    def calibration(self, kind: str) -> Statement | None:
-        """Of the instruments behind the checks of a kind, where a bench file is in use."""
-        return None if self.bench is None else calibration.statement(self.bench, self.specs[kind].checks, self.on)
+    def calibration(self, folder: UnitFolder) -> Statement | None:
+        """Of the instruments behind the checks of a unit, where a bench file is in use."""
+        if self.bench is None:
+            return None
+        stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on)
+        return calibration.checked(stated, folder.measured)
 
 
 @dataclass
@@ -153,7 +156,7 @@ def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str,
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
-    if not calibration.same(known.result.get("calibration"), order.calibration(folder.kind)):
+    if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
         return None
     if order.credential is None:
         return dict(known.result) | {"certificate": None}
@@ -173,7 +176,7 @@ def _sha256(path: Path) -> str | None:
 def _job(folder: UnitFolder, order: Order) -> Job:
     spec = order.specs[folder.kind]
     wanted = order.credential is not None
-    return Job(folder.path, spec.name, spec.text, order.operator, wanted, order.calibration(folder.kind))
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted, order.calibration(folder))
 
 
 def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:

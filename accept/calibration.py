@@ -1,6 +1,7 @@
 """What calibration stands behind a unit's findings: without a valid one a finding is conditional at best.
 
-The statement is plain data that travels in the result, so that a certificate can be judged again without the bench file.
+The statement is plain data that travels in the result, so that a certificate can be judged again without the bench
+file.
 """
 
 import datetime
@@ -13,11 +14,12 @@ from specs.bench import Bench
 
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
-instrument that serves it: check, name, model, serial, certificate, due, problem (None: valid on that day)."""
+instrument that serves it: check, name, model, serial, certificate, calibrated, due, and, once held against a unit,
+measured (the day that counts: when it was measured where the unit tells, else of judging) and problem (None: valid)."""
 
 
 def statement(bench: Bench, checks: Iterable[str], on: datetime.date) -> Statement:
-    """What the bench file says about the instruments behind these checks, on a day."""
+    """What the bench file says about the instruments behind these checks. on: the day of judging."""
     rows = [
         {
             "check": check,
@@ -25,30 +27,46 @@ def statement(bench: Bench, checks: Iterable[str], on: datetime.date) -> Stateme
             "model": entry.model,
             "serial": entry.serial,
             "certificate": entry.calibration.certificate if entry.calibration else None,
-            "due": entry.calibration.due.isoformat() if entry.calibration else None,
+            "calibrated": _iso(entry.calibration.calibrated if entry.calibration else None),
+            "due": _iso(entry.calibration.due if entry.calibration else None),
         }
         for check in checks
         for name, entry in bench.instruments.items()
         if check in entry.measures
     ]
-    return checked({"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows})
+    return {"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows}
 
 
-def checked(given: Statement) -> Statement:
-    """A statement with the problem of every row found anew from its dates. Raises ValueError, KeyError or TypeError for
-    one that is none."""
-    on = datetime.date.fromisoformat(given["on"])
-    return {**given, "instruments": [{**row, "problem": _problem(row, on)} for row in given["instruments"]]}
+def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
+    """A statement held against a unit: the day that counts and the problem of every row, found anew from its dates.
+
+    measured : check -> day on which the unit was measured. Raises ValueError, KeyError or TypeError for no statement.
+    """
+    today = datetime.date.fromisoformat(given["on"])
+    rows = []
+    for row in given["instruments"]:
+        day = measured.get(row["check"], today)
+        rows.append({**row, "measured": day.isoformat(), "problem": _problem(row, day, today)})
+    return {**given, "instruments": rows}
 
 
-def _problem(row: Mapping[str, Any], on: datetime.date) -> str | None:
+def _problem(row: Mapping[str, Any], day: datetime.date, today: datetime.date) -> str | None:
     who = f"{row['name']}{' ' + row['serial'] if row['serial'] else ''}"
     if row["due"] is None or not row["certificate"]:
         return f"the calibration of {who} is unknown"
     if not row["serial"]:
         return f"{who} has no serial number in the bench file, so no calibration is its own"
-    due = datetime.date.fromisoformat(row["due"])
-    return f"the calibration of {who} ({row['certificate']}) expired on {due}" if on > due else None
+    if day > today:
+        return f"it was measured on {day}, after the day of judging"
+    if day > datetime.date.fromisoformat(row["due"]):
+        return f"the calibration of {who} ({row['certificate']}) expired on {row['due']}, it was measured on {day}"
+    if row["calibrated"] and day < datetime.date.fromisoformat(row["calibrated"]):
+        return f"{who} was calibrated on {row['calibrated']} ({row['certificate']}), after it measured on {day}"
+    return None
+
+
+def _iso(day: datetime.date | None) -> str | None:
+    return None if day is None else day.isoformat()
 
 
 def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
@@ -92,4 +110,9 @@ def same(one: Statement | None, other: Statement | None) -> bool:
     """Whether two statements say the same, but for the day on which they were made."""
     if one is None or other is None:
         return one is other
-    return {**one, "on": ""} == {**other, "on": ""}
+    return _timeless(one) == _timeless(other)
+
+
+def _timeless(given: Statement) -> Statement:
+    rows = [{**row, "measured": ""} for row in given["instruments"]]
+    return {**given, "on": "", "instruments": rows}

@@ -76,7 +76,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
         notes += [f"{name}: {note}" for note in outcome.notes]
         panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
     if stated is not None:
-        stated = calibration.checked(stated)
+        stated = calibration.checked(stated, unit.measured)
         findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
         notes += calibration.notes(stated)
     return UnitResult(

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,8 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class UnitFolder:
-    """A unit as its folder states it. channels: our channel name -> the lab's name in its record files."""
+    """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
+    section -> the day on which it was measured, where the folder tells."""
 
     path: Path
     serial: str
@@ -67,6 +69,7 @@ class UnitFolder:
     parts: Mapping[str, str] = field(default_factory=dict)
     channels: Mapping[str, str] = field(default_factory=dict)
     sections: Mapping[str, Section] = field(default_factory=dict)
+    measured: Mapping[str, date] = field(default_factory=dict)
 
     def input_hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
@@ -120,9 +123,10 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
     parts = _strings(data, "parts", problems)
     channels = _strings(data, "channels", problems)
+    measured = _days(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in {"serial", "kind", "parts", "channels"}:
+        if name in {"serial", "kind", "parts", "channels", "measured"}:
             continue
         if name not in CHECKS:
             problems.append(f"[{name}] unknown section or key (known: {', '.join(CHECKS)})")
@@ -132,7 +136,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
             sections[name] = _section(CHECKS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
-    return UnitFolder(folder, serial, kind, text, parts, channels, sections)
+    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured)
 
 
 def _string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
@@ -153,6 +157,20 @@ def _strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str
     wrong = [k for k, v in table.items() if not isinstance(v, str)]
     problems.extend(f"[{key}] {k} = {table[k]!r}: expected text" for k in wrong)
     return {k: v for k, v in table.items() if k not in wrong}
+
+
+def _days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
+    """Days of `[measured]`, by section."""
+    table = data.get("measured", {})
+    if not isinstance(table, dict):
+        problems.append(f"measured = {table!r}: expected a section [measured]")
+        return {}
+    days = {name: day for name, day in table.items() if name in CHECKS and type(day) is date}
+    wrong = [
+        f"[measured] {k} = {v}: expected a section and a day, 2026-11-21" for k, v in table.items() if k not in days
+    ]
+    problems.extend(wrong)
+    return days
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> Section:

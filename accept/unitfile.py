@@ -1,6 +1,7 @@
 """Entries into `unit.toml`: comments and order stay, and nothing is written that could not be read back."""
 
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,8 @@ def begin(folder: Path, serial: str, kind: str) -> None:
 
 
 def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
-    """Put entries into a section. Entries there of another way of giving the data go; the file they name stays.
+    """Put entries into a section, and today (UTC) as the day on which it was measured. Entries there of another way of
+    giving the data go; the file they name stays.
 
     Raises UnitError when the result would not be a unit.
     """
@@ -39,6 +41,7 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
         del table[other]
     for name, value in entries.items():
         table[name] = _item(value)
+    document.setdefault("measured", tomlkit.table())[section] = datetime.now(UTC).date()
     _write(folder, tomlkit.dumps(document))
 
 

@@ -26,17 +26,24 @@ class LineEntry(Strict):
 
 
 class CalibrationEntry(Strict):
-    """certificate: its number. due: the last day on which it holds."""
+    """certificate: its number. calibrated: the first, due: the last day on which it holds."""
 
     certificate: Words
+    calibrated: datetime.date | None = None
     due: datetime.date
 
-    @field_validator("due", mode="before")
+    @field_validator("calibrated", "due", mode="before")
     @classmethod
-    def _a_day(cls, due: object) -> object:
-        if isinstance(due, datetime.datetime) or not isinstance(due, datetime.date):
-            raise ValueError(f"expected a date such as 2027-05-01, got {due!r}")
-        return due
+    def _a_day(cls, day: object) -> object:
+        if isinstance(day, datetime.datetime) or not isinstance(day, datetime.date):
+            raise ValueError(f"expected a date such as 2027-05-01, got {day!r}")
+        return day
+
+    @model_validator(mode="after")
+    def _in_order(self) -> "CalibrationEntry":
+        if self.calibrated is not None and self.calibrated > self.due:
+            raise ValueError(f"calibrated = {self.calibrated} is after due = {self.due}")
+        return self
 
 
 class InstrumentEntry(Strict):

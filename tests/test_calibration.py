@@ -58,6 +58,40 @@ def test_the_last_day_still_holds(tmp_path, due, verdict):
 
 
 @pytest.mark.parametrize(
+    ("day", "calibrated", "words"),
+    [
+        ("2026-01-01", None, None),  # measured while it held, judged after it expired
+        ("2026-06-02", None, "expired on 2026-06-01, it was measured on 2026-06-02"),
+        (None, None, "it was measured on 2026-11-21"),  # not told: the day of judging
+        ("2025-01-01", "2025-06-01", "was calibrated on 2025-06-01"),  # a new certificate does not reach back
+        ("2026-12-01", None, "after the day of judging"),
+    ],
+)
+def test_the_day_of_measuring_counts(tmp_path, day, calibrated, words):
+    text = bench_text(stroke="2026-06-01")
+    if calibrated:
+        text = text.replace("due = 2026-06-01", f"calibrated = {calibrated}, due = 2026-06-01")
+    folder = make_unit(tmp_path / "U")
+    if day:
+        with (folder / "unit.toml").open("a") as file:
+            file.write(f"[measured]\nstroke = {day}\n")
+    spec = campaign.load_spec("apa-basic")
+    stated = calibration.statement(parse_bench(text.encode(), "bench.toml"), spec.checks, TODAY)
+    reason = {f.quantity: f for f in campaign.judge_unit(unit.read(folder), spec, stated).findings}["stroke_um"].reason
+    assert reason is None if words is None else words in reason
+
+
+@pytest.mark.parametrize(
+    "line", ['stroke = "2026-01-01"', "stroke = 2026-01-01T10:00:00", "strok = 2026-01-01", "stroke = 1"]
+)
+def test_days_that_are_none(tmp_path, line):
+    folder = make_unit(tmp_path / "U")
+    (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + f"[measured]\n{line}\n")
+    with pytest.raises(unit.UnitError, match="measured"):
+        unit.read(folder)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ('calibration = { certificate = "C-i_stroke", due = 2099-01-01 }', "", "is unknown"),

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -165,6 +166,7 @@ def test_entries_replace_another_way_of_giving_the_data(tmp_path):
     text = (folder / "unit.toml").read_text()
     assert text.startswith("# kept")
     assert tomllib.loads(text)["stroke"] == {"one_stack": "a.mat", "two_stacks": "b.mat"}
+    assert abs((unit.read(folder).measured["stroke"] - datetime.now(UTC).date()).days) <= 1  # run at midnight
 
 
 def test_nothing_unreadable_is_written(tmp_path):
