@@ -10,6 +10,8 @@ from accept.cli_excite import app as excite_app
 from accept.cli_gap import gap
 from accept.cli_hw import app as hw_app
 from accept.cli_hw import recall
+from accept.cli_misalign import app as lookup_app
+from accept.cli_misalign import misalign
 from accept.cli_model import app as model_app
 from accept.cli_simulate import app as simulate_app
 from accept.exit import Exit
@@ -30,6 +32,7 @@ app.add_typer(keys_app, name="keys")
 app.add_typer(store_app, name="store")
 app.add_typer(excite_app, name="excite")
 app.add_typer(model_app, name="model")
+app.add_typer(lookup_app, name="lookup")
 app.add_typer(simulate_app, name="simulate")
 app.add_typer(hw_app, name="hw")
 
@@ -37,6 +40,7 @@ app.command()(frf)
 app.command()(compare)
 app.command()(recall)
 app.command()(gap)
+app.command()(misalign)
 
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
@@ -177,13 +181,16 @@ def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of 
 def run_workflow(
     unit: Annotated[str | None, typer.Argument(help="Serial to begin with; else it is typed or scanned.")] = None,
     spec: SpecOption = None,
+    bench: BenchOption = None,
     records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None,
+    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None,
     operator: Operator = None,
 ) -> None:
     """The guided workflow at the bench: step by step to the signed certificate."""
     from accept.commands import run as command
 
-    raise typer.Exit(command.run(unit, spec, records, operator))
+    raise typer.Exit(command.run(command.Wanted(unit, spec, bench, records, operator, training, seed)))
 
 
 def main() -> None:

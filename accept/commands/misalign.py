@@ -1,0 +1,63 @@
+"""`accept misalign`: where the APA sits between its joints, with its uncertainty, or why that cannot be said."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from accept.commands.model import DEFAULT_MODEL, draw_to
+from accept.commands.talk import clear_errors, say
+from accept.exit import Exit
+from accept.files import write_atomic
+from accept.lookup import table_for
+from accept.measured import responses
+from accept.model_file import open_model
+from accept.unit import UNIT_FILE, UnitError, read
+from checks.model.misalign import CHANNELS, estimate
+from checks.model.misalign_panels import panels
+from checks.model.misalignment import Along, Estimate
+from checks.verdict import Verdict
+
+
+@clear_errors
+def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) -> Exit:
+    """Estimate the misalignment of a strut. Exit 4 where there is no result."""
+    folder = read(unit)
+    if folder.kind != "strut":
+        raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
+    with_model = open_model(model or DEFAULT_MODEL["strut"])
+    table = table_for(with_model, say)
+    measured = responses(unit, channels=CHANNELS)
+    found = estimate(with_model, measured.first, table, measured.second)
+    document = as_document(measured.serial, found)
+    if as_json is not None:
+        write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
+    if plot is not None:
+        draw_to(plot, list(panels(found).values()), 1)
+    print("\n".join(words(document)))
+    return Exit.ACCEPTED if found.reason is None else Exit.INCOMPLETE
+
+
+def as_document(serial: str, found: Estimate) -> dict[str, Any]:
+    """The JSON of the design. Without a result no number stands where a script would read it."""
+
+    def of(along: Along) -> dict[str, float | None]:
+        return {"value": along.value, "U": along.U} if found.reason is None else {"value": None, "U": None}
+
+    verdict = Verdict.PASS if found.reason is None else Verdict.NO_RESULT
+    return {
+        "serial": serial,
+        "dx_um": of(found.dx),
+        "dy_um": of(found.dy),
+        "verdict": verdict.value,
+        "reason": found.reason,
+    }
+
+
+def words(document: dict[str, Any]) -> list[str]:
+    """A few lines for a person."""
+    if document["verdict"] != Verdict.PASS:
+        return [f"{document['serial']}: no result: {document['reason']}"]
+    return [
+        f"{document['serial']}: {axis} = {document[f'{axis}_um']['value']:.1f} ± {document[f'{axis}_um']['U']:.1f} um"
+        for axis in ("dx", "dy")
+    ]
