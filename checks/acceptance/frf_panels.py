@@ -1,5 +1,7 @@
 """Pictures of the frequency responses: Bode plots with what is known, the fits, with and without the encoder."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from checks.acceptance.frf_modes import Axial
@@ -17,9 +19,14 @@ POINTS = 300
 
 
 def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
-    """Bode plots and coherence, from 1 Hz up."""
+    """Magnitude of every channel, all phases in one panel, and coherence, from 1 Hz up."""
     top = 0.4 * 2 * float(frf.f[-1])  # the converters' filters begin there
-    return bode(frf.band(1.0, top), UNITS, merge_Hz=merge_Hz)
+    panels = bode(frf.band(1.0, top), UNITS, merge_Hz=merge_Hz)
+    phases = {name: panels.pop(f"{name} phase") for name in frf.channels}
+    one = phases[frf.channels[0]]
+    lines = [replace(p.items[0], label=name, role="auto") for name, p in phases.items() if isinstance(p.items[0], Line)]
+    marks = [item for item in one.items if isinstance(item, Mark)]
+    return panels | {"phase": replace(one, title=f"phase against {frf.input}", items=(*lines, *marks))}
 
 
 def zoom(low: Record, found: Axial) -> dict[str, Panel]:

@@ -169,15 +169,14 @@ def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], r
 
     None when it is not there from the start.
     """
-    f, coherence = frf.f, frf.coherence[:, frf.index(channel)]
-    counts = outside(f, excused)
-    top = None
-    for centre in np.geomspace(rules.coherence_Hz[channel][0], f[-1], STEPS):
-        inside = (f >= centre / SIXTH_OCTAVE) & (f <= centre * SIXTH_OCTAVE) & counts
-        if inside.any() and not np.median(coherence[inside]) >= rules.coherence_min:
-            return top
-        top = float(centre)
-    return top
+    counts = outside(frf.f, excused)
+    f, good = frf.f[counts], frf.coherence[counts, frf.index(channel)] >= rules.coherence_min
+    centres = np.geomspace(rules.coherence_Hz[channel][0], frf.f[-1], STEPS)
+    first, last = np.searchsorted(f, centres / SIXTH_OCTAVE), np.searchsorted(f, centres * SIXTH_OCTAVE, side="right")
+    passed = np.concatenate([[0], np.cumsum(good)])
+    fails = np.flatnonzero(2 * (passed[last] - passed[first]) < last - first)
+    end = int(fails[0]) if fails.size else STEPS
+    return float(centres[end - 1]) if end else None
 
 
 SETTINGS = (

@@ -26,6 +26,7 @@ Complex = NDArray[np.complex128]
 ROUNDS = 2  # noise from the residual, fit again
 NOISE_BINS = 41  # the noise is taken to be even over this many
 MIN_BINS_PER_UNKNOWN = 3
+ENOUGH_BINS = 700  # of a long record evenly so many bins are used, up to twice: time grows with them, precision little
 _ITERATIONS = 30
 _CONVERGED = 1e-4  # of the noise of one bin: a hundredth of a standard error
 _DEPENDENT = 1e-4  # what is left of a column of length 1 after the others
@@ -58,7 +59,8 @@ class Transforms:
     def window(self, f_lo: float, f_hi: float, *channels: str) -> "Window":
         """Bins of a band and some channels (default: all), scaled for a fit. Raises ValueError when it holds too few
         bins, or the input has no power there."""
-        s = slice(int(np.searchsorted(self.f, f_lo)), int(np.searchsorted(self.f, f_hi, side="right")))
+        first, last = int(np.searchsorted(self.f, f_lo)), int(np.searchsorted(self.f, f_hi, side="right"))
+        s = slice(first, last, max(1, (last - first) // ENOUGH_BINS))
         names = channels or self.channels
         f, U, Y = self.f[s], self.U[s], self.Y[s][:, [self.channels.index(c) for c in names]]
         if f.size < 12:
