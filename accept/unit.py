@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accept import toplevel
 from checks.acceptance import CHECKS
 from checks.declare import Check, Form, Input, Measured, Scalar, Series, Table, Values, Vector
 from checks.record import RecordError
@@ -115,15 +116,15 @@ def _read_text(path: Path) -> bytes:
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
     problems: list[str] = []
-    serial = _string(data, "serial", problems)
+    serial = toplevel.string(data, "serial", problems)
     if serial and not SERIAL.fullmatch(serial):
         problems.append(f"serial = {serial!r}: expected 1 to 64 letters, digits, '.', '_' or '-', the first not a mark")
-    kind = _string(data, "kind", problems)
+    kind = toplevel.string(data, "kind", problems)
     if kind and kind not in KINDS:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
-    parts = _strings(data, "parts", problems)
-    channels = _strings(data, "channels", problems)
-    measured = _days(data, problems)
+    parts = toplevel.strings(data, "parts", problems)
+    channels = toplevel.strings(data, "channels", problems)
+    measured = toplevel.days(data, problems)
     sections = {}
     for name, content in data.items():
         if name in {"serial", "kind", "parts", "channels", "measured"}:
@@ -137,40 +138,6 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured)
-
-
-def _string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
-    if key not in data:
-        problems.append(f"{key} is missing")
-        return ""
-    if not isinstance(data[key], str) or not data[key]:
-        problems.append(f"{key} = {data[key]!r}: expected text")
-        return ""
-    return str(data[key])
-
-
-def _strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
-    table = data.get(key, {})
-    if not isinstance(table, dict):
-        problems.append(f"{key} = {table!r}: expected a section [{key}]")
-        return {}
-    wrong = [k for k, v in table.items() if not isinstance(v, str)]
-    problems.extend(f"[{key}] {k} = {table[k]!r}: expected text" for k in wrong)
-    return {k: v for k, v in table.items() if k not in wrong}
-
-
-def _days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
-    """Days of `[measured]`, by section."""
-    table = data.get("measured", {})
-    if not isinstance(table, dict):
-        problems.append(f"measured = {table!r}: expected a section [measured]")
-        return {}
-    days = {name: day for name, day in table.items() if name in CHECKS and type(day) is date}
-    wrong = [
-        f"[measured] {k} = {v}: expected a section and a day, 2026-11-21" for k, v in table.items() if k not in days
-    ]
-    problems.extend(wrong)
-    return days
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> Section:
