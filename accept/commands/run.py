@@ -1,6 +1,8 @@
 """`accept run`."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,21 +15,40 @@ if TYPE_CHECKING:
     from accept.workflow.bench import Bench
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """The command line, as typed. bench: bench.toml with instruments and calibrations; seed: of a training unit."""
+
+    unit: str | None = None
+    spec: str | None = None
+    bench: Path | None = None
+    records: Path | None = None
+    operator: str | None = None
+    training: bool = False
+    seed: int | None = None
+
+
 @clear_errors
-def run(unit: str | None, spec: str | None, records: Path | None, operator: str | None) -> Exit:
+def run(wanted: Wanted) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open."""
-    app = BenchApp(_loader(spec, records), Given(operator_name(operator), unit or ""))
-    app.run()
-    app.close_unit()
+    app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), wanted.unit or ""))
+    try:
+        app.run()
+    finally:
+        app.close_unit()
+        if app.bench is not None:
+            app.bench.close()
     for serial, verdict in app.done.verdicts.items():
         say(f"{serial}: {verdict}")
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 
 
-def _loader(spec: str | None, records: Path | None) -> "Callable[[], Bench]":
-    def load() -> "Bench":
-        from accept.workflow.bench import open_bench  # loads the physics: after the first screen
+def _loader(wanted: Wanted) -> "Callable[[], Bench]":
+    """Opens the bench; what it imports, the physics, takes longer than the first screen may."""
 
-        return open_bench(spec, records)
+    def load() -> "Bench":
+        if wanted.training:
+            return import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
+        return import_module("accept.workflow.bench").open_bench(wanted.spec, wanted.records, wanted.bench)
 
     return load

@@ -46,6 +46,9 @@ class BenchApp(App[None]):
         """The start screen, with what is proposed for the next unit."""
         self.push_screen(Start(self.load, self.bench, self.given), self._begun)
 
+    def on_start_bench_opened(self, event: Start.BenchOpened) -> None:
+        self.bench = event.bench
+
     def _begun(self, begin: Begin | None) -> None:
         """The start screen is left with a unit that is open."""
         if begin is None:
@@ -53,7 +56,7 @@ class BenchApp(App[None]):
             return
         from accept.tui.steps import Steps  # the checks are imported by now, in the thread that opened the bench
 
-        self.bench, self.session = begin.bench, begin.session
+        self.session = begin.session
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)
         self.push_screen(Steps(begin.bench, begin.session), self._left)
 

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
 from textual.widgets import Footer, Input, Label, OptionList
 from textual.widgets.option_list import Option
 
@@ -50,6 +52,13 @@ class Begin:
 class Start(Working[Begin | None]):
     """Dismisses with an open unit, None to end."""
 
+    class BenchOpened(Message):
+        """The application keeps the bench for the next unit, and closes it at the end."""
+
+        def __init__(self, bench: "Bench") -> None:
+            super().__init__()
+            self.bench = bench
+
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f2", "known", "Known units"),
         Binding("f8", "anew", "New attempt"),
@@ -82,9 +91,13 @@ class Start(Working[Begin | None]):
         self.query_one("#units").display = False
         self._show_parts()
         if self._bench is None:
-            self.send(self._load, self._ready)
+            self.send(self._load, self._opened_bench)
         else:
             self._ready(self._bench)
+
+    def _opened_bench(self, bench: "Bench") -> None:
+        self.post_message(self.BenchOpened(bench))
+        self._ready(bench)
 
     def _ready(self, bench: "Bench") -> None:
         self._bench = bench
@@ -203,7 +216,8 @@ class Start(Working[Begin | None]):
 def _open(
     bench: "Bench", serial: str, kind: str, operator: str, parts: dict[str, str], reason: str | None
 ) -> "Session":
-    """In a thread: the unit, with an attempt to work on."""
+    """In a thread: the unit, with an attempt to work on; and the next screen, which takes a moment to import."""
+    import_module("accept.tui.steps")
     session = bench.session(serial, kind, operator)
     try:
         if session.run.attempt is None or reason is not None:

@@ -1,5 +1,7 @@
 """The list of steps of a unit: what is done, what it showed, what comes next."""
 
+from importlib import import_module
+from types import ModuleType
 from typing import ClassVar
 
 from rich.text import Text
@@ -12,7 +14,6 @@ from accept.tui.findings import COLOURS
 from accept.tui.notes import ask_note
 from accept.tui.step import StepScreen
 from accept.tui.strip import numbers
-from accept.tui.summary import Summary
 from accept.tui.working import Working
 from accept.workflow.bench import Bench
 from accept.workflow.section import missing
@@ -56,6 +57,7 @@ class Steps(Working[bool]):
         self._show()
         self._stand_at_next()
         self.say("Enter opens a step")
+        self.aside(lambda: import_module("accept.tui.summary"), lambda _: None, "import")
 
     def on_screen_resume(self) -> None:
         self._show()
@@ -123,7 +125,11 @@ class Steps(Working[bool]):
         self.say(f"the last entry is undone (event {event.seq}); both stay in the record", "good")
 
     def action_summary(self) -> None:
-        self.app.push_screen(Summary(self.bench, self.session), self._summed)
+        """Drawing and signing take a second to import: in a thread, while the screen answers."""
+        self.send(lambda: import_module("accept.tui.summary"), self._sum_up, "one moment")
+
+    def _sum_up(self, module: ModuleType) -> None:
+        self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
 
     def _summed(self, finished: bool | None) -> None:
         self._show()

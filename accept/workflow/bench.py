@@ -1,16 +1,19 @@
 """All that the workflow has at hand: store, folder, specs, instruments, where records arrive."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from accept.campaign import DEFAULT_SPEC, load_spec
 from accept.home import home
 from accept.store import Store, open_store
+from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instruments, NoInstruments
 from accept.workflow.known import KnownUnit, known_unit, known_units
 from accept.workflow.session import Session, serial_problem
 from specs import Spec
+from specs.bench import Bench as StatedBench
+from specs.bench import load_bench
 
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
 
@@ -18,7 +21,8 @@ LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technicia
 @dataclass(frozen=True, eq=False)
 class Bench:
     """specs: kind -> spec. records: folder that new record files arrive in. hidden: what a training unit has, told at
-    the end; None where the unit is real. proposed: serial to begin with."""
+    the end; None where the unit is real. proposed: serial to begin with. stated: the bench file whose calibrations
+    stand behind the findings. closing: ends what runs beside."""
 
     store: Store
     home: Path
@@ -27,6 +31,13 @@ class Bench:
     records: Path = field(default_factory=Path.cwd)
     hidden: str | None = None
     proposed: str = ""
+    stated: StatedBench | None = None
+    closing: Callable[[], None] = field(default=lambda: None)
+
+    def close(self) -> None:
+        """Let go of instruments and store."""
+        self.closing()
+        self.store.close()
 
     def known(self) -> list[KnownUnit]:
         """Units of the kinds that are judged here. Raises StoreError."""
@@ -42,16 +53,24 @@ class Bench:
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
         """Open a unit. Raises EntryError, UnitBusy, StoreError, OSError."""
-        return Session(self.store, self.home, self.specs[kind], operator, serial)
+        return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
 
 
-def open_bench(spec: str | None, records: Path | None, instruments: Instruments | None = None) -> Bench:
-    """The bench of `ACCEPT_HOME`. Raises SpecError, StoreError, HomeError."""
+def open_bench(spec: str | None = None, records: Path | None = None, bench_file: Path | None = None) -> Bench:
+    """The bench of `ACCEPT_HOME`. Raises SpecError, StoreError, HomeError, SettingsError."""
     specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
+    stated = load_bench(bench_file) if bench_file else None
+    instruments = BenchInstruments(stated) if stated else NoInstruments()
     return Bench(
         open_store(timeout_s=LOCK_WAIT_S),
         home(),
         {one.kind: one for one in specs},
-        instruments or NoInstruments(),
+        instruments,
         records or Path.cwd(),
+        stated=stated,
+        closing=instruments.close if isinstance(instruments, BenchInstruments) else _nothing,
     )
+
+
+def _nothing() -> None:
+    """No instrument to let go of."""

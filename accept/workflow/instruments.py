@@ -18,6 +18,10 @@ class Instrument(Protocol):
         """A settled value and its unit. Raises InstrumentError."""
         ...
 
+    def uncertainty(self, value: float) -> float | None:
+        """Expanded uncertainty of a value, both in the input's unit; None where only the spec states one."""
+        ...
+
 
 class Instruments(Protocol):
     """The instruments at hand."""
@@ -39,6 +43,7 @@ def reading(instrument: Instrument, unit: str) -> Measured:
     """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
     value, given = instrument.read()
     try:
-        return Measured(value * factor(given, unit))
+        here = value * factor(given, unit)
     except UnitMismatch as e:
         raise EntryError(f"{instrument.name}: {e}") from e
+    return Measured(here, instrument.uncertainty(here))

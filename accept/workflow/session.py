@@ -6,9 +6,11 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 import re
 import threading
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 
 from accept import campaign, ledger, unit
+from accept.calibration import Statement, statement
 from accept.result import UnitResult, finding_json, information_json
 from accept.store import Entry, Event, Store
 from accept.unit import SERIAL, UnitFolder
@@ -23,6 +25,7 @@ from accept.workflow.typed import EntryError, check_plausible
 from checks.declare import Input, Measured, Scalar, Series, Table
 from checks.picture import Panel
 from specs import Spec
+from specs.bench import Bench
 
 
 def serial_problem(serial: str, spec: Spec) -> str | None:
@@ -37,12 +40,16 @@ def serial_problem(serial: str, spec: Spec) -> str | None:
 class Session:
     """A unit that is open at the bench; holds its lock until `close`."""
 
-    def __init__(self, store: Store, home: Path, spec: Spec, operator: str, serial: str) -> None:
-        """Raises EntryError for a serial that cannot be, UnitBusy, StoreError, OSError."""
+    def __init__(
+        self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: Bench | None = None
+    ) -> None:
+        """stated: the bench file whose calibrations stand behind the findings, None where there is none.
+
+        Raises EntryError for a serial that cannot be, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
-        self.steps = steps_of(spec)
+        self.steps, self.stated = steps_of(spec), stated
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
@@ -149,7 +156,7 @@ class Session:
         """Judge one step by itself and store what was found. Raises UnitError, StoreError, OSError."""
         taken, state = self._written()
         asked = self.spec.model_copy(update={"checks": {name: self.step(name).asked}})
-        result = campaign.judge_unit(taken, asked)
+        result = campaign.judge_unit(taken, asked, self._statement(asked))
         upto = state.step(name).upto
         self._panels[name, upto] = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
         judged = StepJudgement(
@@ -160,14 +167,15 @@ class Session:
             tuple(information_json(check, q) for check, q in result.information),
             tuple(note.removeprefix(f"{name}: ") for note in result.notes),
         )
-        self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
+        if self.judgement(name) != judged:
+            self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
         return judged
 
     def judge(self) -> UnitResult:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError."""
         taken, _ = self._written()
         at = self.run.seq
-        result = campaign.judge_unit(taken, self.spec)
+        result = campaign.judge_unit(taken, self.spec, self._statement(self.spec))
         with self._mutex:
             ledger.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
             unchanged = at == self.run.seq
@@ -189,6 +197,11 @@ class Session:
         with self._mutex:
             self._catch_up()
             return self.run
+
+    def _statement(self, spec: Spec) -> Statement | None:
+        if self.stated is None:
+            return None
+        return statement(self.stated, spec.checks, datetime.now(UTC).date())
 
     def _append(self, entry: Entry) -> Event:
         with self._mutex:

@@ -1,0 +1,78 @@
+"""The instruments of a bench file as the workflow's port."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from accept.capture import GROUPS, POINTS_MM
+from accept.hands import Staged
+from accept.workflow.instruments import Instrument, NoInstruments
+from checks.acceptance import CHECKS
+from checks.declare import Check, Series
+from hw.errors import SettingsError
+from hw.instruments import Instrument as Driver
+from hw.instruments import open_instrument
+from specs.bench import OFFLINE, Bench, InstrumentEntry
+
+BY_HAND = (OFFLINE, "manual")  # what a person reads is typed into its field anyway
+
+
+@dataclass(frozen=True)
+class Wired:
+    """A driver, and what must be set up in front of it where the bench is simulated."""
+
+    name: str
+    driver: Driver
+    entry: InstrumentEntry
+    set_up: Callable[[], None]
+
+    def read(self) -> tuple[float, str]:
+        """One reading in SI. Raises InstrumentError."""
+        self.set_up()
+        reading = self.driver.read()
+        return reading.value, reading.unit
+
+    def uncertainty(self, value: float) -> float | None:
+        return self.entry.accuracy.at(value) if self.entry.accuracy else None
+
+
+class BenchInstruments(NoInstruments):
+    """Drivers by name; each opens its line when it is first read and stays open."""
+
+    def __init__(self, bench: Bench) -> None:
+        """Raises SettingsError for an entry that no driver can take."""
+        self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
+        self._drivers = {name: open_instrument(name, entry, _nobody) for name, entry in self._entries.items()}
+        self._hands = Staged(Path(bench.stage)) if bench.stage else None
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        """The first instrument that measures this check, where the check's value is what an instrument shows: what is
+        derived from records, as a stroke is, no instrument reads."""
+        if check not in CHECKS or is_derived(CHECKS[check]):
+            return None
+        found = next((n for n, entry in self._entries.items() if check in entry.measures), None)
+        if found is None:
+            return None
+        return Wired(found, self._drivers[found], self._entries[found], lambda: self._set_up(name, index))
+
+    def close(self) -> None:
+        for driver in self._drivers.values():
+            driver.close()
+
+    def _set_up(self, name: str, index: int | None) -> None:
+        """In a simulated bench nobody moves the probe: the stage is told that it was done."""
+        if self._hands is None:
+            return
+        if index is not None and index < len(POINTS_MM):
+            self._hands.probe(index + 1, *POINTS_MM[index])
+        elif name in GROUPS:
+            self._hands.leads(GROUPS[name])
+
+
+def is_derived(check: Check) -> bool:
+    """Whether a check's numbers come from records."""
+    return any(isinstance(i, Series) for form in check.forms for i in form.inputs)
+
+
+def _nobody(words: str) -> str:
+    raise SettingsError(f"{words}: nobody answers here; type the value into its field")

@@ -1,0 +1,104 @@
+"""Training: a simulated unit with a hidden fault, on simulated instruments, in a folder apart from the real bench."""
+
+import random
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from accept import unit
+from accept.campaign import DEFAULT_SPEC, load_spec
+from accept.files import write_atomic
+from accept.home import home
+from accept.model_file import open_model
+from accept.simulate import FAULTS, Order, simulate
+from accept.simulate.order import drawn
+from accept.store import open_store
+from accept.unit import UNIT_FILE, UnitFolder
+from accept.workflow.bench import LOCK_WAIT_S, Bench
+from accept.workflow.hardware import BenchInstruments
+from accept.workflow.instruments import Instrument
+from accept.world import world_of
+from checks.declare import Measured
+from hw.simulated import SimulatedBench
+from specs.bench import load_bench
+
+MODELS = {"apa": "apa-frame", "strut": "strut"}
+PAYLOAD_KG = 5.0  # seed 3.1.7
+RECORD_S = 10.5  # the specs ask for 10 s
+BYTE_S = 0.0005  # about 19200 baud
+
+
+@dataclass(frozen=True)
+class Label:
+    """A value that stands on a label or a scale beside the bench, such as the added mass."""
+
+    name: str
+    value: float
+    unit: str
+
+    def read(self) -> tuple[float, str]:
+        return self.value, self.unit
+
+    def uncertainty(self, value: float) -> float | None:
+        return None
+
+
+class TrainingInstruments(BenchInstruments):
+    """The simulated instruments, and the labels for what has none."""
+
+    def __init__(self, bench_file: Path, taught: UnitFolder) -> None:
+        super().__init__(load_bench(bench_file))
+        self._taught = taught
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        found = super().serving(check, name, index)
+        section = self._taught.sections.get(check)
+        entry = section.entries.get(name) if section else None
+        if found is None and section is not None and isinstance(entry, Measured):
+            return Label("label", entry.value, str(getattr(section.check.inputs[name], "unit", "1")))
+        return found
+
+
+def open_training(spec: str | None, seed: int | None) -> Bench:
+    """A bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what `open_bench`
+    does, OrderError, ModelError."""
+    chosen = load_spec(spec or DEFAULT_SPEC["apa"])
+    place = home() / "training"
+    seed = random.SystemRandom().randrange(10**6) if seed is None else seed
+    serial = f"TRAIN-{seed:06d}"
+    order, hidden = training_order(chosen.kind, serial, seed)
+    made = simulate(order)
+    records = place / "records" / serial
+    for name, content in made.files.items():
+        write_atomic(records / name, content)
+    taught = unit.read(records)
+    running = ExitStack()
+    bench = running.enter_context(SimulatedBench(world_of(records), place / "bench" / serial, seed=seed, byte_s=BYTE_S))
+    (records / UNIT_FILE).unlink()  # the technician finds records, not their list
+    instruments = TrainingInstruments(bench.bench_file, taught)
+    running.callback(instruments.close)
+    store = open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S)
+    return Bench(
+        store, place, {chosen.kind: chosen}, instruments, records, hidden=hidden, proposed=serial, closing=running.close
+    )
+
+
+def training_order(kind: str, serial: str, seed: int) -> tuple[Order, str]:
+    """A unit with one of the faults that its kind can have, or with none, and the words that tell it."""
+    rng = random.Random(seed)
+    possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
+    fault = rng.choice(possible)
+    model = open_model(MODELS[kind])
+    model = drawn(model.with_values({"bench.payload_kg": PAYLOAD_KG}) if kind == "apa" else model, seed)
+    if kind == "apa":
+        model = model.with_values({"bench.payload_kg": PAYLOAD_KG})
+    order = Order(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=RECORD_S, high_s=RECORD_S)
+    return order, hidden_words(fault)
+
+
+def hidden_words(fault: str | None) -> str:
+    """What was wrong, and which findings had to show it."""
+    if fault is None:
+        return "Nothing was wrong with this unit: every finding had to pass."
+    shows = ", ".join(f"{quantity}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)
+    return f"Hidden in this unit: {FAULTS[fault].words}.\nIt had to show as {shows}."
