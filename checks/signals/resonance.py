@@ -6,13 +6,13 @@ of candidates (Bonferroni), must stay below CHANCE.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from checks.signals.poles import PoleFit, Window, basis, eliminated, enough_bins, fit_poles
+from checks.signals.poles import PoleFit, Window, basis, eliminated, enough_bins, fit_poles, with_noise_of
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -142,16 +142,25 @@ def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
 def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
     """p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
 
-    Both by the noise that the larger fit leaves; the smaller one's poles may move.
+    Both by the noise that the smaller fit leaves: it must not profit from a noise that the further pole has made small.
     """
-    w, order = fitted.window, fitted.order
-    again = fit_poles(w, list(without), order, rounds=0) if without.size else None
-    smaller = again.cost if again else float(np.sum(np.abs(eliminated(w, basis(w, without, order))[2]) ** 2))
+    order, w = fitted.order, _as_without(fitted, without)
+    smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[2]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size
     added = 4 * C + 2
     freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
-    ratio = (smaller - fitted.cost) / added / (fitted.cost / freedom)
+    ratio = (smaller - larger) / added / (larger / freedom)
     return min(1.0, tried * float(f_distribution.sf(ratio, added, freedom)))
+
+
+def _as_without(fitted: PoleFit, without: Complex) -> Window:
+    """The window of a fit with the noise that a fit of fewer poles leaves."""
+    w = fitted.window
+    even = replace(w, sd=np.ones(w.sd.shape))
+    for _ in range(2):
+        residual = eliminated(even, basis(w, without, fitted.order))[2].T * even.sd
+        even = with_noise_of(even, residual)
+    return even
 
 
 def finer(fitted: PoleFit) -> PoleFit | None:
