@@ -24,6 +24,8 @@ FS = 10_000.0
 SECONDS = 20.0
 TWICE = 2
 CONVERTER_V = 10.0
+FULL_V = 9.5
+SOFTER = 0.7
 LSB_V = 2 * CONVERTER_V / 2**16
 ENCODER_M = 2.5e-9
 INTERFEROMETER_M = 1e-10
@@ -213,7 +215,7 @@ def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) ->
 
 
 def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
-    """(N,) noise of the low or the high record as the converter gives it, with its preroll."""
+    """(N,) noise of the low or the high record, with its preroll, before the converter."""
     n = int((SECONDS + s.preroll_s) * FS)
     white = rng.standard_normal(n)
     if high:
@@ -221,7 +223,7 @@ def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
     else:
         shape = signal.butter(4, s.low_Hz, fs=FS, output="sos")
     u = signal.sosfilt(shape, white)
-    return quantise(u * ((s.high_rms_V if high else s.low_rms_V) / np.std(u)), LSB_V, CONVERTER_V)
+    return u * ((s.high_rms_V if high else s.low_rms_V) / np.std(u))
 
 
 def quantise(x: Array, step: float, limit: float = np.inf) -> Array:
@@ -247,11 +249,21 @@ def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
 
 def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool) -> dict[str, Array]:
     """t, Va, Vs, de, da (N,) of one noise record."""
-    Va = excitation(rng, s, high)
+    Va, y = _in_range(playing, excitation(rng, s, high))
     start = int(s.preroll_s * FS)
-    y = playing.drive(Va, FS, TWICE)[:, start:]
+    y = y[:, start:]
     y = y + _noise(rng, s, y.shape[1], FS)
     return {"t": np.arange(y.shape[1]) / FS, "Va": Va[start:], **_read(y)}
+
+
+def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
+    """Va and the response to it: played softer, as whoever stands there would, until the converter of Vs takes it."""
+    while True:
+        Va = quantise(u, LSB_V, CONVERTER_V)
+        y = playing.drive(Va, FS, TWICE)
+        if np.max(np.abs(y[2])) < FULL_V:
+            return Va, y
+        u = u * SOFTER
 
 
 def _read(y: Array) -> dict[str, Array]:

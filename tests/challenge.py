@@ -60,7 +60,8 @@ def run(job: Job) -> Outcome:
         folder = job.case.write(Path(parent))
         start = time.perf_counter()
         try:
-            gap, error = dict(workflow(folder, MODEL_FILE, None, without=job.without)), None
+            # through text, as it is promised: what json cannot hold is an error as well
+            gap, error = json.loads(json.dumps(workflow(folder, MODEL_FILE, None, without=job.without))), None
         except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
             gap, error = {}, f"{type(e).__name__}: {e}"
         seconds = time.perf_counter() - start

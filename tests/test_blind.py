@@ -373,6 +373,14 @@ def test_converters_have_their_steps_and_ends(unit: Path) -> None:
 
 
 @needs_data
+def test_what_would_clip_is_played_softer() -> None:
+    loud = replace(blind_strut.nominal(), zeta=0.001, guide=3.0)
+    content = blind_bench.record(Playing(World(loud)), Setting(), np.random.default_rng(3), high=False)
+    assert 4.0 < np.max(np.abs(content["Vs"])) < 9.6
+    assert np.std(content["Va"]) < 0.75 * Setting().low_rms_V
+
+
+@needs_data
 def test_an_estimate_from_the_records_is_the_closed_form() -> None:
     """Welch's H1, away from lightly damped peaks, against the response with every linear effect at once; three standard
     deviations of what the coherence leaves, and 0.5 % for leakage."""

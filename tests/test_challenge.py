@@ -17,7 +17,7 @@ from tests.blind_cases import counts, draw_cases, seal
 from tests.blind_effects import LIBRARY, OUTSIDE
 from tests.blind_strut import MATRICES
 from tests.challenge import Job, control_jobs, report, run_all
-from tests.challenge_scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, wilson
+from tests.challenge_scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
 
 Json = dict[str, Any]
 SEED = 7  # of development: what `make challenge` reports is drawn from another
@@ -270,6 +270,10 @@ def crash(folder: Path, model: Path, out: Path | None, without: Sequence[str] = 
     raise ValueError(f"cannot read {folder.name}")
 
 
+def not_json(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> Json:
+    return {"verdict": "no_missing_effect", "named": [], "flag": np.bool_(True)}
+
+
 def jobs(number: int, workflow: str, seed: int = SEED) -> list[Job]:
     cases = draw_cases(number, seed)
     truth = json.loads(seal(cases)[0])
@@ -297,6 +301,37 @@ def test_a_crash_of_the_workflow_is_an_outcome() -> None:
     assert outcome.error == f"ValueError: cannot read {outcome.serial}"
 
 
+@needs_data
+def test_what_is_no_json_is_an_error_too() -> None:
+    (outcome,) = run_all(jobs(4, "tests.test_challenge:not_json")[:1], workers=0)
+    assert outcome.verdict == "error"
+
+
 def test_reported_and_development_seeds_differ() -> None:
     assert challenge.REPORTED_SEED not in challenge.DEVELOPMENT_SEEDS
     assert SEED in challenge.DEVELOPMENT_SEEDS
+
+
+# --- the workflow itself, reduced -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def blind() -> list[Outcome]:
+    """Twelve units of the mix through the real workflow, on two cores: three with nothing, seven with one effect, one
+    with two, one from outside the library."""
+    return run_all(jobs(12, challenge.WORKFLOW), workers=2)
+
+
+@needs_data
+def test_blind_units_get_no_false_name_and_no_false_alarm(blind: list[Outcome]) -> None:
+    assert [f"{o.serial}: {o.error}" for o in blind if o.error] == []
+    assert [f"{o.serial}: {o.false_names}, was {dict(o.truth['effects'])}" for o in blind if o.false_names] == []
+    assert {o.verdict for o in blind if o.kind == "none"} == {"no_missing_effect"}
+
+
+@needs_data
+def test_blind_units_get_their_right_name(blind: list[Outcome]) -> None:
+    """At most one of seven wrong: at the 95 % that the method asks, more happen in 4 of 100 seeds; this is fixed."""
+    rows = [(e, o.label) for o, e in single(blind) if o.label != e]
+    assert len(rows) <= 1, rows
+    assert {o.kind for o in blind} == {"none", "one", "two", "outside"}
