@@ -1,4 +1,4 @@
-"""Live capture from simulated instruments: a whole APA judged by script, and what a bad run leaves."""
+"""Live capture from simulated instruments: what is kept, and what a bad run leaves. A whole APA: test_whole_apa."""
 
 import json
 import tomllib
@@ -7,57 +7,20 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from accept import campaign, unit, unitfile
-from accept.capture import voltages
+from accept import unit, unitfile
 from accept.store import open_store
 from accept.unit import UnitError
 from checks.acceptance import CHECKS
 from hw import records
 from hw.errors import Implausible, InstrumentError
 from hw.simulated import Fault, FaultKind, Stage
-from tests.simbench import HEIGHTS_UM, WORLD, measure, new_unit, simulated_bench
-
-SECTIONS = ("flatness", "capacitance", "stroke")
+from tests.simbench import HEIGHTS_UM, measure, new_unit, simulated_bench
 
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch):
     """A simulated plug is back sooner than a real one."""
     monkeypatch.setattr("accept.capture.PAUSES_S", (0.05, 0.3))
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    """The folder of an APA of which everything was measured on the simulated bench, and by which events."""
-    folder = tmp_path_factory.mktemp("whole")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ACCEPT_HOME", str(folder / "home"))
-        with simulated_bench(folder / "bench") as (_, bench):
-            new_unit(folder / "APA-01")
-            for section in SECTIONS:
-                measure(section, folder / "APA-01", bench)
-    return folder / "APA-01"
-
-
-def test_a_whole_apa_from_simulated_instruments_only(whole):
-    """Every finding within its own U of the truth; all but the stiffness, which no instrument here measures."""
-    result = campaign.judge_unit(unit.read(whole), campaign.load_spec("apa-basic"))
-    found = {f.quantity: f for f in result.findings}
-    truth = {"sensor_uF": 5.10, "actuator_uF": 10.03, "stroke_um": 373.2, "flatness_um": _flatness()}
-    for name, value in truth.items():
-        assert found[name].verdict == "pass", found[name]
-        assert abs(found[name].value - value) <= found[name].U, found[name]
-    assert result.verdict == "incomplete"
-    assert [f.quantity for f in result.findings if f.verdict == "no_result"] == ["k_closed_N_per_um"]
-    information = {q.name: q for _, q in result.information}
-    # the simulated loop is 2 * 0.5 * 0.1 of a linear part that is 0.95: 10.5 % of the stroke
-    assert information["stroke_hysteresis_percent"].value == pytest.approx(10.5, abs=0.2)
-
-
-def _flatness():
-    values = {"z_um": np.array(HEIGHTS_UM, dtype=float)}
-    spec = campaign.load_spec("apa-basic").checks["flatness"]
-    return next(q.value for q in CHECKS["flatness"].measure(values, spec).quantities if q.name == "flatness_um")
 
 
 def test_the_meters_accuracy_stands_beside_the_value(tmp_path):
@@ -86,12 +49,6 @@ def test_readings_and_every_byte_are_kept(tmp_path):
     heights = records.read_table(folder / "flatness.csv", CHECKS["flatness"].inputs["points"])["z_um"]
     # the mean of three readings with 0.1 um of noise and steps of 0.1 um, two answers each
     np.testing.assert_allclose(heights, HEIGHTS_UM, atol=0.3)
-
-
-def test_the_record_of_a_stroke_reads_back(whole):
-    record = records.read(whole / "stroke_one_stack.mat", CHECKS["stroke"].inputs["one_stack"])
-    np.testing.assert_array_equal(record["V"], voltages())
-    assert record["d"].max() - record["d"][0] == pytest.approx(WORLD.one_stack_m, abs=0.3e-6)  # noise of one reading
 
 
 @pytest.mark.parametrize("kind", [FaultKind.GARBAGE, FaultKind.HALF_LINE, FaultKind.ECHO_LOST, FaultKind.UNPLUG])
