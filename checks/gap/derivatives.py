@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from checks.model.bench import suspension
 from checks.model.builder import System
@@ -48,44 +47,22 @@ def jacobian(model: Model, f: Array, names: Sequence[str], changes: Values, chan
 
 
 def _own_coordinates(at: Model) -> bool:
-    """Whether nothing is rigid: rigid directions are taken out, and the basis of what is left turns with a value."""
+    """Whether nothing is rigid (rigid directions are taken out, and the basis of what is left turns with a value) and
+    damping is a matrix of its own: modal damping turns with the modes, and `Model.jacobian` is as quick there."""
     prefixes = [p for p in ("joint", "joint.bottom", "joint.top") if f"{p}.kRx_Nm_per_rad" in at.values]
-    return bool(prefixes) and not at.held and all(f"{p}.{k}" in at.values for p in prefixes for k in SPRINGS)
+    whole = bool(prefixes) and not at.held and at.damping == "full"
+    return whole and all(f"{p}.{k}" in at.values for p in prefixes for k in SPRINGS)
 
 
 def _adjoint(model: Model, at: Model, f: Array, names: Sequence[str], channels: tuple[str, ...]) -> list[Complex]:
     system = at.system()
-    modes = _Modes.of(system) if at.damping == "modal" else None
-    if modes is not None:
-        system = replace(system, C=modes.damping(system.C))
     s = 2j * np.pi * np.concatenate([[0.0], f])  # at rest too: the bench's mode goes with the static gain
     x, y = _responses(system, s)
     out = []
     for name in names:
         d = _affine(model, name, _offset(at)) if name.rpartition(".")[2] in AFFINE else _derivative(at, name)
-        if modes is not None and d.C is not None:
-            d = replace(d, C=modes.damping(d.C))
         out.append(_measured(at, f, _change(d, s, x, y), system.channels, channels))
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class _Modes:
-    """Real modes P with P' M P = 1 and momenta M P: what modal damping keeps of a damping matrix."""
-
-    P: Array
-    momenta: Array
-
-    @classmethod
-    def of(cls, system: System) -> "_Modes":
-        P = linalg.eigh(system.K, system.M)[1]
-        return cls(P, system.M @ P)
-
-    def damping(self, C: Array) -> Array:
-        """Its diagonal in the modes. How the modes turn with a value is left out: damping is small, and turning a
-        little of it from one mode to another is smaller still."""
-        ratios = np.einsum("ni,ni->i", self.P, C @ self.P)
-        return np.asarray((self.momenta * ratios) @ self.momenta.T)
 
 
 def _offset(at: Model) -> tuple[float, ...]:

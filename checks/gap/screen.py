@@ -10,6 +10,7 @@ from scipy import stats
 
 from checks.gap.adequacy import energies
 from checks.gap.augmented import Member
+from checks.gap.effects.effect import Effect
 from checks.gap.projected import Projected
 
 Array = NDArray[np.float64]
@@ -36,6 +37,8 @@ class Score:
 
 def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
     """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
+    if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
+        return score
     tried = [t for t in (_try(projected, member, shape) for shape in _grid(projected, member)) if t is not None]
     if not tried:
         return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
@@ -45,6 +48,19 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
         if len(kept) < starts and all(_differ(values, k) for k in kept):
             kept.append(values)
     return Score(member, max(0.0, tried[0][0]), max(1, len(member.parameters)), len(tried), tuple(kept))
+
+
+def _pulled(projected: Projected, effect: Effect) -> Score | None:
+    """Of an effect that stands for a calibrated parameter: what its prior costs, and where the calibration has gone.
+    None where the model does not calibrate it."""
+    model, pulls = projected.response.model, projected.pulls
+    found = [t for t in effect.alias if t in pulls and t in projected.at]
+    if not found or len(effect.parameters) != 1:
+        return None
+    p = effect.parameters[0]
+    away = [projected.at[t] - (model.values[t] if effect.adds else 0.0) for t in found]
+    value = float(np.clip(np.mean(away), p.lo, p.hi))
+    return Score(effect, float(sum(pulls[t] ** 2 for t in found)), len(found), 1, ({p.name: value},))
 
 
 def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:

@@ -9,16 +9,19 @@ from functools import cached_property
 
 from checks.gap.adequacy import Adequacy, judge
 from checks.gap.augmented import Augmented, Member
+from checks.gap.effects.effect import Effect
 from checks.gap.projected import Projected, project
 from checks.gap.refit import Refit, annealed, begin, go_on
 from checks.gap.screen import Score, screen
 from checks.gap.thresholds import Thresholds
 from checks.model.dataset import Dataset
+from checks.model.goodness import gaps
 from checks.model.superelement import ModelError
 
 FEW, MANY = 5, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 COARSE_BINS = 150  # of a first look from the priors
+WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 BOTH_WAYS = 2  # candidates tried with the other form of damping
 FROM_FAR = 3  # of them begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
@@ -49,7 +52,16 @@ class Candidate:
 
     @property
     def adequate(self) -> bool:
-        return self.adequacy.adequate(self.table.p_global)
+        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
+        the tolerance could just explain bin by bin is still one."""
+        return self.adequacy.adequate(self.table.p_global) and self.worst_G < self.table.G
+
+    @cached_property
+    def worst_G(self) -> float:
+        """Largest G of a channel on B."""
+        model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+        data = self.unseen.around(model)
+        return max(g.G for g in gaps([data], [data.H - model]).values())
 
     @property
     def names(self) -> frozenset[str]:
@@ -84,7 +96,7 @@ class Search:
         the priors too, because a calibration that had to do without the effect may have gone astray."""
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names]
-        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < 1e-2]
+        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
         return self._raced([r for s in scores for r in self._starts(base, s)])
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
@@ -100,8 +112,10 @@ class Search:
     def _starts(self, base: Candidate, score: Score) -> list[Refit]:
         response = base.response.with_member(score.member)
         out = self._coarse_start(base, score)
+        taken = _stood_for(score.member, response)
+        kept = {k: v for k, v in base.at.items() if k not in taken}
         for values in score.starts:
-            start = {**base.at, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
+            start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
             try:
                 out.append(go_on(begin(response, self.A, start), FEW))
             except ModelError:
@@ -155,6 +169,13 @@ class Search:
             return found
         again = [self._candidate(self._from_far(r)) for r in sorted(done, key=lambda r: r.cost)[:FROM_FAR]]
         return sorted([*again, *found], key=lambda c: -c.score)
+
+
+def _stood_for(member: Member, response: Augmented) -> set[str]:
+    """Calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    if not isinstance(member, Effect) or not member.alias:
+        return set()
+    return {t for p in member.parameters for t in member.targets(response.model, p.name)}
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,11 @@ class Thresholds:
     # Two explanations are not told apart when their log-likelihoods on unseen records differ by less: 2 delta lnL < 9.2
     # is 99 % of chi-square with two degrees of freedom.
     two_delta_lnL: float = 9.2
-    # Gain in log-likelihood on unseen records that a name needs at least: beyond any maximum over the library under the
-    # null (its 1e-6 quantile is about 20 for some 300 directions), and worth a page in a report.
-    delta_lnL: float = 25.0
+    # G of a channel from which on a model does not explain it, whatever chance says: G of a model that is right but for
+    # errors within its tolerance is 1 at most; half as much again is left for what the noise's own estimate does.
+    G: float = 1.5
+    # Gain in log-likelihood on unseen records that a name needs: 1e-4 of chi-square after some 300 places looked at.
+    delta_lnL: float = 12.5
     # Beside something without a name, an effect must explain this share of the gap: a stand-in is never quite the
     # truth, and what it leaves invites small corrections by whatever is in the library.
     share: float = 0.05

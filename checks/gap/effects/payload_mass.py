@@ -6,7 +6,7 @@ from checks.gap.effects.effect import Effect, Parameter
 EFFECT = Effect(
     name="payload_mass",
     title="Mass of the payload",
-    parameters=(Parameter("kg", -5.0, 50.0, 0.0, 0.0, 0.1, (-1.0, -0.3, 0.0, 0.3, 1.0, 2.0)),),
+    parameters=(Parameter("kg", -5.0, 50.0, 0.0, 0.0, 0.1),),
     channels=("da", "de", "Vs"),
     sign="the axial mode moves and everything above it scales, the static gain stays",
     sentence="The payload is {kg} kg heavier than the model says.",
