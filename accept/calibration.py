@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from checks.acceptance import CHECKS
 from checks.verdict import Finding, Verdict
 from specs.bench import Bench
 
@@ -73,7 +74,7 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
     """Check -> why its calibration does not hold. A check without any instrument in the bench file is one of them."""
     found = {}
     for check in checks:
-        rows = [row for row in given["instruments"] if row["check"] == check]
+        rows = [row for row in given["instruments"] if row["check"] in (check, CHECKS[check].reads)]
         bad = [row["problem"] for row in rows if row["problem"]]
         if not rows:
             bad = ["the bench file names no instrument for it: its calibration is unknown"]

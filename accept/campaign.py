@@ -7,9 +7,13 @@ from collections.abc import Mapping
 from accept import calibration
 from accept import unit as units
 from accept.calibration import Statement
+from accept.model_file import open_model
 from accept.result import UnitResult
 from accept.unit import Section, UnitError, UnitFolder
 from checks.acceptance import CHECKS
+from checks.declare import Check
+from checks.model.model import Model
+from checks.model.superelement import ModelError
 from checks.picture import Panel
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import RecordError
@@ -61,12 +65,12 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
     notes: list[str] = []
     panels: dict[str, Panel] = {}
     for name, asked in spec.checks.items():
-        section = unit.sections.get(name)
+        section = unit.sections.get(CHECKS[name].reads)
         if section is None or not section.entries:
             findings += _absent(name, asked, notes)
             continue
         try:
-            outcome = _measure(unit, section, asked, hashes)
+            outcome = _measure(unit, section, CHECKS[name], asked, hashes)
         except (RecordError, NoResult) as e:
             findings += missing_findings(name, asked.limits.items(), str(e), asked.required)
             continue
@@ -103,14 +107,26 @@ def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
     return []
 
 
-def _measure(unit: UnitFolder, section: Section, asked: CheckSpec, hashes: Mapping[str, str]) -> Outcome:
-    values = units.load(unit, section, hashes)
+def _measure(unit: UnitFolder, section: Section, check: Check, asked: CheckSpec, hashes: Mapping[str, str]) -> Outcome:
+    values = units.load(unit, section, hashes) | _model_of(check, asked)
     try:
-        return section.check.measure(values, asked)
+        return check.measure(values, asked)
     except (NoResult, RecordError):
         raise
     except Exception as e:
         raise NoResult(f"the check stopped on an internal error ({type(e).__name__}: {e}); please report it") from e
+
+
+def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:
+    """The model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
+    if check.model is None:
+        return {}
+    default = next(s.default for s in check.settings if s.name == check.model)
+    name = asked.settings.get(check.model, default)
+    try:
+        return {"model": open_model(str(name))}
+    except (SpecError, ModelError, OSError) as e:
+        raise NoResult(f"the spec's model '{name}' cannot be used: {e}") from e
 
 
 def _split(name: str, asked: CheckSpec, outcome: Outcome) -> tuple[list[Finding], list[Quantity]]:
@@ -127,7 +143,7 @@ def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
     return [
         f"{name} ({', '.join(section.files or section.entries)})"
         for name, section in unit.sections.items()
-        if name not in spec.checks
+        if name not in {CHECKS[check].reads for check in spec.checks}
     ]
 
 

@@ -24,6 +24,7 @@ KINDS = ("apa", "strut")
 MAX_UNIT_TOML_BYTES = 1_000_000
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
 
 
 class UnitError(ValueError):
@@ -129,12 +130,12 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     for name, content in data.items():
         if name in {"serial", "kind", "parts", "channels", "measured"}:
             continue
-        if name not in CHECKS:
-            problems.append(f"[{name}] unknown section or key (known: {', '.join(CHECKS)})")
+        if name not in SECTIONS:
+            problems.append(f"[{name}] unknown section or key (known: {', '.join(SECTIONS)})")
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
-            sections[name] = _section(CHECKS[name], content, problems)
+            sections[name] = _section(SECTIONS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured)

@@ -106,10 +106,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class Check:
-    """One acceptance check. `name` is its section in `unit.toml` and in a spec.
+    """One acceptance check. `name` is its section in a spec, and in `unit.toml` unless `section` names another's.
 
     measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
     be measured is present with its reason); raises NoResult when nothing could be measured.
+    section : the check whose data this one reads too; its forms are then the other's.
+    model : the setting that names a model; the check finds it open among its values, as `model`.
     """
 
     name: str
@@ -120,6 +122,13 @@ class Check:
     measure: Callable[[Values, CheckSpec], Outcome]
     settings: tuple[Setting, ...] = ()
     stated: tuple[str, ...] = ()  # names whose uncertainty a spec may state
+    section: str | None = None
+    model: str | None = None
+
+    @property
+    def reads(self) -> str:
+        """Section of `unit.toml` that holds its data."""
+        return self.section or self.name
 
     @property
     def inputs(self) -> dict[str, Input]:

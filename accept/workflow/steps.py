@@ -40,8 +40,9 @@ class Step:
 
 
 def steps_of(spec: Spec) -> tuple[Step, ...]:
-    """A step per check, in the order of the spec."""
-    return tuple(Step(CHECKS[name], asked, guide_of(CHECKS[name])) for name, asked in spec.checks.items())
+    """A step per check, in the order of the spec; none for a check that reads another's data."""
+    own = [(CHECKS[name], asked) for name, asked in spec.checks.items() if CHECKS[name].reads == name]
+    return tuple(Step(check, asked, guide_of(check)) for check, asked in own)
 
 
 def has_files(form: Form) -> bool:

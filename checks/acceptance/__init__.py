@@ -5,6 +5,7 @@ from checks.acceptance import (
     flatness,
     frf,
     hysteresis,
+    misalignment,
     sensor_highpass,
     spurious_modes,
     stiffness,
@@ -23,5 +24,6 @@ CHECKS: dict[str, Check] = {
         sensor_highpass.CHECK,
         spurious_modes.CHECK,
         frf.CHECK,
+        misalignment.CHECK,
     )
 }

@@ -18,14 +18,14 @@ from checks.model.misalign_gates import reason
 from checks.model.misalignment import DX, DY, Along, Estimate
 from checks.model.model import Model
 from checks.model.softened import is_rough, softened
-from checks.model.superelement import ModelError
+from checks.model.superelement import Array, ModelError
 
 CHANNELS = ("de", "da")
 F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
 F_HI_ROUGH = 700.0  # a rough model's modes hold to here (`frame_identify` places them up to 709 Hz)
 COVERAGE = 2.0  # U = 2 u
 DRAWS = 6  # more starts, where one is not enough
-POLISHINGS = 4
+STEPS = 5  # of a polish
 
 
 def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None = None) -> Estimate:
@@ -86,26 +86,37 @@ def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]
 def _with_full_damping(model: Model, quick: Fit) -> Fit | None:
     """The fit with damping that couples the modes, where it explains the data better than real modes do.
 
-    Whether it would is found by Gauss-Newton steps with the derivatives of the real modes, which cost next to nothing:
-    the two forms differ by little, and what they differ by is in the residual."""
-    data = quick.datasets[0]
-    free, x = quick.free, quick.values
-    weight = np.array([1.0 / p.sd for p in free])
-    prior = np.array([p.prior for p in free])
-    D = Driven(replace(model, damping="modal")).jacobian(data.f, quick.names, quick.at, data.channels)
-    J = np.vstack([data.whitener(D).T, -np.diag(weight)])
-    best, at = quick.cost, quick.at
-    for _ in range(POLISHINGS):
-        values = dict(zip(quick.names, (float(v) for v in x), strict=True))
-        white = data.whitener(data.H - Driven(model).frf(data.f, values, data.channels))
-        r = np.concatenate([white, (x - prior) * weight])
-        cost = 0.5 * float(r @ r)
-        if cost < best:
-            best, at = cost, values
-        x = np.clip(x + np.linalg.lstsq(J, r)[0], [p.lo for p in free], [p.hi for p in free])
-    if not best < quick.cost:
+    Whether it would is found with the derivatives of the real modes, which cost next to nothing: the two forms differ
+    by little, and what they differ by is in the residual."""
+    x, cost = _stepped(model, replace(model, damping="modal"), quick)
+    if not cost < quick.cost:
         return None
-    return fit(Driven(model), quick.datasets[0], [replace(p, start=at[p.name]) for p in free])
+    free = [replace(p, start=float(v)) for p, v in zip(quick.free, x, strict=True)]
+    return fit(Driven(model), quick.datasets[0], free)
+
+
+def _stepped(model: Model, quick: Model, found: Fit) -> tuple[Array, float]:
+    """Best of some Gauss-Newton steps with one Jacobian, that of the quick model: values (p,) and cost."""
+    data, free, x = found.datasets[0], found.free, found.values
+    D = Driven(quick).jacobian(data.f, found.names, found.at, data.channels)
+    J = np.vstack([data.whitener(D).T, -np.diag([1.0 / p.sd for p in free])])
+    unit = np.array([p.unit for p in free])
+    best = x, np.inf
+    for _ in range(STEPS):
+        white = data.whitener(data.H - Driven(model).frf(data.f, _by_name(found.names, x), data.channels))
+        r = np.concatenate([white, _off_priors(found, x)])
+        cost = 0.5 * float(r @ r)
+        best = (x, cost) if cost < best[1] else best
+        x = np.clip(x + unit * np.linalg.lstsq(J * unit, r)[0], [p.lo for p in free], [p.hi for p in free])
+    return best
+
+
+def _off_priors(found: Fit, x: Array) -> Array:
+    return np.array([(v - p.prior) / p.sd for p, v in zip(found.free, x, strict=True)])
+
+
+def _by_name(names: Sequence[str], x: Array) -> dict[str, float]:
+    return dict(zip(names, (float(v) for v in x), strict=True))
 
 
 def _of_damping(model: Model, damping: str) -> Model | None:

@@ -1,0 +1,96 @@
+"""Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer (seed 6.2, 6.3).
+
+It reads the records of the frequency responses. A coarse table of a model's ratio says where to begin, a joint fit of
+misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. Data or a model that do not carry an
+answer give none: missing bands, turned channels, a model that does not explain the responses, an answer at the edge.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from checks.acceptance import frf
+from checks.declare import Check, Measured, Setting, Values
+from checks.model.dataset import Dataset, dataset_from_records
+from checks.model.lookup import Table, grid, ratios, table_frequencies
+from checks.model.misalign import CHANNELS, estimate
+from checks.model.misalign_panels import panels
+from checks.model.misalignment import Along, Estimate
+from checks.model.model import Model
+from checks.model.superelement import ModelError
+from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.record import Record
+from specs.spec import CheckSpec
+
+PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
+DIGITS = 2  # of um: far below U, far above what another processor's rounding does
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """dx_um and dy_um with U. Raises NoResult without both records or a model."""
+    model = values.get("model")
+    if not isinstance(model, Model):
+        raise NoResult("no model was given to compare with")
+    data = _dataset(values, "low", "high")
+    if data is None:
+        raise NoResult("low, high: both records are needed")
+    try:
+        found = estimate(
+            stated_payload(model, values), data, _scan(model), _dataset(values, "low_repeat", "high_repeat")
+        )
+    except ModelError as e:
+        raise NoResult(f"model {model.name}: {e}") from e
+    quantities = (_quantity("dx_um", found.dx, found), _quantity("dy_um", found.dy, found))
+    return Outcome(quantities, tuple(_notes(found)), panels(found))
+
+
+def stated_payload(model: Model, values: Values) -> Model:
+    """The model with the payload that the unit states, if it does."""
+    given: Measured | None = values.get("payload_kg")
+    if given is None:
+        return model
+    sds = model.sds if given.U is None else {**model.sds, "bench.payload_kg": given.U / COVERAGE_FACTOR}
+    return replace(model.with_values({"bench.payload_kg": given.value}), sds=sds)
+
+
+def _dataset(values: Values, low: str, high: str) -> Dataset | None:
+    """Responses of one realisation, None where a band of it was not recorded. Raises RecordError."""
+    below, above = values.get(low), values.get(high)
+    if not (isinstance(below, Record) and isinstance(above, Record)):
+        return None
+    merge: Measured | None = values.get("merge_Hz")
+    return dataset_from_records(
+        below, above, frf.MERGE_HZ if merge is None else merge.value, channels=CHANNELS, name=f"{low}, {high}"
+    )
+
+
+def _scan(model: Model) -> Table:
+    f, (dx, dy) = table_frequencies(), grid(*PLACES)
+    return Table(dx, dy, f, np.array([ratios(model, float(x), dy, f) for x in dx]), model.name)
+
+
+def _quantity(name: str, along: Along, found: Estimate) -> Quantity:
+    if found.reason is not None:
+        return Quantity.missing(name, found.reason)
+    source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
+    u = round(along.U, DIGITS) / COVERAGE_FACTOR
+    return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
+
+
+def _notes(found: Estimate) -> list[str]:
+    if found.repeat is None:
+        return ["one realisation only: the model was judged on the data that it was fitted to"]
+    return []
+
+
+CHECK = Check(
+    name="misalignment",
+    title="Misalignment of the APA from the joints' axis",
+    kinds=("strut",),
+    forms=frf.CHECK.forms,
+    quantities=("dx_um", "dy_um"),
+    measure=measure,
+    settings=(Setting("model", "strut", "built-in model or TOML file of the strut to compare with"),),
+    section=frf.CHECK.name,
+    model="model",
+)
