@@ -152,7 +152,7 @@ def flatness(run: Run, take: Take) -> Captured:
 
 def stroke(run: Run, take: Take) -> Captured:
     """Displacement of one stack and of the two others while the voltage goes through its cycles."""
-    files, steps = {}, voltages()
+    files, steps = {}, voltages_by_hand() if run.hands.sets_each_voltage else voltages()
     for group, name in STROKES.items():
         run.hands.drive(group)
         run.say(f"{group}: {len(steps)} voltage steps")
@@ -163,9 +163,11 @@ def stroke(run: Run, take: Take) -> Captured:
 def _stroke_record(run: Run, take: Take, group: str, steps: Sequence[float]) -> bytes:
     """A record that counts readings: quasi-static, so `t` [s] runs in even steps of their mean distance, as a record
     must; when each reading came is in `t_read`."""
-    d, t_read = [], []
+    d, t_read, before = [], [], None
     for V in steps:
-        run.hands.voltage(V)
+        if V != before or not run.hands.sets_each_voltage:
+            run.hands.voltage(V)
+        before = V
         reading = take(f"{group} at {V:g} V")
         d.append(reading.value)
         t_read.append(reading.t)
@@ -181,6 +183,13 @@ def voltages(cycles: int = 2) -> list[float]:
     up = np.concatenate([-20.0 + near, np.arange(-16.0, 146.0, 3.0), 146.0 + near, [150.0]])
     once = np.concatenate([up, up[-2::-1]])
     return [float(V) for V in np.concatenate([once, *(once[1:] for _ in range(cycles - 1))])]
+
+
+def voltages_by_hand() -> list[float]:
+    """Steps for a person who sets each of them [V]: one cycle of 31 settings, four readings at each, so many and there
+    because the check fits a parabola to at least 12 samples at either end and 8 at mid-voltage."""
+    up = [-20, -19, -18, -17, 10, 35, 53, 65, 77, 100, 125, 141, 147, 148, 149, 150]
+    return [float(V) for V in (*up, *up[-2::-1]) for _ in range(4)]
 
 
 CAPTURES: dict[str, Callable[[Run, Take], Captured]] = {

@@ -19,7 +19,10 @@ NAMES = {
 
 
 class Hands(Protocol):
-    """Every call returns when it is done. Voltages in V on the stacks, points counted from 1."""
+    """Every call returns when it is done. Voltages in V on the stacks, points counted from 1. sets_each_voltage: a
+    person turns to every one of them, so they should be few."""
+
+    sets_each_voltage: bool
 
     def probe(self, point: int, x_mm: float, y_mm: float) -> None: ...
     def leads(self, group: str) -> None: ...
@@ -29,6 +32,8 @@ class Hands(Protocol):
 
 class Person:
     """A person who is asked and answers with Enter."""
+
+    sets_each_voltage = True
 
     def __init__(self, ask: Ask) -> None:
         self._ask = ask
@@ -52,6 +57,8 @@ class Player(Person):
     Each step counts as reached `settle_s` after its beginning, which must cover the person's reaction and creep.
     """
 
+    sets_each_voltage = False
+
     def __init__(self, ask: Ask, dwell_s: float, settle_s: float, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(ask)
         self._dwell_s, self._settle_s, self._clock = dwell_s, settle_s, clock
@@ -69,6 +76,8 @@ class Player(Person):
 
 class Staged:
     """The hands of a simulated bench: they write into its stage file."""
+
+    sets_each_voltage = False
 
     def __init__(self, file: Path) -> None:
         self._file = StageFile(file)

@@ -134,6 +134,8 @@ def test_another_frequency_or_mode_is_never_measured(answers, error):
         (b"MAIN:PRIM  4.9900\nMAIN:SECO  .0045mH\n", Garbled, "pF, nF or uF"),
         (b"MAIN:PRIM  4.9900\nMAIN:SECO  .0045nFk \n", Garbled, "pF, nF or uF"),
         (b"MAIN:PRIM  4.990\nMAIN:SECO  .0145uF\n", Garbled, "5 digits"),
+        (b"MAIN:PRIM   4.9900\nMAIN:SECO  .0145uF\n", Garbled, "7 characters"),
+        (b"MAIN:PRIM  4.9900\nMAIN:SECO   .0145uF\n", Garbled, "6 characters"),
         (b"MAIN:PRIM  49.9000\nMAIN:SECO  .0145uF\n", Garbled, "5 digits"),
         (b"MAIN:PRIM  4.9900\nMAIN:SECO  .145uF\n", Garbled, "4 digits"),
         (b"MAIN:PRIM  4.9\xb000\nMAIN:SECO  .0145uF\n", Garbled, "no text"),

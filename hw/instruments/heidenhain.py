@@ -135,7 +135,7 @@ def parse_frame(who: str, line: bytes, settings: HeidenhainSettings) -> float:
     """Metres of a value's 15 characters. Raises Garbled, OverRange, Implausible."""
     text = text_of(who, line)
     found = FRAME.fullmatch(text)
-    if not found or len(text) != FRAME_LENGTH or len(found["number"]) != NUMBER_LENGTH:
+    if not found or len(found["number"]) != NUMBER_LENGTH:
         words = "sign, number in 10 characters, blank, unit, sorting, series"
         raise Garbled(f"{who}: {line!r}, expected {FRAME_LENGTH} characters: {words}")
     if found["unit"] == "?":
