@@ -124,13 +124,15 @@ def test_unplugged_and_plugged_again(tmp_path):
         link.send(b"?")
         assert os.read(master, 10) == b"?"
         assert link.opened == number
-        os.write(master, b"1.0")
+        os.write(master, b"1.0\r\n")
         time.sleep(0.05)
         link.read_exactly(1, Deadline(2.0))
         path.unlink()
         os.close(slave)
         os.close(master)
-        with pytest.raises(Unplugged, match=r"went away after b'\.0'"):
+        with pytest.raises(Unplugged, match=r"went away after b'\.0"):
+            link.read_exactly(20, Deadline(2.0))
+        with pytest.raises(Unplugged, match="cannot be opened"):  # what came before the loss is no answer any more
             link.read_until(b"\n", Deadline(2.0))
 
 
