@@ -108,7 +108,7 @@ def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
 
 
 def _measure(unit: UnitFolder, section: Section, check: Check, asked: CheckSpec, hashes: Mapping[str, str]) -> Outcome:
-    values = units.load(unit, section, hashes) | _model_of(check, asked)
+    values = {**units.load(unit, section, hashes), **_model_of(check, asked)}
     try:
         return check.measure(values, asked)
     except (NoResult, RecordError):

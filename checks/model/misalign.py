@@ -38,7 +38,7 @@ def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None =
     if first is None:
         raise ModelError("no responses were given")
     places = table.query(first)
-    at = _of_damping(rough, "modal") or rough
+    at = of_damping(rough, "modal") or rough
     solutions = _solutions(at, first, places.minima())
     found = solutions[0]
     if at.damping == "modal":
@@ -119,7 +119,7 @@ def _by_name(names: Sequence[str], x: Array) -> dict[str, float]:
     return dict(zip(names, (float(v) for v in x), strict=True))
 
 
-def _of_damping(model: Model, damping: str) -> Model | None:
+def of_damping(model: Model, damping: str) -> Model | None:
     """The model with another form of damping, or None where it cannot have it."""
     other = replace(model, damping=damping)
     try:
