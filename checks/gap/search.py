@@ -206,10 +206,12 @@ def explain(search: Search, base: Candidate) -> Found:
         tried += found
         if adequate:
             return _done(search, base, adequate, tried)
-        better = [c for c in found if c.lnL > max(b.lnL for b in beam) + search.table.delta_lnL]
+        before = max(b.lnL for b in beam)
+        needed = max(search.table.delta_lnL, search.table.progress * -before)
+        better = [c for c in found if c.lnL > before + needed]
         if not better:
             break
-        beam = better[: search.table.beam]
+        beam = better[: search.table.beam if size == 1 else 1]
     best = max([base, *tried], key=lambda c: c.score)
     return Found(base, best, (), tuple(tried))
 

@@ -27,9 +27,12 @@ class Thresholds:
     share: float = 0.05
     # A named explanation is preferred to one with stand-ins as long as it loses no more than this per parameter saved.
     parsimony: float = 15.0
-    # Most effects that one unit can have (gap-method, step 9) and how many partial explanations are followed.
+    # Most effects that one unit can have (gap-method, step 9) and how many partial explanations are followed
+    # after the first round; later ones follow the best alone.
     most_effects: int = 4
     beam: int = 3
+    # Share of the misfit that one more effect must take away: with less, four will not do, and the search ends.
+    progress: float = 0.2
     # Bins of the quick search; the last fit takes all. 400 over log f leave no mode of 0.5 % damping unseen.
     search_bins: int = 400
     # Prior standard deviations: a calibrated parameter further out belongs to another unit or model.
