@@ -3,6 +3,7 @@
 Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters.
 """
 
+import os
 import termios
 import time
 from collections.abc import Callable
@@ -22,6 +23,7 @@ HANDSHAKES = ("none", "xonxoff", "rtscts")
 POLL_S = 0.02  # how long one look at the port may wait; a deadline is kept to within it
 WRITE_TIMEOUT_S = 1.0
 MAX_LINE = 200  # no reply of any of these instruments is half as long
+MAX_TRAFFIC = 200_000  # entries that nobody took; a stroke, the longest run, has some 10,000
 MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
 
 
@@ -242,8 +244,14 @@ class Link:
         return taken
 
     def _log(self, way: str, data: bytes) -> None:
+        if len(self._traffic) >= MAX_TRAFFIC:
+            del self._traffic[: MAX_TRAFFIC // 2]
+            words = f"{MAX_TRAFFIC // 2} entries before this were never taken and are gone"
+            self._traffic.insert(0, Traffic(time.time(), "note", words.encode()))
         self._traffic.append(Traffic(time.time(), way, data))
 
 
 def _cause(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error) or type(error).__name__
+    """In few words: pyserial puts the port and the number of the error into its own."""
+    number = getattr(error, "errno", None)
+    return os.strerror(number) if number else str(error) or type(error).__name__

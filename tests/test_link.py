@@ -197,3 +197,14 @@ def test_settings_that_cannot_be(wrong):
 def test_nothing_has_a_default():
     with pytest.raises(TypeError):
         LineSettings("/dev/x")
+
+
+def test_a_transcript_that_nobody_takes_is_bounded_and_says_so(monkeypatch):
+    monkeypatch.setattr("hw.link.MAX_TRAFFIC", 10)
+    link = Link(LINE, lambda s: ScriptedPort(()))
+    for number in range(12):
+        link.note(str(number))
+    kept = [t.data for t in link.take_transcript()]
+    assert b"5 entries before this" in kept[0]
+    assert kept[-1] == b"11"
+    assert len(kept) <= 10

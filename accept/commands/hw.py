@@ -65,7 +65,10 @@ def _port(entry: InstrumentEntry) -> str:
 
 
 def _table(*columns: str) -> Table:
-    return Table(*columns, box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
+    table = Table(*columns, box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
+    for column in table.columns:
+        column.overflow = "fold"  # half a port is none
+    return table
 
 
 @clear_errors
@@ -83,7 +86,8 @@ def test(path: Path | None, names: Sequence[str]) -> Exit:
             continue
         cells, reason = _tried(name, entry)
         table.add_row(name, *cells)
-        failed += [f"{name}: {reason}"] if reason else []
+        if reason:
+            failed.append(reason if reason.startswith(f"{name}:") else f"{name}: {reason}")
     stdout.print(table)
     for words in failed:
         say(words)

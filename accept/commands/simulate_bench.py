@@ -13,7 +13,7 @@ from accept.exit import Exit
 from accept.world import world_of
 from hw.simulated import SimulatedBench
 
-BYTE_S = 0.0005  # about 19200 baud
+BYTE_S = 0.0002  # about 38400 baud
 
 
 @clear_errors

@@ -8,7 +8,7 @@ from hw.simulated.heidenhain import HeidenhainDevice
 from hw.simulated.lcr800 import Lcr800Device
 from hw.simulated.millimar import OptorsDevice
 from hw.simulated.server import Server
-from hw.simulated.world import Sources, StageFile, World
+from hw.simulated.world import Sources, Stage, StageFile, World
 
 BENCH_FILE, STAGE_FILE = "bench.toml", "stage.json"
 BENCH = """# Written by `accept simulate bench`: simulated instruments on pseudo-terminals, valid while it runs.
@@ -82,6 +82,7 @@ class SimulatedBench:
         self.folder.mkdir(parents=True, exist_ok=True)
         for server in self.servers.values():
             self._running.enter_context(server)
+        self.stage.write(Stage(probe=1, leads="sensor", stacks="one_stack"))  # so that each has something to measure
         text = BENCH.format(folder=self.folder, stage=self.stage.path, timeout=self._timeout_s, due="2099-12-31")
         self.bench_file.write_text(text, encoding="utf-8")
         return self
