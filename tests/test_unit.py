@@ -63,9 +63,15 @@ def test_an_unusable_unit_toml_is_refused_by_key(tmp_path: Path, old: str, new: 
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"serial = '\xff'", "not UTF-8"), (b"serial = ", "not TOML"), (b"", "serial is missing"), (b"\0" * 99, "not TOML"),
-     (b"a=" + b"[" * 5000, "not TOML"), (b"#" * 2_000_000, "larger")],
-)  # fmt: skip
+    [
+        (b"serial = '\xff'", "not UTF-8"),
+        (b"serial = ", "not TOML"),
+        (b"", "serial is missing"),
+        (b"\0" * 99, "not TOML"),
+        (b"a=" + b"[" * 5000, "not TOML"),
+        (b"#" * 2_000_000, "larger"),
+    ],
+)
 def test_damaged_toml(tmp_path: Path, content: bytes, words: str) -> None:
     (tmp_path / "unit.toml").write_bytes(content)
     with pytest.raises(UnitError, match=words):

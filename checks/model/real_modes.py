@@ -12,8 +12,9 @@ from checks.model.superelement import ModelError
 def real_modal(system: System) -> Modal:
     """`modal(modally_damped(system))`, from the real modes alone (Geradin & Rixen, 3.1.2).
 
-    With modes P of unit mass, P^T C P taken as diag(2 z w), each mode is one pair of poles w (-z +- i sqrt(1 - z^2)) and
-    its response a b / (w^2 + 2 z w s + s^2). Raises ModelError for a coordinate without mass or an assembly not held."""
+    With modes P of unit mass, P^T C P taken as diag(2 z w), each mode is one pair of poles w (-z +- i sqrt(1 - z^2))
+    and its response a b / (w^2 + 2 z w s + s^2). Raises ModelError for a coordinate without mass or an assembly that
+    is not held."""
     try:
         w2, P = linalg.eigh(system.K, system.M, check_finite=False)
     except linalg.LinAlgError as e:
