@@ -1,7 +1,7 @@
 """The gates before a name (gap-method, step 10), and what is said of what has none (step 12)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +123,7 @@ def _astray(full: Candidate) -> bool:
 
 
 def nameless(
-    best: Candidate, full: Candidate, good: Sequence[Claim], slow: Slow | None, table: Thresholds
+    best: Candidate, full: Candidate, made: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
     """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
     fitted to the residual of the worst window of every channel."""
@@ -138,11 +138,18 @@ def nameless(
             if w.channel not in seen:
                 seen.add(w.channel)
                 out.append(_from_window(full, w.channel, level))
-    refused = {m.name for m in best.response.effects} - {c.effect.name for c in good}
-    if refused and out:
-        words = f"nearest: {', '.join(sorted(refused))}, which did not pass the gates"
-        out = [Nameless(n.channel, n.poles_Hz, n.zeros_Hz, n.level_dependent, n.words or words) for n in out]
-    return tuple(out)
+    refused = [c for c in made if c.reasons]
+    words = "; ".join(f"{c.effect.name} was not named: it {c.reasons[0]}" for c in refused)
+    if refused and not out:
+        out = [_refused(c, full, level) for c in refused]
+    return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
+
+
+def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:
+    """What an effect explains that did not pass its gates: it is missing all the same."""
+    values = full.response.of(full.at, claim.effect.name)
+    poles = (values["f_Hz"],) if "f_Hz" in values else ()
+    return Nameless(claim.effect.channels[0], poles, (), level)
 
 
 def _stand_in_words(u: Unnamed, full: Candidate) -> str:

@@ -172,7 +172,7 @@ def _answer(
     named = _named(good, final, early, loops, slow)
     rivals = _ambiguous(found, good, table)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
-    missing = nameless(best, full, good, slow, table) if not (whole.adequate and best is base) else ()
+    missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
     missing = (*missing, *_bent(slow, table))
     after = _named_only(full, good)
     verdict = _verdict(full.adequate, named, rivals, missing)
