@@ -9,12 +9,15 @@ from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
 from accept.files import write_atomic
 from accept.lookup import table_for
-from accept.measured import responses
+from accept.measured import Responses, responses
 from accept.model_file import open_model
 from accept.unit import UNIT_FILE, UnitError, read
-from checks.model.misalign import CHANNELS, estimate
+from checks.model.lookup import Table
+from checks.model.misalign import CHANNELS, estimate, with_payload
 from checks.model.misalign_panels import panels
 from checks.model.misalignment import Along, Estimate
+from checks.model.model import Model
+from checks.quantity import NoResult
 from checks.verdict import Verdict
 
 
@@ -27,30 +30,35 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     with_model = open_model(model or DEFAULT_MODEL["strut"])
     table = table_for(with_model, say)
     measured = responses(unit, channels=CHANNELS)
-    found = estimate(with_model, measured.first, table, measured.second)
+    found = _estimate(with_model, measured, table)
     document = as_document(measured.serial, found)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
-    if plot is not None:
+    if plot is not None and isinstance(found, Estimate):
         draw_to(plot, list(panels(found).values()), 1)
     print("\n".join(words(document)))
-    return Exit.ACCEPTED if found.reason is None else Exit.INCOMPLETE
+    return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
 
 
-def as_document(serial: str, found: Estimate) -> dict[str, Any]:
+def _estimate(model: Model, measured: Responses, table: Table) -> Estimate | str:
+    """The estimate, or why the data cannot tell."""
+    model = with_payload(model, measured.payload_kg)
+    try:
+        return estimate(model, measured.first, table, measured.second)
+    except NoResult as e:
+        return str(e)
+
+
+def as_document(serial: str, found: Estimate | str) -> dict[str, Any]:
     """The JSON of the design. Without a result no number stands where a script would read it."""
+    reason = found if isinstance(found, str) else found.reason
 
-    def of(along: Along) -> dict[str, float | None]:
-        return {"value": along.value, "U": along.U} if found.reason is None else {"value": None, "U": None}
+    def of(along: Along | None) -> dict[str, float | None]:
+        return {"value": None, "U": None} if along is None else {"value": along.value, "U": along.U}
 
-    verdict = Verdict.PASS if found.reason is None else Verdict.NO_RESULT
-    return {
-        "serial": serial,
-        "dx_um": of(found.dx),
-        "dy_um": of(found.dy),
-        "verdict": verdict.value,
-        "reason": found.reason,
-    }
+    dx, dy = (None, None) if isinstance(found, str) or reason is not None else (found.dx, found.dy)
+    verdict = Verdict.PASS if reason is None else Verdict.NO_RESULT
+    return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": reason}
 
 
 def words(document: dict[str, Any]) -> list[str]:

@@ -5,15 +5,13 @@ misalignment, uncertain parameters and drive gives dx, dy and their uncertainty.
 answer give none: missing bands, turned channels, a model that does not explain the responses, an answer at the edge.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from checks.acceptance import frf
 from checks.declare import Check, Measured, Setting, Values
 from checks.model.dataset import Dataset, dataset_from_records
 from checks.model.lookup import Table, grid, ratios, table_frequencies
-from checks.model.misalign import CHANNELS, estimate, of_damping
+from checks.model.misalign import CHANNELS, estimate, of_damping, with_payload
 from checks.model.misalign_panels import panels
 from checks.model.misalignment import Along, Estimate
 from checks.model.model import Model
@@ -36,7 +34,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         raise NoResult("low, high: both records are needed")
     try:
         found = estimate(
-            stated_payload(model, values), data, _scan(model), _dataset(values, "low_repeat", "high_repeat")
+            _at_the_payload(model, values), data, _scan(model), _dataset(values, "low_repeat", "high_repeat")
         )
     except ModelError as e:
         raise NoResult(f"model {model.name}: {e}") from e
@@ -44,13 +42,11 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     return Outcome(quantities, tuple(_notes(found)), panels(found))
 
 
-def stated_payload(model: Model, values: Values) -> Model:
-    """The model with the payload that the unit states, if it does."""
+def _at_the_payload(model: Model, values: Values) -> Model:
     given: Measured | None = values.get("payload_kg")
     if given is None:
         return model
-    sds = model.sds if given.U is None else {**model.sds, "bench.payload_kg": given.U / COVERAGE_FACTOR}
-    return replace(model.with_values({"bench.payload_kg": given.value}), sds=sds)
+    return with_payload(model, given.value, None if given.U is None else given.U / COVERAGE_FACTOR)
 
 
 def _dataset(values: Values, low: str, high: str) -> Dataset | None:

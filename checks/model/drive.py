@@ -16,7 +16,11 @@ from checks.model.superelement import Array
 Values = Mapping[str, float]
 
 GAIN, FALL, DELAY = "drive.log_gain", "drive.fall_per_kHz2", "drive.delay_us"
-DRIVE = (Free(GAIN, 0.0, scale=0.1), Free(FALL, 0.0, scale=0.02), Free(DELAY, 0.0, scale=20.0))
+DRIVE = (  # bounds: a tenth to ten times the gain, a drive that lasts to 1 kHz, 5 ms
+    Free(GAIN, 0.0, lo=-2.3, hi=2.3, scale=0.1),
+    Free(FALL, 0.0, lo=-1.0, hi=1.0, scale=0.02),
+    Free(DELAY, 0.0, lo=-5000.0, hi=5000.0, scale=20.0),
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,29 +14,35 @@ from checks.model.dataset import Dataset
 from checks.model.drive import DRIVE, Driven
 from checks.model.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
 from checks.model.lookup import DX_MAX_UM, DY_MAX_UM, Table
-from checks.model.misalign_gates import reason
+from checks.model.misalign_gates import data_reasons, reason
 from checks.model.misalignment import DX, DY, Along, Estimate
 from checks.model.model import Model
 from checks.model.softened import is_rough, softened
 from checks.model.superelement import Array, ModelError
+from checks.quantity import NoResult
 
 CHANNELS = ("de", "da")
 F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
 F_HI_ROUGH = 700.0  # a rough model's modes hold to here (`frame_identify` places them up to 709 Hz)
 COVERAGE = 2.0  # U = 2 u
-DRAWS = 6  # more starts, where one is not enough
+DRAWS = 3  # more starts, where one is not enough
 STEPS = 5  # of a polish
 
 
 def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None = None) -> Estimate:
     """Misalignment from responses with the channels de and da, judged on a second realisation where there is one.
 
-    The tolerance is the model's. Raises ModelError for a model without encoder, RecordError for a missing channel."""
+    The tolerance is the model's. Raises NoResult for data that cannot tell, ModelError for a model without encoder,
+    RecordError for a missing channel."""
+    if "de" not in model.channels:
+        raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
     rough = softened(model)
     f_hi = F_HI_ROUGH if is_rough(model) else F_HI
     first, second = (_prepared(d, model, f_hi) for d in (data, repeat))
     if first is None:
         raise ModelError("no responses were given")
+    for words in data_reasons(model, first, second):
+        raise NoResult(words)
     places = table.query(first)
     at = of_damping(rough, "modal") or rough
     solutions = _solutions(at, first, places.minima())
@@ -63,6 +69,14 @@ def _prepared(data: Dataset | None, model: Model, f_hi: float) -> Dataset | None
     return None if data is None else replace(data.select(CHANNELS).band(F_LO, f_hi), tolerance=model.tolerance)
 
 
+def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:
+    """The model with the payload that a unit states, if it does, and how well it is known, if it says so."""
+    if kg is None:
+        return model
+    sds = model.sds if sd_kg is None else {**model.sds, "bench.payload_kg": sd_kg}
+    return replace(model.with_values({"bench.payload_kg": kg}), sds=sds)
+
+
 def free_parameters(model: Model, dx: float, dy: float) -> list[Free]:
     """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
@@ -75,12 +89,24 @@ def free_parameters(model: Model, dx: float, dy: float) -> list[Free]:
 
 def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
     """Fits from every start, the best first. Where none explains the data, a resonance may have been taken for another
-    or for none: then once more, from draws of the strut's parameters."""
+    or for none: then once more, from draws of the strut's parameters. Raises NoResult when every search breaks off."""
     free = [free_parameters(model, dx, dy) for dx, dy in starts]
-    found = sorted((fit(Driven(model), data, f) for f in free), key=lambda f: f.cost)
-    if not (found[0].converged and found[0].cost < data.H.size):  # half the sum of squares of twice as many numbers
-        found.append(fit(Driven(model), data, free[0], starts=1 + DRAWS, seed=1))
+    found = [f for p in free if (f := _search(model, data, p)) is not None]
+    if not any(f.converged and f.cost < data.H.size for f in found):  # half the sum of squares of twice as many numbers
+        again = _search(model, data, free[0], DRAWS)
+        found += [] if again is None else [again]
+    if not found:
+        raise NoResult(f"{data.name}: the search for the parameters of {model.name} leaves what a strut can be")
     return sorted(found, key=lambda f: f.cost)
+
+
+def _search(model: Model, data: Dataset, free: Sequence[Free], draws: int = 0) -> Fit | None:
+    """A fit from the start and from draws; None where it comes to values that no strut has, or no number."""
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return fit(Driven(model), data, free, starts=1 + draws, seed=draws)
+    except ValueError:  # ModelError, LinAlgError and what least_squares says of residuals that are not finite
+        return None
 
 
 def _with_full_damping(model: Model, quick: Fit) -> Fit | None:

@@ -13,7 +13,7 @@ from checks.model.fit import Fit
 from checks.model.goodness import gaps
 from checks.model.lookup import DX_MAX_UM, DY_MAX_UM
 from checks.model.misalignment import Estimate
-from checks.model.model import Complex
+from checks.model.model import Complex, Model
 from checks.model.superelement import Array
 from specs.units import unit_of
 
@@ -31,13 +31,9 @@ def reason(found: Estimate) -> str | None:
 
 
 def _reasons(found: Estimate) -> Iterator[str]:
-    for data in (found.data, found.repeat):
-        if data is not None:
-            yield from missing_bands(data)
-            yield from _turned(data)
+    yield from _inadequate(found)
     if not found.fit.converged:
         yield f"the fit did not converge ({found.fit.message})"
-    yield from _inadequate(found)
     yield from _outside_priors(found.fit)
     yield from _at_the_edge(found)
     for dx, dy in found.others:
@@ -45,6 +41,14 @@ def _reasons(found: Estimate) -> Iterator[str]:
             f"two places explain the data alike: dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um and "
             f"dx {dx:.0f}, dy {dy:.0f} um"
         )
+
+
+def data_reasons(model: Model, *given: Dataset | None) -> Iterator[str]:
+    """Why data cannot tell, whatever the model's parameters."""
+    for data in given:
+        if data is not None:
+            yield from missing_bands(data)
+            yield from _turned(data, model)
 
 
 def ratio_noise(data: Dataset) -> Array:
@@ -67,10 +71,18 @@ def missing_bands(data: Dataset) -> Iterator[str]:
         yield f"{data.name}: the ratio de / da is not known from {', '.join(wide[:2])}{more}"
 
 
-def _turned(data: Dataset) -> Iterator[str]:
+def _turned(data: Dataset, model: Model) -> Iterator[str]:
     low = data.band(BANDS_HZ[0], BANDS_HZ[1])
-    if low.f.size and float(np.median((low.H[:, 0] * low.H[:, 1].conj()).real)) < 0.0:
+    if not low.f.size:
+        return
+    if _apart(low.H[:, 0], low.H[:, 1]):
         yield f"{data.name}: de moves against da below the resonance: polarity turned, or channels exchanged"
+    elif _apart(low.H[:, 1], model.frf(low.f, channels=("da",))[:, 0]):
+        yield f"{data.name}: de and da move against what the model does below the resonance: is the drive turned?"
+
+
+def _apart(one: Complex, other: Complex) -> bool:
+    return float(np.median((one * other.conj()).real)) < 0.0
 
 
 def _inadequate(found: Estimate) -> Iterator[str]:
