@@ -1,13 +1,14 @@
 """`accept run`."""
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from accept.commands.talk import clear_errors, operator_name, say
 from accept.exit import Exit, of_verdicts
+from accept.operator_name import operator_name
 from accept.tui.app import BenchApp
 from accept.tui.start import Given
 
@@ -28,7 +29,6 @@ class Wanted:
     seed: int | None = None
 
 
-@clear_errors
 def run(wanted: Wanted) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open."""
     app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), wanted.unit or ""))
@@ -39,7 +39,7 @@ def run(wanted: Wanted) -> Exit:
         if app.bench is not None:
             app.bench.close()
     for serial, verdict in app.done.verdicts.items():
-        say(f"{serial}: {verdict}")
+        print(f"{serial}: {verdict}", file=sys.stderr)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 
 

@@ -1,6 +1,5 @@
 """What every command does alike: talk on stderr, one clear line for an error, who is at the bench."""
 
-import getpass
 import sys
 from collections.abc import Callable
 from functools import wraps
@@ -13,11 +12,14 @@ from accept.certificate.keys import KeysError
 from accept.certificate.signing import SigningRefused
 from accept.exit import Exit
 from accept.home import HomeError
+from accept.operator_name import operator_name
 from accept.store import StoreError
 from accept.unit import UnitError
 from checks.model.superelement import ModelError
 from checks.record import RecordError
 from specs import SpecError
+
+__all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]
 
 P = ParamSpec("P")
 KNOWN_ERRORS = (
@@ -56,13 +58,3 @@ def _words(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror and not isinstance(error, StoreError | HomeError):
         return f"{error.filename or 'a file'}: {error.strerror}"
     return str(error)
-
-
-def operator_name(given: str | None) -> str:
-    """The operator named, else the login name; a machine without one is `unknown`, which the certificate then shows."""
-    if given:
-        return given
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        return "unknown"

@@ -10,6 +10,8 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
+from accept.tui.entry import Entry
+
 
 @dataclass(frozen=True)
 class Line:
@@ -38,15 +40,20 @@ class Ask(ModalScreen[list[str] | None]):
             yield Label(self._words, classes="words", markup=False)
             for line in self._lines:
                 yield Label(line.label, markup=False)
-                yield Input(line.value, password=line.secret, compact=True, max_length=2000)
+                yield Entry(line.value, secret=line.secret)
             yield Label("Enter: next, then done    Esc: leave", classes="quiet")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         fields = list(self.query(Input))
         if event.input is fields[-1]:
-            self.dismiss([field.value for field in fields])
+            self._leave([field.value for field in fields])
         else:
             self.focus_next()
 
     def action_leave(self) -> None:
-        self.dismiss(None)
+        self._leave(None)
+
+    def _leave(self, answer: list[str] | None) -> None:
+        """A key that comes twice answers once."""
+        if self.is_current:
+            self.dismiss(answer)

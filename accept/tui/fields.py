@@ -7,6 +7,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
+from accept.tui.entry import Entry
 from accept.tui.strip import numbers
 from accept.workflow.section import Repeated, repeated
 from accept.workflow.state import StepState
@@ -64,7 +65,7 @@ class Field(Vertical):
     def compose(self) -> ComposeResult:
         with Horizontal():
             yield Label(self.place.label, classes="label", markup=False)
-            yield Input(placeholder=self.place.hint, compact=True, max_length=1000, select_on_focus=True)
+            yield Entry(placeholder=self.place.hint)
             yield Static("", classes="stored", markup=False)
         yield Static("", classes="reason", markup=False)
 
@@ -78,18 +79,24 @@ class Field(Vertical):
     def show(self, state: StepState) -> None:
         """Show what is stored for this place."""
         words = stored_words(self.place, self._step, state)
-        self.query_one(".stored", Static).update(f"✓ {words}" if words else "")
+        self._put(".stored", f"✓ {words}" if words else "")
 
     def refuse(self, reason: str) -> None:
         """Say why nothing was stored; what was typed stays."""
-        self.query_one(".reason", Static).update(f"✗ {reason}")
+        self._put(".reason", f"✗ {reason}")
         self.add_class("refused")
 
     def accept(self) -> None:
         """What was typed is stored: the field is free for a correction."""
-        self.query_one(".reason", Static).update("")
+        self._put(".reason", "")
         self.remove_class("refused")
-        self.input.value = ""
+        for line in self.query(Input):
+            line.value = ""
+
+    def _put(self, where: str, words: str) -> None:
+        """Into a part of this field, unless the form was changed meanwhile and the field is gone."""
+        for part in self.query(where).results(Static):
+            part.update(words)
 
 
 def stored_words(place: Place, step: Step, state: StepState) -> str:

@@ -10,7 +10,7 @@ from textual.widgets import Static
 
 
 class Help(ModalScreen[None]):
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,f1,enter", "dismiss", "Back")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,f1,enter", "leave", "Back")]
 
     def __init__(self, title: str, text: str) -> None:
         super().__init__()
@@ -21,3 +21,7 @@ class Help(ModalScreen[None]):
             yield Static(self._title, classes="title", markup=False)
             yield Static(self._text, markup=False)
             yield Static("\nEsc: back", classes="quiet")
+
+    def action_leave(self) -> None:
+        if self.is_current:
+            self.dismiss(None)

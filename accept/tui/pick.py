@@ -58,6 +58,8 @@ class Pick(Working[Path | None]):
             yield Label("waiting for new files here; Enter takes one, Esc leaves", id="status")
 
     def on_mount(self) -> None:
+        if not self.alive:
+            return
         self._open(self._folder)
         self.set_interval(1.0, self._again)
 
@@ -93,7 +95,7 @@ class Pick(Working[Path | None]):
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         kind, _, name = str(event.option.id).partition(":")
         if kind == "f":
-            self.dismiss(self._folder / name)
+            self.leave(self._folder / name)
         elif name == "..":
             self.action_up()
         else:
@@ -103,4 +105,4 @@ class Pick(Working[Path | None]):
         self._open(self._folder.parent)
 
     def action_leave(self) -> None:
-        self.dismiss(None)
+        self.leave(None)

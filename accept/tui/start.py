@@ -13,6 +13,7 @@ from textual.widgets import Footer, Input, Label, OptionList
 from textual.widgets.option_list import Option
 
 from accept.tui.ask import Ask, Line
+from accept.tui.entry import Entry
 from accept.tui.working import Working
 
 if TYPE_CHECKING:
@@ -79,13 +80,15 @@ class Start(Working[Begin | None]):
                 with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
                     value = getattr(self._given, name, "")
-                    yield Input(value, id=name, compact=True, max_length=64, select_on_focus=True)
+                    yield Entry(value, id=name)
             yield Label("", id="about", markup=False)
             yield OptionList(id="units", markup=False)
         yield Label("getting ready …", id="status")
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
+        if not self.alive:
+            return
         first = "serial" if self._given.operator else "operator"
         self.query_one(f"#{first}", Input).focus()
         self.query_one("#units").display = False
@@ -178,7 +181,7 @@ class Start(Working[Begin | None]):
 
     def _opened(self, session: "Session") -> None:
         if self._bench is not None:
-            self.dismiss(Begin(self._bench, session))
+            self.leave(Begin(self._bench, session))
 
     def action_known(self) -> None:
         """Units that were begun here, to go on with one."""
@@ -204,7 +207,7 @@ class Start(Working[Begin | None]):
         self.query_one("#serial", Input).focus()
 
     def action_leave(self) -> None:
-        self.dismiss(None)
+        self.leave(None)
 
     def help_text(self) -> str:
         return (

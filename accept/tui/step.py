@@ -86,6 +86,8 @@ class StepScreen(Working[bool]):
 
     async def _lay_out(self) -> None:
         """The form's fields; the cursor in the first that is empty."""
+        if not self.alive:
+            return
         forms = self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not self._form)
         self.query_one("#way", Label).update(f"giving: {self._form.name}   (F6: {others})" if others else "")
@@ -93,6 +95,8 @@ class StepScreen(Working[bool]):
         self.query_one("#upper").set_class(has_files(self._form), "files")
         fields = self.query_one("#fields")
         await fields.remove_children()
+        if not self.alive:  # left while the old fields went
+            return
         await fields.mount(*(Field(place, self.step, self._state) for place in places(self._form)))
         self._to_next_empty(None)
 
@@ -101,8 +105,8 @@ class StepScreen(Working[bool]):
         fields = list(self.query(Field))
         start = fields.index(after) + 1 if after in fields else 0
         empty = [f for f in fields[start:] + fields[:start] if not self._has(f.place)]
-        if empty or fields:
-            (empty or fields)[0].input.focus()
+        for first in (empty or fields)[:1]:
+            first.query(Input).focus()
 
     def _has(self, place: Place) -> bool:
         if place.is_file:
@@ -111,6 +115,8 @@ class StepScreen(Working[bool]):
 
     def _show(self) -> None:
         """Everything from the state of the session."""
+        if not self.alive:
+            return
         number = 1 + [s.name for s in self.session.steps].index(self.step.name)
         status = self.session.status(self.step)
         head = self.query_one("#head", Label)
@@ -140,7 +146,9 @@ class StepScreen(Working[bool]):
             holder.mount(Label(words, classes="quiet"), Horizontal(*(PanelView(p) for p in shown), classes="panels"))
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        field = event.input.query_ancestor(Field)
+        field = field_of(event.input)
+        if field is None:
+            return
         if not event.value.strip():
             self._to_next_empty(field)
             if ready(self.step, self._state):
@@ -187,7 +195,7 @@ class StepScreen(Working[bool]):
         field.accept()
         self.say(f"stored as event {event.seq}", "good")
         self._show()
-        if field.input.has_focus or self.focused is None:
+        if self._focused_field() in (field, None):
             self._to_next_empty(field)
         if ready(self.step, self._state):
             self._judge()
@@ -200,7 +208,7 @@ class StepScreen(Working[bool]):
         self._show()
 
     def _focused_field(self) -> Field | None:
-        return self.focused.query_ancestor(Field) if isinstance(self.focused, Input) else None
+        return field_of(self.focused) if isinstance(self.focused, Input) else None
 
     def action_pick(self) -> None:
         field = self._focused_field()
@@ -296,7 +304,7 @@ class StepScreen(Working[bool]):
         body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
 
     def action_leave(self) -> None:
-        self.dismiss(True)
+        self.leave(True)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Keys that mean nothing at this step are not in the footer."""
@@ -313,6 +321,11 @@ class StepScreen(Working[bool]):
         typed = "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF."
         told = f"{self.step.guide.words}\n{self.step.guide.picture}{measured_with}\n"
         return "\n".join([told, f"{typed}\n", "Limits", *bounds])
+
+
+def field_of(line: Input) -> Field | None:
+    """The field of a line, None when the form was changed since the key was pressed."""
+    return next((a for a in line.ancestors if isinstance(a, Field)), None)
 
 
 def limit_words(limit: Limit) -> str:

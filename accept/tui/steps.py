@@ -47,6 +47,8 @@ class Steps(Working[bool]):
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
+        if not self.alive:
+            return
         table = self.query_one(DataTable)
         table.add_column("", key="mark", width=1)
         table.add_column("step", key="title", width=32)
@@ -63,9 +65,9 @@ class Steps(Working[bool]):
         self._show()
 
     def _show(self) -> None:
-        table = self.query_one(DataTable)
-        if not table.row_count:
+        if not self.alive or not self.query_one(DataTable).row_count:
             return
+        table = self.query_one(DataTable)
         for step in self.session.steps:
             status = self.session.status(step)
             colour = COLOURS[status]
@@ -129,15 +131,16 @@ class Steps(Working[bool]):
         self.send(lambda: import_module("accept.tui.summary"), self._sum_up, "one moment")
 
     def _sum_up(self, module: ModuleType) -> None:
-        self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
+        if self.is_current:
+            self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
 
     def _summed(self, finished: bool | None) -> None:
         self._show()
         if finished:
-            self.dismiss(True)
+            self.leave(True)
 
     def action_leave(self) -> None:
-        self.dismiss(False)
+        self.leave(False)
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)

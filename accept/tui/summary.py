@@ -47,6 +47,8 @@ class Summary(Working[bool]):
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
+        if not self.alive:
+            return
         self.query_one(DataTable).add_columns("", "quantity", "value ± U", "limits", "verdict", "why")
         if self.session.result is not None:
             self._judged(self.session.result)
@@ -129,10 +131,10 @@ class Summary(Working[bool]):
             self.app.push_screen(Help("Training: what this unit had", self.bench.hidden))
 
     def action_next(self) -> None:
-        self.dismiss(True)
+        self.leave(True)
 
     def action_leave(self) -> None:
-        self.dismiss(False)
+        self.leave(False)
 
     def help_text(self) -> str:
         return (

@@ -47,12 +47,24 @@ class Working(Screen[T]):
         """Whether nothing is running or waiting."""
         return not self._afterwards and not self._queued
 
+    @property
+    def alive(self) -> bool:
+        """Whether there is still something to show on: a key may leave a screen that is not yet drawn."""
+        return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
+
     def say(self, words: str, role: str = "quiet") -> None:
         """One line at the foot of the screen. role: quiet, good, bad."""
-        status = self.query_one("#status", Label)
-        status.set_classes(role)
         mark = {"good": "✓ ", "bad": "✗ "}.get(role, "")
-        status.update(f"{mark}{words}".replace("[", r"\["))
+        for status in self.query("#status").results(Label):
+            status.set_classes(role)
+            status.update(f"{mark}{words}".replace("[", r"\["))
+
+    def leave(self, result: T | None = None) -> None:
+        """Dismiss, with whatever stands in front; a key that comes twice leaves once."""
+        while self in self.app.screen_stack and self.app.screen is not self:
+            self.app.pop_screen()
+        if self.is_current:
+            self.dismiss(result)
 
     def _next(self) -> None:
         if self._in_order is not None or not self._queued:
@@ -71,7 +83,7 @@ class Working(Screen[T]):
             self._in_order, self._doing = None, None
         if event.state is WorkerState.ERROR and worker.error is not None:
             self._report(worker.error, failed)
-        elif event.state is WorkerState.SUCCESS and then is not None:
+        elif event.state is WorkerState.SUCCESS and then is not None and self.alive:
             then(worker.result)
         self._next()
 
@@ -81,7 +93,7 @@ class Working(Screen[T]):
         words = words_of(error)
         self.app.bell()
         self.say(words, "bad")
-        if failed is not None:
+        if failed is not None and self.alive:
             failed(words)
 
     def _tick(self) -> None:
