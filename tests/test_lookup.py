@@ -84,7 +84,7 @@ def test_the_misfit_is_the_weighted_square(strut: Model, table: Table, monkeypat
     monkeypatch.setattr("checks.model.lookup.SHIFTS", (0.0,))
     data = plain(strut, 60.0, -60.0)
     found = table.query(data).misfit
-    bins = data.band(table.f[0], table.f[-1]).thinned(200)
+    bins = data.band(table.f[0], table.f[-1]).thinned(150)
     de, da = bins.H.T
     for x, y in ((0, 0), (12, 10), (20, 20), (10, 3)):
         R = np.interp(np.log(bins.f), np.log(table.f), table.R[x, y])
