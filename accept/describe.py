@@ -17,7 +17,8 @@ def all_checks() -> str:
 
 
 def _check(check: Check) -> str:
-    forms = "\n".join(_form(form) for form in check.forms)
+    own = check.reads == check.name
+    forms = "\n".join(_form(form) for form in check.forms) if own else f"- reads the data of `{check.reads}`"
     settings = "".join(f"\n- setting `{s.name}` = `{s.default}`: {s.meaning}" for s in check.settings)
     stated = f"\n- a spec may state the uncertainty of: {_codes(check.stated)}" if check.stated else ""
     return f"""## {check.name}: {check.title}
