@@ -168,7 +168,7 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
                 "channel": u.channel,
                 "poles_Hz": list(u.poles_Hz),
                 "zeros_Hz": list(u.zeros_Hz),
-                "level_dependent": u.level_dependent,
+                "level_dependent": bool(u.level_dependent),
                 "words": u.words,
             }
             for u in r.unnamed

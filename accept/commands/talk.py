@@ -27,7 +27,8 @@ KNOWN_ERRORS = (
     ModelError,
 )  # fmt: skip
 
-stdout = Console(highlight=False, soft_wrap=False)
+# A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for.
+stdout = Console(highlight=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
 
 
 def say(words: str) -> None:
