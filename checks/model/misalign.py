@@ -13,6 +13,7 @@ import numpy as np
 from checks.model.dataset import Dataset
 from checks.model.drive import DRIVE, Driven
 from checks.model.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
+from checks.model.goodness import gaps
 from checks.model.lookup import DX_MAX_UM, DY_MAX_UM, Table
 from checks.model.misalign_gates import data_reasons, reason
 from checks.model.misalignment import DX, DY, Along, Estimate
@@ -25,6 +26,7 @@ CHANNELS = ("de", "da")
 F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
 F_HI_ROUGH = 700.0  # a rough model's modes hold to here (`frame_identify` places them up to 709 Hz)
 COVERAGE = 2.0  # U = 2 u
+PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a fit that has lost its way
 DRAWS = 3  # more starts, where one is not enough
 STEPS = 5  # of a polish
 
@@ -88,16 +90,27 @@ def free_parameters(model: Model, dx: float, dy: float) -> list[Free]:
 
 
 def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
-    """Fits from every start, the best first. Where none explains the data, a resonance may have been taken for another
-    or for none: then once more, from draws of the strut's parameters. Raises NoResult when every search breaks off."""
+    """Fits from every start, the best first. Where none explains the strut's own modes, one may have been taken for
+    another: then once more, from draws of its parameters. Raises NoResult when every search breaks off."""
     free = [free_parameters(model, dx, dy) for dx, dy in starts]
     found = [f for p in free if (f := _search(model, data, p)) is not None]
-    if not any(f.converged and f.cost < data.H.size for f in found):  # half the sum of squares of twice as many numbers
+    if not any(_explains(f) for f in found) and (not found or _explains_payload(found[0])):
         again = _search(model, data, free[0], DRAWS)
         found += [] if again is None else [again]
     if not found:
         raise NoResult(f"{data.name}: the search for the parameters of {model.name} leaves what a strut can be")
     return sorted(found, key=lambda f: f.cost)
+
+
+def _explains(found: Fit) -> bool:
+    """Whether the cost, half the sum of squares of twice as many numbers as H has, is no more than these give."""
+    return found.converged and found.cost < found.datasets[0].H.size
+
+
+def _explains_payload(found: Fit) -> bool:
+    """Whether the payload's resonance is explained. No search helps where the bench itself is another."""
+    low = found.datasets[0].f < PAYLOAD_HZ
+    return gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G < LOST
 
 
 def _search(model: Model, data: Dataset, free: Sequence[Free], draws: int = 0) -> Fit | None:
