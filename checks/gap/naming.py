@@ -37,15 +37,20 @@ def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
     return tuple(c for c in made if not c.reasons)
 
 
-def claims(search: Search, found: Found, final: Fit, full: Candidate) -> tuple[Claim, ...]:
-    """Every named effect of the best explanation against its gates."""
+def claims(
+    search: Search, found: Found, final: Fit, full: Candidate, left_out: Sequence[str] = ()
+) -> tuple[Claim, ...]:
+    """Every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
     out = []
     total = max(found.best.lnL - found.base.lnL, 1.0)
     for effect in found.best.response.effects:
         gain = _gain(search, found, effect)
         confirmed = _confirmed(search, found, effect)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
-        out.append(Claim(effect, gain, p, tuple(_reasons(search.table, effect, gain, total, confirmed, final, full))))
+        reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
+        if set(left_out) & set(effect.channels):
+            reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
+        out.append(Claim(effect, gain, p, tuple(reasons)))
     return tuple(out)
 
 
@@ -137,7 +142,7 @@ def nameless(
         for w in full.adequacy.windows:
             if w.channel not in seen:
                 seen.add(w.channel)
-                out.append(_from_window(full, w.channel, level))
+                out.append(from_window(full, w.channel, level))
     refused = [c for c in made if c.reasons]
     words = "; ".join(f"{c.effect.name} was not named: it {c.reasons[0]}" for c in refused)
     if refused and not out:
@@ -158,7 +163,7 @@ def _stand_in_words(u: Unnamed, full: Candidate) -> str:
     return f"{u.channel} times a {u.shape.name} ({numbers}) would explain it"
 
 
-def _from_window(full: Candidate, channel: str, level: bool) -> Nameless:
+def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
     """Pole and zero beside it of a mode that would explain most of the channel's residual."""
     score = screen(full.seen, Unnamed(MODE, channel), starts=1)
     values = score.starts[0]

@@ -18,7 +18,7 @@ from checks.model.dataset import Dataset
 from checks.model.goodness import gaps
 from checks.model.superelement import ModelError
 
-FEW, MANY = 5, 30  # steps for every start, and for those that go on
+FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
@@ -126,10 +126,14 @@ class Search:
         """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
         response = base.response.with_member(score.member)
         found, member = score.starts[0], score.member
+        if not isinstance(member, Effect):
+            return []
+        # Full damping has the quicker derivatives, and as good a start.
+        quick = replace(response, model=replace(response.model, damping="full"))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
         try:
-            return [go_on(begin(response, self.A, annealed(response, self._few_bins, own).at), FEW)]
+            return [go_on(begin(response, self.A, annealed(quick, self._few_bins, own).at), FEW)]
         except ModelError:
             return []
 
@@ -188,12 +192,12 @@ class Found:
     tried: tuple[Candidate, ...]
 
 
-def explain(search: Search, base: Candidate) -> Found:
-    """Smallest set of members that is adequate on B; without one, the set that explains most."""
+def explain(search: Search, base: Candidate, most: int) -> Found:
+    """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most."""
     beam = [base]
     tried: list[Candidate] = []
-    for size in range(1, search.table.most_effects + 1):
-        search.say(f"looking for {size} effect{'s' if size > 1 else ''}")
+    for size in range(1, most + 1):
+        search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
         found: list[Candidate] = []
         for b in beam:
             found = _distinct([*found, *search.extended(b)])

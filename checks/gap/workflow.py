@@ -14,7 +14,7 @@ from checks.gap.effects import EFFECTS, Effect
 from checks.gap.effects.effect import NOT_SEEN
 from checks.gap.experiments import experiment
 from checks.gap.limits import detection_limits
-from checks.gap.naming import Claim, claims, kept, nameless
+from checks.gap.naming import Claim, claims, from_window, kept, nameless
 from checks.gap.result import (
     AMBIGUOUS,
     EXPLAINED,
@@ -44,6 +44,7 @@ from checks.record import Record
 Say = Callable[[str], None]
 BEYOND_DOUBT = 4.6  # of log-likelihood, a ratio of 100: before the other form of damping is taken
 ABOUT_MODE_HZ = 5.0
+FIRST = 2  # effects that are looked for before a channel is left out
 SECOND = {"full": "modal", "modal": "full"}
 
 
@@ -76,8 +77,33 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     say("calibrating the model")
     base = _calibrated(search, inputs, loops, slow)
     whole = _on_all_bins(base, B)
-    found = Found(base, base, (), ()) if whole.adequate else explain(search, base)
+    found = Found(base, base, (), ()) if whole.adequate else explain(search, base, FIRST)
+    if found.best.adequate or whole.adequate:
+        return _answer(inputs, search, found, whole, A, B, early, loops, slow)
+    part = _without_a_channel(inputs, search, A, B, loops, slow)
+    if part is not None:
+        return _answer(inputs, *part, whole, A, B, early, loops, slow)
+    deeper = explain(search, found.best, table.most_effects - FIRST)
+    found = Found(base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
     return _answer(inputs, search, found, whole, A, B, early, loops, slow)
+
+
+def _without_a_channel(
+    inputs: Inputs, search: Search, A: Dataset, B: Dataset, loops: bool, slow: Slow | None
+) -> tuple[Search, Found] | None:
+    """What the other channels say when one is left out: something without a name on one channel leads the calibration
+    astray and hides what the others could name. None where they are not explained either."""
+    if len(A.channels) < 3:
+        return None
+    search.say("looking at the channels two by two")
+    pairs = [tuple(c for c in A.channels if c != left_out) for left_out in A.channels]
+    bins = search.table.search_bins
+    parts = [replace(search, A=A.select(p).thinned(bins), B=B.select(p).thinned(bins)) for p in pairs]
+    bases = [_calibrated(part, inputs, loops, slow) for part in parts]
+    base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
+    part = replace(part, library=_library(inputs, part.A.channels))
+    found = Found(base, base, (), ()) if base.adequate else explain(part, base, FIRST)
+    return (part, found) if found.best.adequate else None
 
 
 def same_unit(A: Dataset, B: Dataset) -> None:
@@ -165,16 +191,19 @@ def _answer(
 ) -> Result:
     table, base, best = search.table, found.base, found.best
     search.say("fitting all bins")
-    final = fit(best.response, A, best.response.free(best.at))
-    full = Candidate(best.response, final.at, final.cost, B, table)
-    made = claims(search, found, final, full) if best is not base else ()
+    told = search.A.channels
+    left_out = [c for c in A.channels if c not in told]
+    final = fit(best.response, A.select(told), best.response.free(best.at))
+    full = Candidate(best.response, final.at, final.cost, B.select(told), table)
+    made = claims(search, found, final, full, left_out) if best is not base else ()
     good = kept(made)
     named = _named(good, final, early, loops, slow)
     rivals = _ambiguous(found, good, table)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
-    missing = (*missing, *_bent(slow, table))
-    after = _named_only(full, good)
+    everything = replace(full, unseen=B)
+    missing = (*missing, *(from_window(everything, c, False) for c in left_out), *_bent(slow, table))
+    after = _named_only(everything, good)
     verdict = _verdict(full.adequate, named, rivals, missing)
     limits = {}
     if verdict == NO_MISSING:
@@ -196,7 +225,7 @@ def _answer(
         after=after.seen,
         fit=final,
         p_before=whole.adequacy.p,
-        p_after=full.adequacy.p,
+        p_after=everything.adequacy.p,
         early=early,
         slow=slow,
         notes=(*inputs.notes, *_notes(full)),
