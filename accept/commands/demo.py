@@ -24,7 +24,7 @@ def run(out: Path, operator: str | None) -> Exit:
     place = home() / DEMO
     credential = demo_credential(home())
     units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
-    specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut")}
+    specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
     order = batch.Order(units, out, specs, operator_name(operator), credential)
     with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
         report = batch.run(order, store, say)
