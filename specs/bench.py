@@ -1,14 +1,13 @@
 """The bench file: which instruments there are, how they are connected, how accurate, and until when calibrated."""
 
 import datetime
-import hashlib
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from specs.spec import SpecError, StatedU, Strict, Words, problem_line
+from specs.spec import StatedU
+from specs.strict import Strict, Words, file_bytes, parse_as
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,40}$")]
 OFFLINE = "offline"  # no wire to it: it stands in the file for its calibration
@@ -77,30 +76,18 @@ class BenchDocument(Strict):
 
 
 class Bench(BenchDocument):
-    """A bench file together with the hash of its bytes."""
+    """A bench file together with the bytes it was read from."""
 
     sha256: str
+    text: str
     path: str
 
 
 def load_bench(path: Path) -> Bench:
     """Bench of a TOML file. Raises SpecError listing every problem with its key path."""
-    try:
-        raw = path.read_bytes()
-    except OSError as e:
-        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
-    return parse_bench(raw, str(path))
+    return parse_bench(file_bytes(path), str(path))
 
 
 def parse_bench(raw: bytes, path: str) -> Bench:
     """Bench from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    try:
-        data = tomllib.loads(raw.decode("utf-8"))
-        BenchDocument.model_validate(data)  # first alone, so that a file cannot bring its own hash
-        return Bench.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "path": path})
-    except UnicodeDecodeError as e:
-        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
-    except tomllib.TOMLDecodeError as e:
-        raise SpecError(path, [f"is not TOML: {e}"]) from e
-    except ValidationError as e:
-        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e
+    return parse_as(Bench, BenchDocument, raw, path, path=path)

@@ -4,14 +4,12 @@ Every number may be a value or `{ value, sd }`; with an sd it is uncertain and g
 is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same.
 """
 
-import hashlib
-import tomllib
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from specs.model_sections import (
     Amplifier,
@@ -31,7 +29,7 @@ from specs.model_sections import (
     Sensor,
     Tolerance,
 )
-from specs.spec import SpecError, Strict, Words, problem_line
+from specs.strict import SpecError, Strict, Words, file_bytes, parse_as
 
 
 class Document(Strict):
@@ -126,24 +124,9 @@ def resolve_model(name: str) -> Path:
 def load_model(name: str | Path) -> ModelSpec:
     """Model by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
     path = resolve_model(str(name))
-    try:
-        raw = path.read_bytes()
-    except OSError as e:
-        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
-    return parse_model(raw, str(path), path.parent)
+    return parse_model(file_bytes(path), str(path), path.parent)
 
 
 def parse_model(raw: bytes, path: str, folder: Path) -> ModelSpec:
     """Model from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    try:
-        text = raw.decode("utf-8")
-        data = tomllib.loads(text)
-        Document.model_validate(data)  # first alone, so that a file cannot bring its own hash
-        sha256 = hashlib.sha256(raw).hexdigest()
-        return ModelSpec.model_validate({**data, "sha256": sha256, "text": text, "folder": str(folder)})
-    except UnicodeDecodeError as e:
-        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
-    except tomllib.TOMLDecodeError as e:
-        raise SpecError(path, [f"is not TOML: {e}"]) from e
-    except ValidationError as e:
-        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e
+    return parse_as(ModelSpec, Document, raw, path, folder=str(folder))

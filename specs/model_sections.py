@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from specs.spec import Finite, Positive, Strict, Words
+from specs.strict import Finite, Positive, Strict, Words
 
 BENDING = ("kRx_Nm_per_rad", "kRy_Nm_per_rad")
 TYPES = {"2dof": BENDING, "3dof": (*BENDING, "kRz_Nm_per_rad"), "4dof": (*BENDING, "kRz_Nm_per_rad", "kz_N_per_um")}

@@ -1,32 +1,14 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
-import hashlib
 import re
-import tomllib
-from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Words = Annotated[str, Field(min_length=1)]
-
-
-class SpecError(ValueError):
-    """Every problem of one spec file, a line each: file, key path, what is wrong."""
-
-    def __init__(self, path: str, problems: list[str]) -> None:
-        self.path, self.problems = path, problems
-        super().__init__("\n".join(f"{path}: {p}" for p in problems))
-
-
-class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Limit(Strict):
@@ -149,33 +131,9 @@ def resolve(name: str) -> Path:
 def load(name: str | Path) -> Spec:
     """Spec by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
     path = resolve(str(name))
-    try:
-        raw = path.read_bytes()
-    except OSError as e:
-        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
-    return parse(raw, str(path))
+    return parse(file_bytes(path), str(path))
 
 
 def parse(raw: bytes, path: str) -> Spec:
     """Spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    try:
-        data = tomllib.loads(raw.decode("utf-8"))
-        Document.model_validate(data)  # first alone, so that a file cannot bring its own hash
-        return Spec.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "text": raw.decode("utf-8")})
-    except UnicodeDecodeError as e:
-        raise SpecError(path, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
-    except tomllib.TOMLDecodeError as e:
-        raise SpecError(path, [f"is not TOML: {e}"]) from e
-    except ValidationError as e:
-        raise SpecError(path, [problem_line(problem) for problem in e.errors()]) from e
-
-
-def problem_line(problem: Mapping[str, Any]) -> str:
-    """One problem of a document in words: key path, what is wrong, what was found."""
-    key = ".".join(str(k) for k in problem["loc"]) or "top level"
-    words = problem["msg"].removeprefix("Value error, ")
-    shown = problem.get("input")
-    got = "" if isinstance(shown, dict) or problem["type"] == "value_error" else f" (got {shown!r})"
-    if problem["type"] == "extra_forbidden":
-        words, got = "unknown key", ""
-    return f"[{key}] {words}{got}"
+    return parse_as(Spec, Document, raw, path)

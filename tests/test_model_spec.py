@@ -10,7 +10,7 @@ from checks.model.build import build, file_nodes
 from checks.model.superelement import ModelError, Nodes
 from hw.model import open_model
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
-from specs.spec import SpecError
+from specs.strict import SpecError
 from tests.units_model import APA300ML, NOMINAL, needs_data
 
 SMALL = """

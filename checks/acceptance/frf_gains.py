@@ -15,7 +15,8 @@ from checks.model.superelement import ModelError
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from checks.signals.frf import Frf
 from specs.model import load_model
-from specs.spec import CheckSpec, SpecError
+from specs.spec import CheckSpec
+from specs.strict import SpecError
 
 GAINS = {  # quantity -> channel, band [Hz] (seed 4.2.3), unit in the channel's unit
     "gain_de_um_per_V": ("de", STATIC_HZ, 1e-6),

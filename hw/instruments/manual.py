@@ -12,7 +12,7 @@ from pydantic import Field
 
 from hw.errors import Garbled, Implausible, SettingsError
 from hw.instruments.reading import Identity, Reading
-from specs.spec import Strict
+from specs.strict import Strict
 
 UNITS = {
     "m": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 25.4e-3},

@@ -14,7 +14,7 @@ from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
 from hw.instruments.reading import Identity, Reading
 from hw.link import LineSettings, Link
 from specs.bench import OFFLINE, InstrumentEntry
-from specs.spec import Strict, problem_line
+from specs.strict import Strict, problem_line
 
 Ask = Callable[[str], str]
 S = TypeVar("S", bound=Strict)

@@ -11,7 +11,7 @@ from pydantic import Field
 from hw.errors import Garbled, InstrumentError
 from hw.instruments.reading import Identity, Reading, agreed, check_identity
 from hw.link import Deadline, Link
-from specs.spec import Strict
+from specs.strict import Strict
 
 Seconds = Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -1,0 +1,63 @@
+"""TOML read strictly: an unknown key, a wrong type, a number that is not finite are errors with their key path."""
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Words = Annotated[str, Field(min_length=1)]
+Full = TypeVar("Full", bound="Strict")
+
+
+class SpecError(ValueError):
+    """Every problem of one file, a line each: file, key path, what is wrong."""
+
+    def __init__(self, path: str, problems: list[str]) -> None:
+        self.path, self.problems = path, problems
+        super().__init__("\n".join(f"{path}: {p}" for p in problems))
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def file_bytes(path: Path) -> bytes:
+    """Raises SpecError."""
+    try:
+        return path.read_bytes()
+    except OSError as e:
+        raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
+
+
+def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
+    """What the bytes of a TOML file say, as `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
+
+    name: of the file, for messages. Raises SpecError listing every problem with its key path.
+    """
+    try:
+        text = raw.decode("utf-8")
+        data = tomllib.loads(text)
+        document.model_validate(data)  # first alone, so that a file cannot bring its own hash
+        return full.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "text": text, **origin})
+    except UnicodeDecodeError as e:
+        raise SpecError(name, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
+    except tomllib.TOMLDecodeError as e:
+        raise SpecError(name, [f"is not TOML: {e}"]) from e
+    except ValidationError as e:
+        raise SpecError(name, [problem_line(problem) for problem in e.errors()]) from e
+
+
+def problem_line(problem: Mapping[str, Any]) -> str:
+    """One problem of a document in words: key path, what is wrong, what was found."""
+    key = ".".join(str(k) for k in problem["loc"]) or "top level"
+    words = problem["msg"].removeprefix("Value error, ")
+    shown = problem.get("input")
+    got = "" if isinstance(shown, dict) or problem["type"] == "value_error" else f" (got {shown!r})"
+    if problem["type"] == "extra_forbidden":
+        words, got = "unknown key", ""
+    return f"[{key}] {words}{got}"
