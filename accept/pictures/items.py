@@ -12,6 +12,7 @@ from matplotlib.patheffects import withStroke
 
 from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
+from accept.pictures.ticks import set_log_ticks
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 
@@ -38,6 +39,9 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
+    for axis, logarithmic in ((axes.xaxis, panel.x_log), (axes.yaxis, panel.y_log)):
+        if logarithmic:
+            set_log_ticks(axis)
     _legend(axes)
 
 

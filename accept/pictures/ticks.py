@@ -1,0 +1,35 @@
+"""Ticks of logarithmic axes: plain numbers where they are short, few enough to read and quick to draw."""
+
+import math
+
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PLAIN = (1e-2, 1e5)  # numbers in here are written out, others as powers of ten
+
+
+def set_log_ticks(axis: Axis) -> None:
+    """Ticks for the limits that the axis has now.
+
+    matplotlib's own labels are set as formulas, and its minor ticks are made though they are not shown: half of the
+    time of a drawing.
+    """
+    low, high = sorted(axis.get_view_interval())
+    decades = math.log10(high / low)
+    if decades < 0.9:
+        axis.set_major_locator(MaxNLocator(5))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0,) if decades > 2.2 else (1.0, 2.0, 5.0), numticks=8))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def number(value: float) -> str:
+    """0.5, 200, 2·10⁻⁷, 10⁶."""
+    if _PLAIN[0] <= value < _PLAIN[1]:
+        return f"{value:.10g}"
+    power = math.floor(math.log10(value) + 1e-9)
+    factor = round(value / 10.0**power, 6)
+    ten = "10" + str(power).translate(_RAISED)
+    return ten if factor == 1.0 else f"{factor:g}·{ten}"
