@@ -15,7 +15,6 @@ from checks.gap import before as early
 from checks.gap import effects as library
 from checks.gap.adequacy import judge
 from checks.gap.augmented import Augmented
-from checks.gap.derivatives import jacobian
 from checks.gap.effects import EFFECTS
 from checks.gap.projected import project
 from checks.gap.refit import annealed, go_on
@@ -23,7 +22,6 @@ from checks.gap.thresholds import THRESHOLDS, digest
 from checks.gap.unnamed import stand_ins
 from checks.gap.workflow import GapRefused, run, same_unit
 from checks.model.effects import ADDS, SETS
-from checks.model.parameters import derivative_step
 from tests.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.units_model import DATA, needs_data, truth
 
@@ -81,19 +79,6 @@ class TestLibrary:
             up, down = (response.frf(F, {**at, name: at[name] + s * h}, CHANNELS) for s in (1, -1))
             # truncation and rounding of a central difference of 1e-4 of the scale
             np.testing.assert_allclose(d, (up - down) / (2 * h), atol=1e-4 * np.abs(d).max())
-
-
-@pytest.mark.parametrize("damping", ["full", "modal"])
-def test_adjoint_derivatives(damping: str) -> None:
-    model = replace(strut(), damping=damping).with_values({"misalignment.dy_um": 80.0})
-    names = [*model.sds, "misalignment.dx_um", "misalignment.dy_um", "apa.sensor_stiffening"]
-    slow, quick = model.jacobian(F, names, {}, CHANNELS), jacobian(model, F, names, {}, CHANNELS)
-    size = np.abs(model.frf(F, {}, CHANNELS)).max(axis=0)
-    limit = 1e-3  # truncation of the slow way's central difference; 2e-4 found
-    for name, a, b in zip(names, slow, quick, strict=True):
-        # A channel that hardly depends on a parameter shows the rounding of its two responses, 1e-13 of them, over 2 h.
-        rounding = 1e-12 * size / (2.0 * derivative_step(name, model.values[name]))
-        assert (np.abs(a - b).max(axis=0) <= limit * np.abs(a).max(axis=0) + rounding).all()
 
 
 def test_calibration_from_far_away() -> None:

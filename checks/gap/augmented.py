@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.gap.derivatives import jacobian
 from checks.gap.effects.effect import Effect
 from checks.gap.unnamed import Unnamed
 from checks.model.fit import Free, free_of
@@ -87,7 +86,7 @@ class Augmented:
         parts = {n: self._targets(n) for n in names}
         needed = sorted({t for targets in parts.values() for t in targets})
         at = self.changes(changes)
-        D = dict(zip(needed, jacobian(self.model, f, needed, at, channels), strict=True))
+        D = dict(zip(needed, self.model.jacobian(f, needed, at, channels), strict=True)) if needed else {}
         factor = self._factor(f, changes, channels)
         out = np.empty((len(names), f.size, len(channels)), dtype=complex)
         H = self.model.frf(f, at, channels) if self._factors else np.zeros(0)

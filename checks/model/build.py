@@ -13,6 +13,7 @@ from checks.model.frame_geometry import FrameGeometry
 from checks.model.model import Model, Values
 from checks.model.parameters import in_range, si
 from checks.model.reduce import reduce_apa
+from checks.model.softened import with_modes
 from checks.model.superelement import ModelError, Nodes, Superelement
 from checks.model.superelement_check import check_superelement
 from specs.model import ModelSpec
@@ -38,7 +39,8 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     in_range(values)
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
-    return Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256, damping=spec.damping)
+    model = Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256, damping=spec.damping)
+    return with_modes(model)
 
 
 def file_nodes(spec: ModelSpec) -> Nodes:

@@ -112,7 +112,7 @@ class Modal:
 
 def modal(system: System) -> Modal:
     """Complex modes of a system. Raises ModelError when its stiffness is not positive definite."""
-    W, L_inv_T_U = _energy_form(system)
+    W, L_inv_T_U = energy_form(system)
     n = system.K.shape[0]
     g = np.concatenate([-L_inv_T_U.T @ system.force, np.zeros(n)])
     outputs = np.hstack([system.outputs @ L_inv_T_U, np.zeros((len(system.channels), n))])
@@ -123,7 +123,7 @@ def modal(system: System) -> Modal:
     return Modal(mu[kept], residues[kept], mu[kept].imag < 0.0, system.channels, W, g, outputs)
 
 
-def _energy_form(system: System) -> tuple[Array, Array]:
+def energy_form(system: System) -> tuple[Array, Array]:
     """W (2n, 2n) and the shapes T (n, n) of q = T y, with T^T K T = 1 and T^T M T = diag(1/w^2)."""
     try:
         L = linalg.cholesky(system.K, lower=True, check_finite=False)

@@ -5,22 +5,22 @@ H = model.frf(f, {"joint.kz_N_per_um": 80.0}, channels=("de", "da"))       # (F,
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from checks.model.apa import ApaBody
 from checks.model.assemble import assemble
-from checks.model.bench import suspension
 from checks.model.builder import System
-from checks.model.encoder import bracket
+from checks.model.derivatives import Change, change, derivatives, modal_derivatives
 from checks.model.modal import Complex, Modal, direct_frf, modal
-from checks.model.parameters import derivative_step, in_range, is_mechanical, known
+from checks.model.parameters import TURNS_TIES, depends_on, derivative_step, in_range, is_mechanical, known, last
 from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, offset_of
 from checks.model.real_modes import real_modal
+from checks.model.seen import in_proportion, seen
 from checks.model.superelement import Array, ModelError
 
 CHANNELS = ("Vs", "de", "da")
@@ -82,52 +82,50 @@ class Model:
 
     def system(self, changes: Values = PRIOR_ONLY) -> System:
         """Matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the payload's z [m]."""
-        v = self._at(changes)
-        return assemble(
-            self.apa(v),
-            v.get("apa.damping_ratio", 0.0),
-            joints_of(v),
-            encoder_of(v),
-            bench_of(v, self.held),
-            offset_of(v),
-            (v["apa.sensor_stiffening"], v["apa.actuator_stiffening"]),
-        )
+        return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
         """Complex modes of `system`."""
-        system = self.system(changes)
-        return real_modal(system) if self.damping == "modal" else modal(system)
+        return self._solved(self._at(changes))[1]()
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
         """(F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.
 
         channels: default all that the model has, in the order Vs, de, da. Raises ModelError for a frequency outside
         0..5000 Hz, an unknown channel or parameter, an impossible value."""
-        f = frequencies(f)
-        values, form = self._at(changes), self.modal(changes)
-        return self._measured(f, values, form, form.frf(f), channels)
+        return self._frf(frequencies(f), self._at(changes), channels)
 
     def direct(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
         """The same as `frf` by solving the matrices anew at every frequency: slow, to test against."""
         f = frequencies(f)
-        values, system = self._at(changes), self.system(changes)
-        return self._measured(f, values, modal(system), direct_frf(system, f), channels)
+        system = self.system(changes)
+        wanted = system.channels if channels is None else tuple(channels)
+        return seen(f, self._at(changes), system.channels, direct_frf(system, f), modal(system).static(), wanted)
 
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
-        """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name; central differences."""
-        f, base, names = frequencies(f), self._at(changes), tuple(names)
-        known(names, base)
-        at = replace(self, values=base)
-        form = at.modal()
+        """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is in the
+        matrices (`checks.model.derivatives`), central differences for what is seen of the motion."""
+        f, v, names = frequencies(f), self._at(changes), tuple(names)
+        known(names, v)
+        form = self.modal(changes)
         wanted = form.channels if channels is None else tuple(channels)
-        out = np.empty((len(names), f.size, len(wanted)), dtype=complex)
+        H, static = form.frf(f), form.static()
+        inside = self._inside(f, [n for n in names if self._smooth(n)], changes)
+        out = np.zeros((len(names), f.size, len(wanted)), dtype=complex)
         for i, name in enumerate(names):
-            h = derivative_step(name, base[name])
-            same = None if is_mechanical(name) else form
-            above, below = (at._unchecked(f, {**base, name: base[name] + d}, same, wanted) for d in (h, -h))
-            out[i] = (above - below) / (2.0 * h)
+            ends = _ends(v, name)
+            if name in inside:
+                dH = inside[name]
+                out[i] = in_proportion(f, v, form.channels, dH[1:], dH[0].real, wanted)
+            if not is_mechanical(name) or (name in inside and _seen_otherwise(*ends)):
+                above, below = (seen(f, end, form.channels, H, static, wanted) for end in ends)
+            elif name not in inside:
+                above, below = (self._frf(f, end, wanted) for end in ends)
+            else:
+                continue
+            out[i] += (above - below) / (ends[0][name] - ends[1][name])
         return out
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
@@ -143,35 +141,77 @@ class Model:
         in_range(changes)
         return {**self.values, **changes}
 
-    def _unchecked(self, f: Array, values: Values, form: Modal | None, channels: tuple[str, ...]) -> Complex:
-        """Response at values that are not judged: a derivative may look just past a bound. form: the modes, if they
-        are known already."""
-        at = replace(self, values=values)
-        form = form or at.modal()
-        return at._measured(f, values, form, form.frf(f), channels)
-
-    def _measured(self, f: Array, v: Values, form: Modal, H: Complex, channels: Iterable[str] | None) -> Complex:
-        """What the converters see of a response to one newton: constants, electronics and the optics' own effects."""
-        e = electrical_of(v)
+    def _frf(self, f: Array, v: Values, channels: Iterable[str] | None) -> Complex:
+        """Response at values that are not judged: a derivative may look just past a bound."""
+        form = self._solved(v)[1]()
         wanted = form.channels if channels is None else tuple(channels)
-        per_volt = e.gain * e.ga
-        static_da = float(form.static()[form.index("da")]) * per_volt
-        added = suspension(f, static_da, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
-        out = np.empty((f.size, len(wanted)), dtype=complex)
-        for i, channel in enumerate(wanted):
-            h = H[:, form.index(channel)] * per_volt
-            if channel == "Vs":
-                out[:, i] = h * e.gs * e.sensor(f) + e.crosstalk * e.gain
-            else:
-                out[:, i] = (h + added) * (_optics(f, v) if channel == "de" else 1.0)
-        return out * e.drive(f)[:, None]
+        return seen(f, v, form.channels, form.frf(f), form.static(), wanted)
+
+    def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
+        return _solved(self, tuple(v[n] for n in self._mechanical))
+
+    @cached_property
+    def _mechanical(self) -> tuple[str, ...]:
+        return tuple(n for n in self.values if is_mechanical(n))
+
+    def _smooth(self, name: str) -> bool:
+        """Whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are taken
+        out of them, and where those turn, so do the coordinates."""
+        return is_mechanical(name) and not (self._tied and last(name) in TURNS_TIES)
+
+    @cached_property
+    def _tied(self) -> bool:
+        joints = joints_of(self.values)
+        return self.held or joints is None or any(bool(np.isinf(j.k).any()) for j in joints)
+
+    def _inside(self, f: Array, names: Sequence[str], changes: Values) -> dict[str, Complex]:
+        """Name -> (1 + F, c) change of the motion per newton, first at rest, then at f."""
+        if not names:
+            return {}
+        moved = [_change(self, n, depends_on(n, changes, self._tied)) for n in names]
+        s = 2j * np.pi * np.concatenate([[0.0], f])
+        form = modal_derivatives if self.damping == "modal" else derivatives
+        return dict(zip(names, form(self.system(changes), moved, s), strict=True))
 
 
-def _optics(f: Array, v: Values) -> Complex:
-    """(F,) factor on de of the encoder's scale and of its head's bracket."""
-    if "encoder.scale" not in v:
-        return np.ones(f.shape, dtype=complex)
-    return (1.0 + v["encoder.scale"]) * bracket(f, v["encoder.bracket_Hz"], v["encoder.bracket_damping_ratio"])
+@lru_cache(maxsize=64)
+def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callable[[], Modal]]:
+    """The matrices at these mechanical values and, once they are asked for, their modes: a search asks for the same
+    again and again."""
+    system = _assembled(model, dict(zip(model._mechanical, mechanical, strict=True)))
+    return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
+
+
+@lru_cache(maxsize=512)
+def _change(model: Model, name: str, others: tuple[tuple[str, float], ...]) -> Change:
+    """Of the matrices by a parameter, at the model's values but for some."""
+    values = {**model.values, **dict(others)}
+    return change(lambda h: _assembled(model, {**values, name: values[name] + h}), derivative_step(name, values[name]))
+
+
+def _assembled(model: Model, v: Values) -> System:
+    return assemble(
+        model.apa(v),
+        v.get("apa.damping_ratio", 0.0),
+        joints_of(v),
+        encoder_of(v),
+        bench_of(v, model.held),
+        offset_of(v),
+        (v["apa.sensor_stiffening"], v["apa.actuator_stiffening"]),
+    )
+
+
+def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]]:
+    """Values a step of a parameter above and below."""
+    h = derivative_step(name, values[name])
+    above, below = ({**values, name: values[name] + d} for d in (h, -h))
+    return above, below
+
+
+def _seen_otherwise(above: Values, below: Values) -> bool:
+    """Whether a parameter of the mechanics also changes how its motion is seen (the sensor of a 2-DoF APA reads the
+    force in one of its springs)."""
+    return electrical_of(above) != electrical_of(below)
 
 
 def frequencies(f: ArrayLike) -> Array:

@@ -60,13 +60,41 @@ _RULES = {
 }
 RELATIVE_STEP = 1e-4  # truncation 1e-8 and round-off 1e-11 / 1e-4 of a central difference are both small
 
+# What stiffness, damping and mass matrices, or what is read of the motion, are proportional to.
+_IN_PROPORTION = frozenset(
+    {
+        *("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad"),
+        *("c_N_s_per_m", "cR_Nm_s_per_rad", "guide_damping_N_s_per_m", "damping_ratio"),
+        *("head_mass_kg", "ruler_mass_kg", "payload_kg", "arm_x_mm", "arm_y_mm"),
+        *("sensor_stiffening", "actuator_stiffening"),
+    }
+)
+_OFFSET = frozenset({"dx_um", "dy_um", "dz_um"})
+_ON_THE_AXIS = frozenset({"kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "c_N_s_per_m"})  # the offset is their lever
+TURNS_TIES = _OFFSET | {"length_mm", "height_mm"}  # where a rigid direction runs
+
 _SEEN_ONLY = ("constants.", "delay.", "amplifier.", "sensor.", "bench.mode_", "encoder.scale", "encoder.bracket_")
 _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 
 def rule(name: str) -> Rule:
     """Rule of a parameter by the last part of its flat name; what is not listed must be positive."""
-    return _RULES.get(name.rpartition(".")[2], POSITIVE)
+    return _RULES.get(last(name), POSITIVE)
+
+
+def last(name: str) -> str:
+    """`kz_N_per_um` of `joint.bottom.kz_N_per_um`."""
+    return name.rpartition(".")[2]
+
+
+def depends_on(name: str, changes: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
+    """Of changed values, those that the derivative of the matrices by a mechanical parameter depends on. tied: something
+    is rigid, and the coordinates turn with the offset."""
+    mechanical = ((n, v) for n, v in sorted(changes.items()) if is_mechanical(n))
+    if last(name) not in _IN_PROPORTION:
+        return tuple(mechanical)
+    no_matter = _IN_PROPORTION if tied or last(name) in _ON_THE_AXIS else _IN_PROPORTION | _OFFSET
+    return tuple((n, v) for n, v in mechanical if last(n) not in no_matter)
 
 
 def si(values: Mapping[str, float], name: str) -> float:
