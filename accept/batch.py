@@ -17,7 +17,9 @@ from accept.calibration import Statement
 from accept.certificate.keys import Credential
 from accept.certificate.signing import sign
 from accept.exit import Exit, of_verdicts
+from accept.explain import Start, applies, same_start
 from accept.files import write_atomic
+from accept.gap_words import one_line
 from accept.judged import Job, Judged, judge_folder
 from accept.store import BenchState, Store, fold
 from accept.unit import UnitError, UnitFolder
@@ -33,7 +35,7 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 @dataclass(frozen=True)
 class Order:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
-    calibration of its instruments, as it stands `on` a day (UTC)."""
+    calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's."""
 
     paths: Sequence[Path]
     out: Path
@@ -43,6 +45,8 @@ class Order:
     workers: int | None = None
     bench: Bench | None = None
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
+    model: str | None = None
+    _starts: dict[str, Start | None] = field(default_factory=dict, init=False, repr=False)
 
     def calibration(self, folder: UnitFolder) -> Statement | None:
         """Of the instruments behind the checks of a unit, where a bench file is in use."""
@@ -50,6 +54,15 @@ class Order:
             return None
         stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on)
         return calibration.checked(stated, folder.measured)
+
+    def start(self, folder: UnitFolder) -> Start | None:
+        """The model that a unit's responses are explained by; None where there is nothing to explain or to explain
+        it by."""
+        if not applies(folder):
+            return None
+        if folder.kind not in self._starts:  # opening a model takes most of a second
+            self._starts[folder.kind] = Start.of(self.specs[folder.kind], self.model)
+        return self._starts[folder.kind]
 
 
 @dataclass
@@ -158,6 +171,8 @@ def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str,
         return None
     if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
         return None
+    if not same_start(known.result.get("gap"), order.start(folder)):
+        return None
     if order.credential is None:
         return dict(known.result) | {"certificate": None}
     path = _certificate_path(order, folder.serial)
@@ -176,7 +191,8 @@ def _sha256(path: Path) -> str | None:
 def _job(folder: UnitFolder, order: Order) -> Job:
     spec = order.specs[folder.kind]
     wanted = order.credential is not None
-    return Job(folder.path, spec.name, spec.text, order.operator, wanted, order.calibration(folder))
+    stated, start = order.calibration(folder), order.start(folder)
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start)
 
 
 def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
@@ -227,7 +243,8 @@ def _keep(judged: Judged, order: Order, store: Store, report: Report, say: Say) 
 
 def _why(entry: dict[str, Any]) -> str:
     bad = [f"{f['quantity']} {f['verdict'].replace('_', ' ')}" for f in entry["findings"] if f["verdict"] != "pass"]
-    return f" ({', '.join(bad)})" if bad else ""
+    because = f" ({', '.join(bad)})" if bad else ""
+    return because + (f"; {one_line(entry['gap'])}" if "gap" in entry else "")
 
 
 def _write_results(order: Order, report: Report) -> None:

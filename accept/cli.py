@@ -45,6 +45,7 @@ app.command()(misalign)
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
 BenchOption = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
+ModelOption = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")]
 Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
 
@@ -66,11 +67,12 @@ def batch(
     workers: Workers = None,
     operator: Operator = None,
     bench: BenchOption = None,
+    model: ModelOption = None,
 ) -> None:
     """Judge unit folders: results.json, results.csv, junit.xml and a certificate each; judges only what changed."""
     from accept.commands import batch as command
 
-    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench))
+    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench, model))
 
 
 @app.command()
@@ -80,11 +82,12 @@ def report(
     spec: SpecOption = None,
     operator: Operator = None,
     bench: BenchOption = None,
+    model: ModelOption = None,
 ) -> None:
     """Judge one unit and write its signed certificate."""
     from accept.commands import report as command
 
-    raise typer.Exit(command.run(unit, out, spec, operator, bench))
+    raise typer.Exit(command.run(unit, out, spec, operator, bench, model))
 
 
 @app.command()

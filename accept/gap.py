@@ -10,12 +10,13 @@ from typing import Any
 from accept import unit as units
 from accept.files import write_atomic
 from accept.gap_model import write_improved
-from accept.gap_pdf import render
 from accept.measured import Responses, responses
 from accept.model_file import Opened, opened
 from checks.gap.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
-from checks.model.dataset import CHANNELS, Dataset, dataset_from_records
+from checks.model.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
+from checks.model.misalign import F_HI_ROUGH
+from checks.model.softened import is_rough, softened
 from checks.record import Record, RecordError
 
 F_LO = 5.0  # [Hz] below the seed's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
@@ -54,7 +55,8 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
     """The workflow on a unit folder."""
     given = opened(model)
     say("reading the records")
-    measured, notes = _read(folder, given.model.tolerance)
+    given, f_hi, rough = _at_its_best(given)
+    measured, notes = _read(folder, given.model.tolerance, f_hi)
     A, B, more = _realisations(measured, given.model.tolerance)
     fs = measured.records["low"].fs
     inputs = Inputs(
@@ -65,27 +67,38 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
         merge_Hz=measured.merge_Hz,
         slow=_slow(folder),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A)),
+        notes=(*notes, *more, *rough, *_quality(A)),
     )
     return Done(run(inputs, say), measured, given)
 
 
 def write(done: Done, out: Path) -> None:
     """gap.json, gap.pdf and model.toml into a folder."""
+    from accept.gap_pdf import render  # loads reportlab and matplotlib: only when wanted
+
     write_atomic(out / "gap.json", json.dumps(done.document, indent=1, allow_nan=False).encode())
     write_atomic(out / "gap.pdf", render(done.measured.serial, done.result))
     write_improved(out / "model.toml", done.model, done.measured, done.result)
 
 
-def _read(folder: Path, tolerance: float) -> tuple[Responses, tuple[str, ...]]:
+def _at_its_best(given: Opened) -> tuple[Opened, float, tuple[str, ...]]:
+    """The model as it can be held against data, to which frequency [Hz], and what is to be said of that. One that does
+    not know where its own modes lie is calibrated there too, and not believed above."""
+    if not is_rough(given.model):
+        return given, F_HI, ()
+    note = f"compared to {F_HI_ROUGH:.0f} Hz only: {given.model.name} is rough, so its APA's modes are calibrated too"
+    return replace(given, model=softened(given.model)), F_HI_ROUGH, (note,)
+
+
+def _read(folder: Path, tolerance: float, f_hi: float) -> tuple[Responses, tuple[str, ...]]:
     """Responses of the channels that there are, and what is lost where one is missing."""
     try:
-        return responses(folder, tolerance, f_lo=F_LO), ()
+        return responses(folder, tolerance, f_lo=F_LO, f_hi=f_hi), ()
     except RecordError as e:
         first = e
     for kept in (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",)):
         try:
-            found = responses(folder, tolerance, channels=kept, f_lo=F_LO)
+            found = responses(folder, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
         except RecordError:
             continue
         lost = ", ".join(c for c in CHANNELS if c not in kept)

@@ -27,7 +27,8 @@ def write_improved(path: Path, given: Opened, measured: Responses, result: Resul
     values = {n: fit.at[n] for n in own}
     sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, _values(result, n.effect)) for n in result.named if n.effect in EFFECTS]
-    write_model(path, spec, values, sds, effects=effects, damping=result.damping, record=record)
+    name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
+    write_model(path, spec, values, sds, effects=effects, damping=result.damping, record=record, name=name)
 
 
 def _values(result: Result, effect: str) -> Mapping[str, float]:

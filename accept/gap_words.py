@@ -1,7 +1,11 @@
-"""What the gap workflow found, in words for the terminal and the report."""
+"""What the gap workflow found, in words for the terminal, the report and the certificate."""
+
+from collections.abc import Mapping
+from typing import Any
 
 from checks.gap.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
 
+REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 HEADLINE = {
     NO_MISSING: "Nothing is missing from the model",
     EXPLAINED: "Explained",
@@ -48,3 +52,40 @@ def summary(serial: str, r: Result) -> list[str]:
         lines += ["    " + ", ".join(parts[k : k + 4]) for k in range(0, len(parts), 4)]
     lines += [f"  note: {note}" for note in r.notes[:2]]
     return lines[:24]
+
+
+def one_line(document: Mapping[str, Any]) -> str:
+    """A judged unit's key `gap` in a line: what is missing, and the gap before and after where it was widest."""
+    if document["verdict"] == REFUSED:
+        return f"not held against model {document['start']}: {document['reason']}"
+    if document["verdict"] == NO_MISSING:
+        worst = max(document["gap_after"]["channels"].values())
+        return f"fits model {document['model']} (largest G {worst:.2g})"
+    parts = [_named(n) for n in document["named"]]
+    parts += [f"{' or '.join(a['effects'])}, not told apart" for a in document["ambiguous"]]
+    parts += [f"something without a name on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
+    words = document["verdict"].replace("_", " ")
+    return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; gap {gap_of(document)}"
+
+
+def gap_of(document: Mapping[str, Any]) -> str:
+    """`de 81.0 -> 1.02`: of the channel that fitted worst."""
+    before, after = (document[key]["channels"] for key in ("gap_before", "gap_after"))
+    worst = max(before, key=lambda c: before[c])
+    return f"{worst} {number(before[worst])} -> {number(after[worst])}"
+
+
+def _named(n: Mapping[str, Any]) -> str:
+    values = " ".join(f"{k} {p['value']:.3g}" for k, p in n["parameters"].items())
+    return f"{n['effect']} {values}".rstrip()
+
+
+def without_a_name(u: Mapping[str, Any]) -> str:
+    """Channel, poles and zeros of an entry of `unnamed`, and what was tried for it."""
+    poles, zeros = (", ".join(f"{f:.1f} Hz" for f in u[key]) or "none" for key in ("poles_Hz", "zeros_Hz"))
+    level = ", depends on the level" if u["level_dependent"] else ""
+    return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
+
+
+def _pole(u: Mapping[str, Any]) -> str:
+    return f" ({u['poles_Hz'][0]:.1f} Hz)" if u["poles_Hz"] else ""

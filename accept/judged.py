@@ -1,18 +1,25 @@
 """Judging one unit folder in a process of its own: what goes in and what comes back are plain data."""
 
+import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from accept import campaign, unit
 from accept.calibration import Statement
+from accept.explain import Start, explained
 from accept.unit import UnitError
 from specs import parse
+
+QUIET_S = 2.0  # what takes less needs no words
 
 
 @dataclass(frozen=True)
 class Job:
-    """A unit folder, the spec's own bytes (so that every worker judges by the same ones) and what is wanted."""
+    """A unit folder, the spec's own bytes (so that every worker judges by the same ones) and what is wanted. start: the
+    model that its responses are explained by."""
 
     folder: Path
     spec_path: str
@@ -20,6 +27,7 @@ class Job:
     operator: str
     certificate: bool
     calibration: Statement | None = None
+    start: Start | None = None
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,7 @@ def judge_folder(job: Job) -> Judged:
     try:
         folder = unit.read(job.folder)
         result = campaign.judge_unit(folder, spec, job.calibration)
+        result = explained(result, folder, job.start, _progress(result.serial))
     except UnitError as e:
         return Judged(job.folder, refused=str(e))
     unsigned = None
@@ -46,3 +55,15 @@ def judge_folder(job: Job) -> Judged:
 
         unsigned = render(dossier_of(result, spec, folder.path, job.operator))
     return Judged(job.folder, result.to_json(), unsigned)
+
+
+def _progress(serial: str) -> Callable[[str], None]:
+    """Says on stderr what a unit is waiting for, from a worker too, but no more often than a person reads."""
+    said = [time.monotonic()]
+
+    def say(words: str) -> None:
+        if time.monotonic() - said[0] > QUIET_S:
+            said[0] = time.monotonic()
+            print(f"{serial}: {words}", file=sys.stderr, flush=True)
+
+    return say

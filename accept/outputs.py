@@ -6,11 +6,12 @@ from typing import Any
 
 import pandas as pd
 
+from accept.gap_words import one_line
 from accept.version import version
 
 COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
-    "p_false_accept", "required", "reason",
+    "p_false_accept", "required", "reason", "gap",
 ]  # fmt: skip
 
 
@@ -23,9 +24,11 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
 
 
 def findings_frame(units: list[dict[str, Any]]) -> pd.DataFrame:
-    """One row per finding, columns `COLUMNS`."""
+    """One row per finding, columns `COLUMNS`; what the gap workflow found stands in every row of its unit."""
     rows = [
-        {"serial": unit["serial"], "kind": unit["kind"], "unit_verdict": unit["verdict"]} | finding
+        {"serial": unit["serial"], "kind": unit["kind"], "unit_verdict": unit["verdict"]}
+        | finding
+        | ({"gap": one_line(unit["gap"])} if "gap" in unit else {})
         for unit in units
         for finding in unit["findings"]
     ]
@@ -37,7 +40,8 @@ def results_csv(units: list[dict[str, Any]]) -> bytes:
 
 
 def junit_xml(units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
-    """A suite per unit, a case per finding: fail and conditional are failures, no result is an error."""
+    """A suite per unit, a case per finding: fail and conditional are failures, no result is an error. What the gap
+    workflow found is the suite's output: it passes and fails nothing."""
     root = ET.Element("testsuites", name="accept")
     for unit in units:
         root.append(_suite(unit))
@@ -60,6 +64,8 @@ def _suite(unit: dict[str, Any]) -> ET.Element:
         if finding["verdict"] != "pass":
             tag = "error" if finding["verdict"] == "no_result" else "failure"
             ET.SubElement(case, tag, type=finding["verdict"], message=_clean(finding["reason"] or ""))
+    if "gap" in unit:
+        ET.SubElement(suite, "system-out").text = _clean(one_line(unit["gap"]))
     return suite
 
 

@@ -19,6 +19,7 @@ class UnitResult:
     inputs : file name (relative to the unit folder, `unit.toml` included) -> sha256.
     panels : pictures as data by name, for the certificate; not part of the JSON.
     calibration : `accept.calibration.Statement` of a unit that was judged with a bench file, in the JSON only then.
+    gap : what `accept.explain` found missing from the model; in the JSON only where that was asked for.
     """
 
     serial: str
@@ -34,10 +35,11 @@ class UnitResult:
     spec_sha256: str = ""
     panels: Mapping[str, Panel] = field(default_factory=dict)
     calibration: Mapping[str, Any] | None = None
+    gap: Mapping[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
-        return {
+        entry = {
             "serial": self.serial,
             "kind": self.kind,
             "verdict": str(self.verdict),
@@ -47,7 +49,9 @@ class UnitResult:
             "notes": list(self.notes),
             "parts": dict(self.parts),
             "inputs": dict(sorted(self.inputs.items())),
-        } | ({"calibration": dict(self.calibration)} if self.calibration is not None else {})
+        }
+        more = {"calibration": self.calibration, "gap": self.gap}
+        return entry | {key: dict(value) for key, value in more.items() if value is not None}
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:

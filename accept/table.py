@@ -6,6 +6,8 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from accept.gap_words import one_line
+
 STYLES = {"accepted": "bold green", "conditional": "bold yellow", "rejected": "bold red", "incomplete": "bold yellow"}
 MARKS = {"pass": "  ", "conditional": " ~", "fail": " ✗", "no_result": " ?"}
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
@@ -42,6 +44,11 @@ def reasons(units: list[dict[str, Any]]) -> list[str]:
         for f in unit["findings"]
         if f["verdict"] != "pass"
     ]
+
+
+def explanations(units: list[dict[str, Any]]) -> list[str]:
+    """A line per unit whose responses were held against a model."""
+    return [f"{unit['serial']}: {one_line(unit['gap'])}" for unit in units if "gap" in unit]
 
 
 def _title(quantity: str, units: list[dict[str, Any]]) -> str:

@@ -58,10 +58,16 @@ def _axis_name(key: str, axis: str) -> str:
 
 
 class Apa(Section):
-    """Open circuits stiffen the stacks by these ratios of the stiffness across them."""
+    """Open circuits stiffen the stacks by these ratios of the stiffness across them. mode_1 ..: what the stiffness of
+    the APA's free elastic modes is multiplied by, where a rough model was calibrated; all or none."""
 
     sensor_stiffening: Number = _number(0.0)
     actuator_stiffening: Number = _number(0.0)
+    mode_1: Number | None = None
+    mode_2: Number | None = None
+    mode_3: Number | None = None
+    mode_4: Number | None = None
+    mode_5: Number | None = None
 
 
 class Apa2dof(Apa):

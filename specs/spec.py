@@ -80,14 +80,22 @@ class CheckSpec(Strict):
         return self
 
 
+class GapStart(Strict):
+    """The model that responses are explained by: a built-in name or a TOML file."""
+
+    model: Words
+
+
 class Document(Strict):
-    """The TOML document of a spec."""
+    """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
+    model where a unit's responses do not fit it."""
 
     name: Words
     kind: Literal["apa", "strut"]
     title: Words
     serial_pattern: Words = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}"
     checks: dict[str, CheckSpec] = Field(min_length=1)
+    gap: GapStart | None = None
 
     @field_validator("serial_pattern")
     @classmethod

@@ -101,7 +101,8 @@ def check_result(dossier: Dossier, rejudge: Rejudge | None) -> str:
         raise Refused(
             f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(dossier)}"
         )
-    return f"judged again from the attached data: the same result{_other(dossier)}"
+    searched = "; what its responses lack in the model was not searched for again" if "gap" in dossier.result else ""
+    return f"judged again from the attached data: the same result{searched}{_other(dossier)}"
 
 
 def _other(dossier: Dossier) -> str:

@@ -71,7 +71,8 @@ def render(dossier: Dossier) -> bytes:
     register()
     panels = [reduced(panel) for panel in dossier.panels.values()]
     above = [*story.identity(dossier), *story.findings(dossier)]
-    below = [*story.information(dossier), *story.budgets(dossier), *story.remarks(dossier)]
+    more = [*story.explanation(dossier), *story.information(dossier), *story.budgets(dossier)]
+    below = [*more, *story.remarks(dossier)]
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
     height = _row_height(_height(above), _height(below), len(rows))

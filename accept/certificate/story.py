@@ -10,6 +10,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 from accept.certificate import look, numbers
 from accept.certificate.dossier import Dossier
 from accept.certificate.strip import strip
+from accept.gap_words import HEADLINE, REFUSED, number, without_a_name
 from accept.pictures.words import pretty
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
@@ -79,6 +80,45 @@ def information(dossier: Dossier) -> list[Flowable]:
     rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, look.GREY_COLOUR)
     table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), rule, *_padding(0.4, left=2)]))
     return [words("Measured, without limits in this spec", look.HEADING), table]
+
+
+def explanation(dossier: Dossier) -> list[Flowable]:
+    """How the responses compare with the model: what is missing, by name, and the gap before and after. For
+    information: no verdict comes of it."""
+    found = dossier.result.get("gap")
+    if found is None:
+        return []
+    head = words(f"Responses against model {found.get('model', found['start'])}, for information", look.HEADING)
+    if found["verdict"] == REFUSED:
+        return [head, words(f"Not compared: {found['reason']}", look.SMALL)]
+    story: list[Flowable] = [head, *_missing(found)]
+    rows = [[words(h, look.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
+    after = found["gap_after"]["channels"]
+    rows += [[words(x, look.SMALL) for x in (c, number(G), number(after[c]))] for c, G in _channels(found)]
+    table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
+    table.setStyle(TableStyle([("LINEBELOW", (0, 0), (-1, 0), 0.5, look.GREY_COLOUR), *_padding(0.4, left=2)]))
+    legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
+    return [*story, table, words(legend, look.QUIET)]
+
+
+def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
+    return list(found["gap_before"]["channels"].items())
+
+
+def _missing(found: Mapping[str, Any]) -> list[Flowable]:
+    """What is named, what is not told apart and how it could be, and what has no name."""
+    story: list[Flowable] = [words(HEADLINE[found["verdict"]] + ".", look.STRONG)]
+    for n in found["named"]:
+        values = "; ".join(
+            f"{k} {number(p['value'])} ({number(p['ci95'][0])} to {number(p['ci95'][1])})"
+            for k, p in n["parameters"].items()
+        )
+        story.append(words(f"{n['sentence']} {n['effect']}{': ' if values else ''}{values}", look.BODY))
+    for a in found["ambiguous"]:
+        story.append(words(f"Not told apart: {', '.join(a['effects'])}. To tell: {a['experiment']}.", look.BODY))
+    for u in found["unnamed"]:
+        story.append(words(f"Without a name: {without_a_name(u)}", look.BODY))
+    return story
 
 
 def budgets(dossier: Dossier) -> list[Flowable]:

@@ -9,7 +9,7 @@ from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
 from accept.home import home
 from accept.store import open_store
-from accept.table import reasons, units_table
+from accept.table import explanations, reasons, units_table
 from specs import Spec
 from specs.bench import load_bench
 
@@ -23,18 +23,19 @@ def run(
     workers: int | None,
     operator: str | None,
     bench: Path | None = None,
+    model: str | None = None,
 ) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
     who = operator_name(operator)
     credential = bench_credential(home(), who) if certificates else None
     order = batch.Order(
-        paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None
+        paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model
     )
     with open_store() as store:
         report = batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))
-        print(*reasons(report.units), sep="\n")
+        print(*reasons(report.units), *explanations(report.units), sep="\n")
     if report.unchanged:
         say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
     say(

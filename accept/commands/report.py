@@ -11,6 +11,7 @@ from accept.commands.batch import specs_for
 from accept.commands.signing import bench_credential
 from accept.commands.talk import clear_errors, operator_name, say
 from accept.exit import Exit, of_verdicts
+from accept.explain import Start, explained
 from accept.files import write_atomic
 from accept.home import home
 from accept.store import open_store
@@ -18,14 +19,21 @@ from specs.bench import load_bench
 
 
 @clear_errors
-def run(folder: Path, out: Path, spec: str | None, operator: str | None, bench: Path | None = None) -> Exit:
+def run(
+    folder: Path,
+    out: Path,
+    spec: str | None,
+    operator: str | None,
+    bench: Path | None = None,
+    model: str | None = None,
+) -> Exit:
     """Judge one unit, write its certificate to `out`, and store both events."""
     who = operator_name(operator)
     one = unit.read(folder)
     chosen = batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    result = campaign.judge_unit(one, chosen, stated)
+    result = explained(campaign.judge_unit(one, chosen, stated), one, Start.of(chosen, model), say)
     unsigned = render(dossier_of(result, chosen, folder, who))
     credential = bench_credential(home(), who)
     with open_store() as store:

@@ -1,0 +1,94 @@
+"""The gap workflow as part of judging a unit: what its responses show beyond the model. It never touches a verdict."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from accept import gap
+from accept.gap_words import REFUSED
+from accept.model_file import open_model
+from accept.result import UnitResult
+from accept.unit import UnitError, UnitFolder
+from checks.gap.panels import panels
+from checks.gap.result import NO_MISSING, Result
+from checks.gap.workflow import GapRefused
+from checks.model.superelement import ModelError
+from checks.picture import Panel
+from checks.record import RecordError
+from specs import Spec, SpecError
+
+Say = Callable[[str], None]
+NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
+
+
+@dataclass(frozen=True)
+class Start:
+    """The model that the workflow starts from, by name or file, with its hash; None where it cannot be opened."""
+
+    model: str
+    sha256: str | None
+
+    @classmethod
+    def of(cls, spec: Spec, model: str | None = None) -> "Start | None":
+        """The one named, else the spec's; None where neither names one: then no workflow is run."""
+        name = model or (spec.gap.model if spec.gap else None)
+        return None if name is None else cls(name, _sha256(name))
+
+
+def same_start(known: Mapping[str, Any] | None, start: Start | None) -> bool:
+    """Whether a stored explanation began where one would begin now, from a model that is still the same."""
+    if known is None or start is None:
+        return known is None and start is None
+    return (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
+
+
+def applies(folder: UnitFolder) -> bool:
+    """Whether there are responses to explain."""
+    section = folder.sections.get("frf")
+    return section is not None and bool(section.entries)
+
+
+def explained(result: UnitResult, folder: UnitFolder, start: Start | None, say: Say = lambda words: None) -> UnitResult:
+    """The result with its key `gap`: gap.json, with the model it began from, or why there is none. The result as it is
+    where no model is named or no responses were measured."""
+    if start is None or not applies(folder):
+        return result
+    try:
+        found = _analysed(folder, start, say)
+    except NO_ANSWER as e:
+        return replace(result, gap=_document(start) | {"verdict": REFUSED, "reason": str(e)})
+    document = {k: v for k, v in gap.to_json(folder.serial, found).items() if k != "serial"}
+    drawn = {f"gap/{key}": panel for key, panel in _worst(found).items()}
+    return replace(result, gap=document | _document(start) | {"reason": None}, panels={**dict(result.panels), **drawn})
+
+
+def _analysed(folder: UnitFolder, start: Start, say: Say) -> Result:
+    """Raises NO_ANSWER, into which an error of the workflow itself is turned: the unit is judged all the same."""
+    try:
+        return gap.analyse(folder.path, start.model, say=say).result
+    except NO_ANSWER:
+        raise
+    except Exception as e:
+        raise GapRefused(
+            f"the workflow stopped on an internal error ({type(e).__name__}: {e}); please report it"
+        ) from e
+
+
+def _document(start: Start) -> dict[str, Any]:
+    return {"start": start.model, "model_sha256": start.sha256}
+
+
+def _worst(found: Result) -> dict[str, Panel]:
+    """Before and after, of the channel that fitted worst: what has a place on a certificate."""
+    if found.verdict == NO_MISSING:
+        return {}
+    worst = max(found.gap_before.channels, key=lambda c: found.gap_before.channels[c].G)
+    drawn = panels(found)
+    return {key: drawn[key] for key in (f"{worst} magnitude", f"{worst} residual")}
+
+
+def _sha256(model: str) -> str | None:
+    try:
+        return open_model(model).sha256
+    except (SpecError, ModelError, OSError):
+        return None
