@@ -17,7 +17,7 @@ from accept.store import open_store
 from tests.units import DATA, GOOD, make_unit
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
-           "verdict", "p_false_accept", "required", "reason"]  # fmt: skip
+           "verdict", "p_false_accept", "required", "reason", "gap"]  # fmt: skip
 recorded = pytest.mark.skipif(not DATA.is_dir(), reason="recorded units (../shared/data) are not here")
 
 

@@ -102,7 +102,8 @@ def explanation(dossier: Dossier) -> list[Flowable]:
 
 
 def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
-    return list(found["gap_before"]["channels"].items())
+    """In the order of their names, as the attached JSON has them: the page is drawn again from there."""
+    return sorted(found["gap_before"]["channels"].items())
 
 
 def _missing(found: Mapping[str, Any]) -> list[Flowable]:
@@ -111,7 +112,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
     for n in found["named"]:
         values = "; ".join(
             f"{k} {number(p['value'])} ({number(p['ci95'][0])} to {number(p['ci95'][1])})"
-            for k, p in n["parameters"].items()
+            for k, p in sorted(n["parameters"].items())
         )
         story.append(words(f"{n['sentence']} {n['effect']}{': ' if values else ''}{values}", look.BODY))
     for a in found["ambiguous"]:
