@@ -5,6 +5,7 @@ The last fit of what is reported is `checks.model.fit.fit` on all bins; this one
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,14 @@ def annealed(response: Augmented, data: Dataset, start: Mapping[str, float]) -> 
     at = dict(start)
     for tolerance in ANNEAL:
         if tolerance > data.tolerance:
-            at = go_on(begin(response, replace(data, tolerance=tolerance), at), ANNEAL_STEPS).at
+            at = go_on(begin(response, _blurred(data, tolerance), at), ANNEAL_STEPS).at
     return begin(response, data, at)
+
+
+@lru_cache(maxsize=32)
+def _blurred(data: Dataset, tolerance: float) -> Dataset:
+    """Remembered with its whitener: every start of a search asks for the same ones."""
+    return replace(data, tolerance=tolerance)
 
 
 def go_on(refit: Refit, steps: int) -> Refit:

@@ -5,7 +5,7 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from checks.gap.adequacy import Adequacy, judge
 from checks.gap.augmented import Augmented, Member
@@ -16,6 +16,7 @@ from checks.gap.screen import Score, screen
 from checks.gap.thresholds import Thresholds
 from checks.model.dataset import Dataset
 from checks.model.goodness import gaps
+from checks.model.model import Model
 from checks.model.superelement import ModelError
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
@@ -128,8 +129,7 @@ class Search:
         found, member = score.starts[0], score.member
         if not isinstance(member, Effect):
             return []
-        # Full damping has the quicker derivatives, and as good a start.
-        quick = replace(response, model=replace(response.model, damping="full"))
+        quick = replace(response, model=_quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
         try:
@@ -173,6 +173,17 @@ class Search:
             return found
         again = [self._candidate(self._from_far(r)) for r in sorted(done, key=lambda r: r.cost)[:FROM_FAR]]
         return sorted([*again, *found], key=lambda c: -c.score)
+
+
+@lru_cache(maxsize=4)
+def _quicker(model: Model) -> Model:
+    """The model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
+    quick = replace(model, damping="modal")
+    try:
+        quick.modal()
+    except ModelError:
+        return model
+    return quick
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.model.builder import System
-from checks.model.modal import energy_form
+from checks.model.modal import eigen
 from checks.model.real_modes import real_modes
 
 Array = NDArray[np.float64]
@@ -69,13 +69,11 @@ def _block(D: Array) -> Block | None:
 
 def derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
     """(P, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form."""
-    W, T = energy_form(system)
-    mu, V = np.linalg.eig(W)
-    sources = np.vstack([system.force, system.outputs]) @ T
-    weights = np.linalg.solve(V, np.pad(-sources, ((0, 0), (0, len(T)))).T.astype(complex))  # (2n, 1 + c)
-    shapes = T @ V[: len(T)]
-    terms = 1.0 / (np.multiply.outer(s, mu) - 1.0)
-    x, *y = ((terms * w) @ shapes.T for w in weights.T)  # each (S, n)
+    form = eigen(system)
+    terms = 1.0 / (np.multiply.outer(s, form.mu) - 1.0)
+    n = len(form.T)
+    shapes = form.T @ form.V[:n]
+    x, *y = ((terms * w) @ shapes.T for w in form.weights.T)  # each (S, n)
     return np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
 
 

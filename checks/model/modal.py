@@ -11,6 +11,7 @@ eigenvalue is zero: it follows statically), W is skew plus a negative semi-defin
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,17 +111,38 @@ class Modal:
         return self.channels.index(channel)
 
 
+@dataclass(frozen=True, eq=False)
+class Eigen:
+    """Eigenvalues mu (2n,) and vectors V (2n, 2n) of W, shapes T (n, n) of q = T y; weights (2n, 1 + c): how much of
+    each vector a force of one newton brings, and a force along each row of the outputs."""
+
+    W: Array
+    T: Array
+    mu: Complex
+    V: Complex
+    weights: Complex
+
+
+@lru_cache(maxsize=8)
+def eigen(system: System) -> Eigen:
+    """The first-order form of a system, solved. Raises ModelError when its stiffness is not positive definite."""
+    W, T = energy_form(system)
+    mu, V = np.linalg.eig(W)
+    sources = np.vstack([system.force, system.outputs]) @ T
+    pushed = np.pad(-sources, ((0, 0), (0, len(T)))).T
+    return Eigen(W, T, mu.astype(complex), V.astype(complex), np.linalg.solve(V, pushed).astype(complex))
+
+
 def modal(system: System) -> Modal:
     """Complex modes of a system. Raises ModelError when its stiffness is not positive definite."""
-    W, L_inv_T_U = energy_form(system)
-    n = system.K.shape[0]
-    g = np.concatenate([-L_inv_T_U.T @ system.force, np.zeros(n)])
-    outputs = np.hstack([system.outputs @ L_inv_T_U, np.zeros((len(system.channels), n))])
-    mu, V = np.linalg.eig(W)
-    mu, V = mu.astype(complex), V.astype(complex)
-    residues = np.linalg.solve(V, g.astype(complex))[:, None] * (outputs @ V).T
-    kept = mu.imag <= 0.0
-    return Modal(mu[kept], residues[kept], mu[kept].imag < 0.0, system.channels, W, g, outputs)
+    form = eigen(system)
+    n = len(form.T)
+    g = np.concatenate([-form.T.T @ system.force, np.zeros(n)])
+    outputs = np.hstack([system.outputs @ form.T, np.zeros((len(system.channels), n))])
+    residues = form.weights[:, :1] * (outputs @ form.V).T
+    kept = form.mu.imag <= 0.0
+    mu = form.mu[kept]
+    return Modal(mu, residues[kept], mu.imag < 0.0, system.channels, form.W, g, outputs)
 
 
 def energy_form(system: System) -> tuple[Array, Array]:

@@ -18,13 +18,14 @@ from checks.model.builder import System
 from checks.model.derivatives import Change, change, derivatives, modal_derivatives
 from checks.model.modal import Complex, Modal, direct_frf, modal
 from checks.model.parameters import TURNS_TIES, depends_on, derivative_step, in_range, is_mechanical, known, last
-from checks.model.parts import bench_of, electrical_of, encoder_of, joints_of, offset_of
+from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.real_modes import real_modal
-from checks.model.seen import in_proportion, seen
+from checks.model.seen import seen
 from checks.model.superelement import Array, ModelError
 
 CHANNELS = ("Vs", "de", "da")
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
+FORCE_SENSOR = "apa.ke_N_per_um"
 PRIOR_ONLY: Mapping[str, float] = {}
 
 Values = Mapping[str, float]
@@ -100,7 +101,7 @@ class Model:
         f = frequencies(f)
         system = self.system(changes)
         wanted = system.channels if channels is None else tuple(channels)
-        return seen(f, self._at(changes), system.channels, direct_frf(system, f), modal(system).static(), wanted)
+        return seen(f, self._at(changes), system.channels, wanted)(direct_frf(system, f), modal(system).static())
 
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
@@ -111,22 +112,22 @@ class Model:
         known(names, v)
         form = self.modal(changes)
         wanted = form.channels if channels is None else tuple(channels)
+        smooth = [n for n in names if self._smooth(n)]
+        moved = self._moved(f, smooth, changes)
+        converted = seen(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
+        inside = dict(zip(smooth, converted, strict=True))
+        outside = [n for n in names if n not in inside or _seen_otherwise(n, v)]
         H, static = form.frf(f), form.static()
-        inside = self._inside(f, [n for n in names if self._smooth(n)], changes)
-        out = np.zeros((len(names), f.size, len(wanted)), dtype=complex)
-        for i, name in enumerate(names):
-            ends = _ends(v, name)
-            if name in inside:
-                dH = inside[name]
-                out[i] = in_proportion(f, v, form.channels, dH[1:], dH[0].real, wanted)
-            if not is_mechanical(name) or (name in inside and _seen_otherwise(*ends)):
-                above, below = (seen(f, end, form.channels, H, static, wanted) for end in ends)
-            elif name not in inside:
-                above, below = (self._frf(f, end, wanted) for end in ends)
-            else:
-                continue
-            out[i] += (above - below) / (ends[0][name] - ends[1][name])
-        return out
+        found = dict(inside)
+        for name in outside:
+            known_motion = name in inside or not is_mechanical(name)
+            above, below = (
+                seen(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
+                for end in _ends(v, name)
+            )
+            slope = (above - below) / (2.0 * derivative_step(name, v[name]))
+            found[name] = inside.get(name, 0.0) + slope
+        return np.array([found[n] for n in names]).reshape(len(names), f.size, len(wanted))
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
         """Poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads them."""
@@ -145,7 +146,7 @@ class Model:
         """Response at values that are not judged: a derivative may look just past a bound."""
         form = self._solved(v)[1]()
         wanted = form.channels if channels is None else tuple(channels)
-        return seen(f, v, form.channels, form.frf(f), form.static(), wanted)
+        return seen(f, v, form.channels, wanted)(form.frf(f), form.static())
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
         return _solved(self, tuple(v[n] for n in self._mechanical))
@@ -164,14 +165,12 @@ class Model:
         joints = joints_of(self.values)
         return self.held or joints is None or any(bool(np.isinf(j.k).any()) for j in joints)
 
-    def _inside(self, f: Array, names: Sequence[str], changes: Values) -> dict[str, Complex]:
-        """Name -> (1 + F, c) change of the motion per newton, first at rest, then at f."""
-        if not names:
-            return {}
+    def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
+        """(P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
+        system = self.system(changes)
         moved = [_change(self, n, depends_on(n, changes, self._tied)) for n in names]
         s = 2j * np.pi * np.concatenate([[0.0], f])
-        form = modal_derivatives if self.damping == "modal" else derivatives
-        return dict(zip(names, form(self.system(changes), moved, s), strict=True))
+        return (modal_derivatives if self.damping == "modal" else derivatives)(system, moved, s)
 
 
 @lru_cache(maxsize=64)
@@ -208,10 +207,10 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
     return above, below
 
 
-def _seen_otherwise(above: Values, below: Values) -> bool:
+def _seen_otherwise(name: str, values: Values) -> bool:
     """Whether a parameter of the mechanics also changes how its motion is seen (the sensor of a 2-DoF APA reads the
     force in one of its springs)."""
-    return electrical_of(above) != electrical_of(below)
+    return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 
 def frequencies(f: ArrayLike) -> Array:

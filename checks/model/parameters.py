@@ -88,13 +88,13 @@ def last(name: str) -> str:
 
 
 def depends_on(name: str, changes: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
-    """Of changed values, those that the derivative of the matrices by a mechanical parameter depends on. tied: something
-    is rigid, and the coordinates turn with the offset."""
-    mechanical = ((n, v) for n, v in sorted(changes.items()) if is_mechanical(n))
-    if last(name) not in _IN_PROPORTION:
-        return tuple(mechanical)
-    no_matter = _IN_PROPORTION if tied or last(name) in _ON_THE_AXIS else _IN_PROPORTION | _OFFSET
-    return tuple((n, v) for n, v in mechanical if last(n) not in no_matter)
+    """Of changed values, those that the derivative of the matrices by a mechanical parameter depends on. tied: there
+    are rigid directions, and the coordinates turn with the offset."""
+    ends = {n: last(n) for n in sorted(changes) if is_mechanical(n)}
+    no_matter: frozenset[str] = frozenset()
+    if last(name) in _IN_PROPORTION:
+        no_matter = _IN_PROPORTION if tied or last(name) in _ON_THE_AXIS else _IN_PROPORTION | _OFFSET
+    return tuple((n, changes[n]) for n, end in ends.items() if end not in no_matter)
 
 
 def si(values: Mapping[str, float], name: str) -> float:

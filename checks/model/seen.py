@@ -1,6 +1,7 @@
 """What the converters see of the strut's motion: constants, electronics, the bench's own mode, the encoder's optics."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,32 +16,43 @@ Values = Mapping[str, float]
 Channels = tuple[str, ...]
 
 
-def seen(f: Array, v: Values, have: Channels, H: Complex, static: Array, wanted: Channels) -> Complex:
-    """(F, C) responses to one volt of Va [V/V, m/V] at f (F,) [Hz] of the wanted channels.
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """gain (F, C) per motion of a channel, with_rest (F, C) per motion of da at rest, alone (F, C) without any motion;
+    picked (C,): which channels of the motion; da: that of the payload."""
 
-    H (F, c), static (c,): motion of the channels `have` per newton of force pair, at f and at rest. Raises ModelError
-    for a channel that the motion does not have."""
-    out = in_proportion(f, v, have, H, static, wanted)
+    gain: Complex
+    with_rest: Complex
+    alone: Complex
+    picked: tuple[int, ...]
+    da: int
+
+    def __call__(self, H: Complex, static: Array) -> Complex:
+        """(F, C) responses to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per newton."""
+        return self.in_proportion(H, static) + self.alone
+
+    def in_proportion(self, H: Complex, static: Array) -> Complex:
+        """(..., F, C) of H (..., F, c), static (..., c): all but cross-talk."""
+        at_rest = static[..., self.da][..., None, None]
+        return np.asarray(H[..., self.picked] * self.gain + at_rest * self.with_rest)
+
+
+def seen(f: Array, v: Values, have: Channels, wanted: Channels) -> Seen:
+    """What is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that it has
+    not."""
     e = electrical_of(v)
-    if e.crosstalk and "Vs" in wanted:
-        out[:, wanted.index("Vs")] += e.crosstalk * e.gain * e.drive(f)
-    return out
-
-
-def in_proportion(f: Array, v: Values, have: Channels, H: Complex, static: Array, wanted: Channels) -> Complex:
-    """The part of `seen` that is in proportion to the motion: all but cross-talk."""
-    e = electrical_of(v)
-    per_volt = e.gain * e.ga
-    at_rest = float(static[_index(have, "da")]) * per_volt
-    added = suspension(f, at_rest, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
-    out = np.empty((f.size, len(wanted)), dtype=complex)
+    per_volt = e.drive(f) * (e.gain * e.ga)
+    mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"]) * per_volt
+    gain = np.empty((f.size, len(wanted)), dtype=complex)
+    with_rest, alone = np.zeros_like(gain), np.zeros_like(gain)
     for i, channel in enumerate(wanted):
-        h = H[:, _index(have, channel)] * per_volt
         if channel == "Vs":
-            out[:, i] = h * e.gs * e.sensor(f)
+            gain[:, i] = per_volt * e.gs * e.sensor(f)
+            alone[:, i] = e.crosstalk * e.gain * e.drive(f)
         else:
-            out[:, i] = (h + added) * (_optics(f, v) if channel == "de" else 1.0)
-    return out * e.drive(f)[:, None]
+            optics = _optics(f, v) if channel == "de" else 1.0
+            gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics
+    return Seen(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
 
 
 def _index(have: Channels, channel: str) -> int:

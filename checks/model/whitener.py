@@ -38,9 +38,18 @@ class Whitener:
 
     def __call__(self, residual: Complex) -> Array:
         """(..., F, C) complex residuals -> (..., 2 F C) real numbers, independent and of unit variance."""
-        z = np.einsum("fij,...fj->...fi", self.inverse, residual)
+        z = _lower(self.inverse, residual)
         flat = _real(z)
         return flat - ((flat @ self.U) * self.shrink) @ self.U.T if self.U.size else flat
+
+
+def _lower(L: Complex, r: Complex) -> Complex:
+    """(..., F, C) L r of lower triangular L (F, C, C), entry by entry: quicker than many small products."""
+    out = np.zeros(r.shape, dtype=complex)
+    for i in range(L.shape[1]):
+        for j in range(i + 1):
+            out[..., i] += L[:, i, j] * r[..., j]
+    return out
 
 
 def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) -> Whitener:
