@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 STATIC_HZ = 60.0  # below: no resonance of the strut
-AGREED = 0.6  # share of bins that must have the sign
+AGREED = 0.6  # share of bins that must have the sign, or whose phases an offset must explain
 FAR = 0.5  # of ln |H|: a mean distance by which a channel is not what its name says
 BETTER = 0.4  # of the distance that is left when channels are exchanged
 WHOLE = 0.2  # samples: how near to a whole number an offset is
@@ -65,18 +65,19 @@ def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
     H = model.frf(data.f, channels=data.channels)
     turns = data.f / fs
     grid = np.arange(-MOST_SAMPLES, MOST_SAMPLES + 0.05, 0.05)
-    late = []
+    late, explained = [], []
     for c in range(len(data.channels)):
         ratio = data.H[:, c] / H[:, c]
         unit = ratio / np.maximum(np.abs(ratio), 1e-300)
         trust = np.abs(data.H[:, c]) ** 2 > 9.0 * data.noise[:, c]
         score = (np.exp(2j * np.pi * np.outer(grid, turns[trust])) @ unit[trust]).real
         late.append(float(grid[np.argmax(score)]))
+        explained.append(bool(score.max() > AGREED * trust.sum()))  # else other modes than the model's turn the phase
     common = float(np.median(late))
     found = {}
-    for channel, d in zip(data.channels, late, strict=True):
+    for channel, d, clear in zip(data.channels, late, explained, strict=True):
         n = round(d - common)
-        if n != 0 and abs(d - common - n) < WHOLE:
+        if clear and n != 0 and abs(d - common - n) < WHOLE:
             found[channel] = n
     return found
 
