@@ -79,6 +79,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
         information += [(name, quantity) for quantity in more]
         notes += [f"{name}: {note}" for note in outcome.notes]
         panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+    notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
     if stated is not None:
         stated = calibration.checked(stated, unit.measured)
         findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))

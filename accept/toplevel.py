@@ -29,6 +29,22 @@ def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str,
     return {k: v for k, v in table.items() if k not in wrong}
 
 
+def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
+    """Lines of `[notes]`, by check."""
+    table = data.get("notes", {})
+    if not isinstance(table, dict):
+        problems.append(f"notes = {table!r}: expected a section [notes]")
+        return {}
+    found = {name: lines for name, lines in table.items() if name in CHECKS and _are_texts(lines)}
+    wrong = {k: v for k, v in table.items() if k not in found}
+    problems.extend(f"[notes] {k} = {v!r}: expected a check and a list of texts" for k, v in wrong.items())
+    return found
+
+
+def _are_texts(lines: object) -> bool:
+    return isinstance(lines, list) and all(isinstance(line, str) and line for line in lines)
+
+
 def days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
     """Days of `[measured]`, by section."""
     table = data.get("measured", {})

@@ -4,7 +4,7 @@ import hashlib
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -62,7 +62,7 @@ class Section:
 @dataclass(frozen=True, eq=False)
 class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
-    section -> the day on which it was measured, where the folder tells."""
+    section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it."""
 
     path: Path
     serial: str
@@ -72,6 +72,7 @@ class UnitFolder:
     channels: Mapping[str, str] = field(default_factory=dict)
     sections: Mapping[str, Section] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def input_hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
@@ -126,9 +127,10 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     parts = toplevel.strings(data, "parts", problems)
     channels = toplevel.strings(data, "channels", problems)
     measured = toplevel.days(data, problems)
+    notes = toplevel.notes(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in {"serial", "kind", "parts", "channels", "measured"}:
+        if name in {"serial", "kind", "parts", "channels", "measured", "notes"}:
             continue
         if name not in SECTIONS:
             problems.append(f"[{name}] unknown section or key (known: {', '.join(SECTIONS)})")
@@ -138,7 +140,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
             sections[name] = _section(SECTIONS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
-    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured)
+    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes)
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> Section:

@@ -12,13 +12,16 @@ from accept.operator_name import operator_name
 from accept.tui.app import BenchApp
 from accept.tui.start import Given
 
+UNIT_FILE = "unit.toml"  # as in accept.unit, which takes longer to import than the first screen may
+
 if TYPE_CHECKING:
     from accept.workflow.bench import Bench
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The command line, as typed. bench: bench.toml with instruments and calibrations; seed: of a training unit."""
+    """The command line, as typed. unit: serial, or folder of a unit; bench: bench.toml with instruments and
+    calibrations; seed: of a training unit."""
 
     unit: str | None = None
     spec: str | None = None
@@ -28,10 +31,16 @@ class Wanted:
     training: bool = False
     seed: int | None = None
 
+    @property
+    def folder(self) -> Path | None:
+        """The unit folder that is meant, None for a serial."""
+        path = Path(self.unit or "")
+        return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None
+
 
 def run(wanted: Wanted) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open."""
-    app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), wanted.unit or ""))
+    app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), "" if wanted.folder else wanted.unit or ""))
     try:
         app.run()
     finally:
@@ -49,6 +58,8 @@ def _loader(wanted: Wanted) -> "Callable[[], Bench]":
     def load() -> "Bench":
         if wanted.training:
             return import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
-        return import_module("accept.workflow.bench").open_bench(wanted.spec, wanted.records, wanted.bench)
+        return import_module("accept.workflow.bench").open_bench(
+            wanted.spec, wanted.records, wanted.bench, wanted.folder
+        )
 
     return load

@@ -58,7 +58,7 @@ class BenchApp(App[None]):
 
         self.session = begin.session
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)
-        self.push_screen(Steps(begin.bench, begin.session), self._left)
+        self.push_screen(Steps(begin.bench, begin.session, "; ".join(begin.problems)), self._left)
 
     def _left(self, _: bool | None) -> None:
         """A unit is left, finished or not; the next one may come."""

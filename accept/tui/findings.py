@@ -7,8 +7,10 @@ from rich.text import Text
 from textual.widgets import Static
 
 from accept.tui.strip import limits, numbers, strip
+from accept.workflow.advice import advice
 from accept.workflow.judgement import StepJudgement
 from accept.workflow.status import Status, of_findings
+from checks.declare import Check
 
 COLOURS = {
     Status.NOT_DONE: "dim",
@@ -24,12 +26,15 @@ _STRIP = 32
 class Findings(Static):
     """Shows one judgement, or words in its place."""
 
-    def show(self, judgement: StepJudgement | None, words: str = "") -> None:
-        self.update(findings_text(judgement) if judgement else Text(words, "dim"))
+    def show(self, check: Check, judgement: StepJudgement | None, words: str = "") -> None:
+        self.update(findings_text(check, judgement) if judgement else Text(words, "dim"))
 
 
-def findings_text(judgement: StepJudgement) -> Text:
+def findings_text(check: Check, judgement: StepJudgement) -> Text:
+    """What to do comes first: a page of findings may be longer than the screen."""
     text = Text()
+    for line in advice(check, judgement):
+        text.append(f"→ {line}\n", "bold yellow")
     for finding in judgement.findings:
         text.append_text(finding_text(finding))
     for q in judgement.information:

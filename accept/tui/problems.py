@@ -3,6 +3,7 @@
 import errno
 
 from accept.commands.talk import KNOWN_ERRORS
+from accept.workflow.apart import NotDone
 from accept.workflow.lock import UnitBusy
 from accept.workflow.typed import EntryError
 from hw.errors import InstrumentError
@@ -17,7 +18,7 @@ _OS = {
 
 def words_of(error: BaseException) -> str:
     """The error in a line. Raises the error itself when it is none that a bench can have."""
-    if isinstance(error, EntryError | UnitBusy | InstrumentError):
+    if isinstance(error, EntryError | UnitBusy | InstrumentError | NotDone):
         return str(error)
     if not isinstance(error, KNOWN_ERRORS):
         raise error

@@ -17,6 +17,7 @@ from accept.tui.entry import Entry
 from accept.tui.working import Working
 
 if TYPE_CHECKING:
+    from accept.unit import UnitFolder
     from accept.workflow.bench import Bench
     from accept.workflow.known import KnownUnit
     from accept.workflow.session import Session
@@ -44,10 +45,11 @@ class Given:
 
 @dataclass(frozen=True, eq=False)
 class Begin:
-    """A unit that is open."""
+    """A unit that is open. problems: what could not be taken from the folder that it came with."""
 
     bench: "Bench"
     session: "Session"
+    problems: list[str]
 
 
 class Start(Working[Begin | None]):
@@ -100,6 +102,8 @@ class Start(Working[Begin | None]):
 
     def _opened_bench(self, bench: "Bench") -> None:
         self.post_message(self.BenchOpened(bench))
+        if bench.taken is not None:
+            self._propose(bench.taken)
         self._ready(bench)
 
     def _ready(self, bench: "Bench") -> None:
@@ -112,6 +116,13 @@ class Start(Working[Begin | None]):
         serial.value = serial.value or bench.proposed
         self.say("Enter goes from line to line; on the last one it begins")
         self._look()
+
+    def _propose(self, taken: "UnitFolder") -> None:
+        """What the unit's folder says of itself."""
+        self.query_one("#kind", Input).value, self.query_one("#serial", Input).value = taken.kind, taken.serial
+        for name, part in taken.parts.items():
+            for line in self.query(f"#{name}").results(Input):
+                line.value = part
 
     def on_input_changed(self, event: Input.Changed) -> None:
         if event.input.id == "kind":
@@ -177,11 +188,12 @@ class Start(Working[Begin | None]):
             self.say("operator, serial, kind and, for a new attempt, the reason are needed", "bad")
             return
         parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
-        self.send(lambda: _open(bench, serial, kind, operator, parts, reason), self._opened, f"opening {serial}")
+        said = (serial, kind, operator, parts, reason)
+        self.send(lambda: _open(bench, said), self._opened, f"opening {serial}")
 
-    def _opened(self, session: "Session") -> None:
+    def _opened(self, opened: "tuple[Session, list[str]]") -> None:
         if self._bench is not None:
-            self.leave(Begin(self._bench, session))
+            self.leave(Begin(self._bench, *opened))
 
     def action_known(self) -> None:
         """Units that were begun here, to go on with one."""
@@ -216,18 +228,8 @@ class Start(Working[Begin | None]):
         )
 
 
-def _open(
-    bench: "Bench", serial: str, kind: str, operator: str, parts: dict[str, str], reason: str | None
-) -> "Session":
+def _open(bench: "Bench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
     """In a thread: the unit, with an attempt to work on; and the next screen, which takes a moment to import."""
     import_module("accept.tui.steps")
-    session = bench.session(serial, kind, operator)
-    try:
-        if session.run.attempt is None or reason is not None:
-            session.begin(parts, reason or "")
-        else:
-            session.resume()
-    except BaseException:
-        session.close()
-        raise
-    return session
+    opened: tuple[Session, list[str]] = bench.open_unit(import_module("accept.workflow.bench").Begun(*said))
+    return opened

@@ -8,55 +8,43 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.events import DescendantFocus, ScreenResume, ScreenSuspend
 from textual.widgets import Footer, Input, Label, Static
 
 from accept.store import Event
 from accept.tui.ask import Ask, Line
 from accept.tui.fields import Field, Place, places
-from accept.tui.findings import COLOURS, Findings, missing_words
-from accept.tui.notes import ask_note
+from accept.tui.findings import Findings
+from accept.tui.gauge import Gauge
 from accept.tui.pick import Pick
-from accept.tui.plot import PanelView
-from accept.tui.strip import limits
-from accept.tui.working import Working
+from accept.tui.pictures import Pictures
+from accept.tui.stepview import StepView
 from accept.workflow.bench import Bench
-from accept.workflow.instruments import Instrument, reading
-from accept.workflow.judgement import StepJudgement
-from accept.workflow.section import missing, ready
+from accept.workflow.instruments import Instrument
+from accept.workflow.section import repeated
 from accept.workflow.session import Session
-from accept.workflow.state import StepState
 from accept.workflow.steps import has_files
 from accept.workflow.typed import EntryError, parse_list, parse_number, parse_scalar
 from checks.declare import Measured, Scalar, Series, Table, Vector
-from specs import Limit
 
 
-class StepScreen(Working[bool]):
+class StepScreen(StepView):
     """Values and files of one step, stored one by one; judged as soon as nothing is missing."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f2", "pick", "File"),
         Binding("f3", "read", "Read"),
         Binding("f4", "repeat", "More"),
-        Binding("f5", "note", "Note"),
         Binding("f6", "way", "Way"),
-        Binding("f7", "picture", "Plot"),
         Binding("f8", "anew", "Anew"),
         Binding("ctrl+z", "undo", "Undo"),
         Binding("up", "app.focus_previous", show=False),
         Binding("down", "app.focus_next", show=False),
-        Binding("pageup", "page(-1)", show=False),
-        Binding("pagedown", "page(1)", show=False),
-        Binding("escape", "leave", "Back"),
     ]
 
     def __init__(self, bench: Bench, session: Session, name: str) -> None:
-        super().__init__()
-        self.bench, self.session = bench, session
-        self.step = session.step(name)
+        super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)
-        self._panel = 0
-        self._live = ""
 
     def compose(self) -> ComposeResult:
         yield Label("", id="head", classes="title", markup=False)
@@ -66,23 +54,20 @@ class StepScreen(Working[bool]):
                 with Vertical(id="form"):
                     yield Label("", id="way", markup=False)
                     yield Vertical(id="fields")
+                    yield Gauge()
                 if self.step.guide.picture:
                     yield Static(self.step.guide.picture, id="guide", markup=False)
             yield Findings(id="findings")
-            yield Vertical(id="pictures")
+            yield Pictures()
         yield Label("", id="status")
         yield Footer(compact=True)
 
     async def on_mount(self) -> None:
         await self._lay_out()
-        self._show()
+        self.show()
         self.say("Enter stores the line")
-        if ready(self.step, self._state):
-            self._judge()
-
-    @property
-    def _state(self) -> StepState:
-        return self.session.state(self.step.name)
+        if self.complete:
+            self.judge()
 
     async def _lay_out(self) -> None:
         """The form's fields; the cursor in the first that is empty."""
@@ -97,7 +82,7 @@ class StepScreen(Working[bool]):
         await fields.remove_children()
         if not self.alive:  # left while the old fields went
             return
-        await fields.mount(*(Field(place, self.step, self._state) for place in places(self._form)))
+        await fields.mount(*(Field(place, self.step, self.state) for place in places(self._form)))
         self._to_next_empty(None)
 
     def _to_next_empty(self, after: Field | None) -> None:
@@ -110,40 +95,42 @@ class StepScreen(Working[bool]):
 
     def _has(self, place: Place) -> bool:
         if place.is_file:
-            return self._state.link(place.declared.name) is not None
-        return bool(self._state.readings(place.declared.name, place.index))
+            return self.state.link(place.declared.name) is not None
+        return bool(self.state.readings(place.declared.name, place.index))
 
-    def _show(self) -> None:
+    def show(self) -> None:
         """Everything from the state of the session."""
-        if not self.alive:
-            return
-        number = 1 + [s.name for s in self.session.steps].index(self.step.name)
-        status = self.session.status(self.step)
-        head = self.query_one("#head", Label)
-        head.update(
-            f"{number}/{len(self.session.steps)} {self.step.title}  ·  {self.session.serial}"
-            f"  ·  {status.mark} {status.word}"
-        )
-        head.styles.color = {"bold red": "red", "dim": "white"}.get(COLOURS[status], COLOURS[status])
-        self.query_one("#upper").set_class(ready(self.step, self._state), "complete")
-        for field in self.query(Field):
-            field.show(self._state)
-        judgement = self.session.judgement(self.step.name) if ready(self.step, self._state) else None
-        wanted = missing_words([i.label for i in missing(self.step, self._state)]) if self._state.entries else ""
-        self.query_one(Findings).show(judgement, wanted)
-        self._show_picture()
+        super().show()
+        if self.alive:
+            self.query_one("#upper").set_class(self.complete, "complete")
+            for field in self.query(Field):
+                field.show(self.state)
 
-    def _show_picture(self) -> None:
-        """As many pictures as the screen is wide for, from the chosen one on."""
-        panels = list(self.session.panels(self.step.name).values())
-        holder = self.query_one("#pictures")
-        holder.remove_children()
-        if panels:
-            many = 2 if self.app.size.width >= 110 else 1
-            shown = [panels[(self._panel + i) % len(panels)] for i in range(min(many, len(panels)))]
-            first = self._panel % len(panels) + 1
-            words = f"picture {first} of {len(panels)}, F7: next" if len(panels) > many else ""
-            holder.mount(Label(words, classes="quiet"), Horizontal(*(PanelView(p) for p in shown), classes="panels"))
+    def on_descendant_focus(self, event: DescendantFocus) -> None:
+        self._follow()
+
+    def on_screen_resume(self, event: ScreenResume) -> None:
+        self._follow()
+
+    def on_screen_suspend(self, event: ScreenSuspend) -> None:
+        for gauge in self.query(Gauge):
+            gauge.leave()
+
+    def _follow(self) -> None:
+        """The gauge shows the instrument of the present line, or what is stored there."""
+        field = self._focused_field()
+        for gauge in self.query(Gauge):
+            if field is None or field.place.is_file:
+                gauge.follow(None, "", None, None)
+            else:
+                place = field.place
+                limit = self.step.asked.limits.get(place.declared.name)
+                gauge.follow(self._instrument(place), place.unit, limit, self._stored_value(place))
+
+    def _stored_value(self, place: Place) -> Measured | None:
+        name = place.declared.name
+        one = repeated(self.state.readings(name, place.index), self.step.asked, name)
+        return None if one is None else Measured(one.value, one.U)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         field = field_of(event.input)
@@ -151,7 +138,7 @@ class StepScreen(Working[bool]):
             return
         if not event.value.strip():
             self._to_next_empty(field)
-            if ready(self.step, self._state):
+            if self.complete:
                 self.say("nothing is missing here: Esc goes back to the steps")
         else:
             self._give(field, event.value, repeat=False)
@@ -165,47 +152,39 @@ class StepScreen(Working[bool]):
                     path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
                     self._store(field, partial(self.session.link, step, declared, path))
                 case Scalar() as declared:
-                    self._take(field, parse_scalar(text, declared), repeat, text, "typed")
+                    self._take(field, parse_scalar(text, declared), repeat, text)
                 case Vector() as declared if len(text.replace(";", " ").split()) == declared.size:
                     self._take_all(field, parse_list(text, declared), text)
                 case _:
-                    self._take(field, parse_number(text, place.unit), repeat, text, "typed")
+                    self._take(field, parse_number(text, place.unit), repeat, text)
         except EntryError as e:
             field.refuse(str(e))
             self.app.bell()
 
-    def _take(self, field: Field, measured: Measured, repeat: bool, text: str, source: str) -> None:
+    def _take(self, field: Field, measured: Measured, repeat: bool, text: str) -> None:
         place, step = field.place, self.step.name
         self._store(
             field,
-            lambda: self.session.take(
-                step, place.declared, measured, index=place.index, repeat=repeat, text=text, source=source
-            ),
+            lambda: self.session.take(step, place.declared, measured, index=place.index, repeat=repeat, text=text),
         )
 
     def _take_all(self, field: Field, values: list[float], text: str) -> None:
         for other, value in zip(self.query(Field), values, strict=True):
-            self._take(other, Measured(value), False, text, "typed")
+            self._take(other, Measured(value), False, text)
 
-    def _store(self, field: Field, action: Callable[[], Event]) -> None:
-        self.send(action, lambda event: self._stored(field, event), "storing", field.refuse)
+    def _store(self, field: Field, action: Callable[[], Event], doing: str = "storing") -> None:
+        self.send(action, lambda event: self._stored(field, event), doing, field.refuse)
 
     def _stored(self, field: Field, event: Event) -> None:
         """It is on the disk: now it may be shown."""
         field.accept()
         self.say(f"stored as event {event.seq}", "good")
-        self._show()
+        self.show()
         if self._focused_field() in (field, None):
             self._to_next_empty(field)
-        if ready(self.step, self._state):
-            self._judge()
-
-    def _judge(self) -> None:
-        self.query_one(Findings).show(None, "judging … (Esc goes back, the entries are kept)")
-        self.aside(lambda: self.session.judge_step(self.step.name), self._judged, "judge")
-
-    def _judged(self, judgement: StepJudgement) -> None:
-        self._show()
+        self._follow()
+        if self.complete:
+            self.judge()
 
     def _focused_field(self) -> Field | None:
         return field_of(self.focused) if isinstance(self.focused, Input) else None
@@ -241,40 +220,25 @@ class StepScreen(Working[bool]):
         if field is None or instrument is None:
             self.say("no instrument reads this line: type the value", "bad")
             return
-        place = field.place
-        self.send(
-            lambda: reading(instrument, place.unit),
-            lambda measured: self._read_done(field, measured, repeat, instrument.name),
+        place, step = field.place, self.step.name
+        self._store(
+            field,
+            lambda: self.session.read(step, place.declared, instrument, index=place.index, repeat=repeat),
             f"reading {instrument.name}",
-            field.refuse,
         )
-
-    def _read_done(self, field: Field, measured: Measured, repeat: bool, source: str) -> None:
-        self._take(field, measured, repeat, f"{measured.value:.9g} {field.place.unit}", source)
 
     def _instrument(self, place: Place) -> Instrument | None:
         return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
-
-    def action_note(self) -> None:
-        ask_note(self, self.session, self.step, self._noted)
-
-    def _noted(self, event: Event) -> None:
-        self.say(f"note kept as event {event.seq}", "good")
 
     async def action_way(self) -> None:
         """The next way of giving this step its data. What was given another way stays until something new is given."""
         forms = self.step.check.forms
         self._form = forms[(forms.index(self._form) + 1) % len(forms)]
         await self._lay_out()
-        self._show()
-
-    def action_picture(self) -> None:
-        self._panel += 1
-        self._show_picture()
-        self.query_one("#body", VerticalScroll).scroll_end(animate=False)
+        self.show()
 
     def action_anew(self) -> None:
-        if not self._state.entries:
+        if not self.state.entries:
             self.say("nothing was taken yet", "bad")
             return
         question = Ask("Measure this step again", "What was taken stays in the record.", [Line("Why?")])
@@ -294,17 +258,10 @@ class StepScreen(Working[bool]):
 
     def _changed(self, event: Event) -> None:
         self.say(f"stored as event {event.seq}; what was before stays in the record", "good")
-        self._show()
+        self.show()
         self._to_next_empty(None)
-        if ready(self.step, self._state):
-            self._judge()
-
-    def action_page(self, way: int) -> None:
-        body = self.query_one("#body", VerticalScroll)
-        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
-
-    def action_leave(self) -> None:
-        self.leave(True)
+        if self.complete:
+            self.judge()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Keys that mean nothing at this step are not in the footer."""
@@ -314,20 +271,13 @@ class StepScreen(Working[bool]):
             return has_files(self._form)
         return True
 
-    def help_text(self) -> str:
-        asked = self.step.asked
-        bounds = [f"  {name}: {limit_words(limit)}\n      {limit.source}" for name, limit in asked.limits.items()]
-        measured_with = f"\nMeasured with: {asked.instrument}" if asked.instrument else ""
-        typed = "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF."
-        told = f"{self.step.guide.words}\n{self.step.guide.picture}{measured_with}\n"
-        return "\n".join([told, f"{typed}\n", "Limits", *bounds])
+    def more_help(self) -> list[str]:
+        return [
+            "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument, F4 "
+            "takes one more reading of the same value: the mean counts, the scatter is shown.\n"
+        ]
 
 
 def field_of(line: Input) -> Field | None:
     """The field of a line, None when the form was changed since the key was pressed."""
     return next((a for a in line.ancestors if isinstance(a, Field)), None)
-
-
-def limit_words(limit: Limit) -> str:
-    ends = limits({"lower": limit.lower, "upper": limit.upper})
-    return f"{ends} {limit.unit}, {limit.rule}"

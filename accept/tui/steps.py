@@ -10,6 +10,8 @@ from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Footer, Label, Static
 
 from accept.store import Event
+from accept.tui.derived import DerivedScreen
+from accept.tui.explain import TITLE, Explain, headline
 from accept.tui.findings import COLOURS
 from accept.tui.notes import ask_note
 from accept.tui.step import StepScreen
@@ -18,8 +20,10 @@ from accept.tui.working import Working
 from accept.workflow.bench import Bench
 from accept.workflow.section import missing
 from accept.workflow.session import Session
-from accept.workflow.status import Status, next_step
+from accept.workflow.status import Status
 from accept.workflow.steps import Step
+
+GAP = "gap"  # the row that no check stands behind
 
 
 class Steps(Working[bool]):
@@ -32,9 +36,10 @@ class Steps(Working[bool]):
         Binding("escape", "leave", "Other unit"),
     ]
 
-    def __init__(self, bench: Bench, session: Session) -> None:
+    def __init__(self, bench: Bench, session: Session, words: str = "") -> None:
+        """words: what the start has to say, such as a record that could not be taken."""
         super().__init__()
-        self.bench, self.session = bench, session
+        self.bench, self.session, self._words = bench, session, words
 
     def compose(self) -> ComposeResult:
         attempt = self.session.attempt
@@ -56,9 +61,11 @@ class Steps(Working[bool]):
         table.add_column("what it showed, what is missing", key="more")
         for step in self.session.steps:
             table.add_row("", step.title, "", "", key=step.name)
+        if self.session.responses is not None:
+            table.add_row("", TITLE, "", "", key=GAP)
         self._show()
         self._stand_at_next()
-        self.say("Enter opens a step")
+        self.say(self._words or "Enter opens a step", "bad" if self._words else "quiet")
         self.aside(lambda: import_module("accept.tui.summary"), lambda _: None, "import")
 
     def on_screen_resume(self) -> None:
@@ -76,9 +83,23 @@ class Steps(Working[bool]):
             table.update_cell(step.name, "title", Text(step.title + required))
             table.update_cell(step.name, "status", Text(status.word, colour))
             table.update_cell(step.name, "more", Text(self._more(step, status), "dim"), update_width=True)
+        self._show_gap(table)
+
+    def _show_gap(self, table: DataTable[object]) -> None:
+        """The row of what is missing from the model: it has no verdict, but a mark and words all the same."""
+        if self.session.responses is None:
+            return
+        found = self.session.gap
+        status = Status.NOT_DONE if found is None else Status.TAKEN
+        table.update_cell(GAP, "mark", Text(status.mark, COLOURS[status]))
+        table.update_cell(GAP, "status", Text("not asked" if found is None else "looked", COLOURS[status]))
+        table.update_cell(GAP, "more", Text("") if found is None else headline(found), update_width=True)
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         """The whole of what a narrow table cuts off."""
+        if event.row_key.value == GAP:
+            self.query_one("#detail", Static).update("what is missing from the model, by name; for information")
+            return
         step = self.session.steps[event.cursor_row]
         more = self._more(step, self.session.status(step))
         self.query_one("#detail", Static).update(f"{step.title}{': ' if more else ''}{more}")
@@ -96,16 +117,22 @@ class Steps(Working[bool]):
         return ", ".join(f["quantity"] if f["value"] is None else numbers(f) for f in worst[:2]) + notes
 
     def _stand_at_next(self) -> None:
-        step = next_step(self.session.steps, self.session.attempt.steps)
+        step = self.session.next_step()
         table = self.query_one(DataTable)
         if step is not None:
             table.move_cursor(row=table.get_row_index(step.name))
 
     def _current(self) -> Step:
-        return self.session.steps[self.query_one(DataTable).cursor_row]
+        row = self.query_one(DataTable).cursor_row
+        return self.session.steps[row] if row < len(self.session.steps) else self.session.step("frf")
 
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
-        self.app.push_screen(StepScreen(self.bench, self.session, str(event.row_key.value)), self._back)
+        name = str(event.row_key.value)
+        if name == GAP:
+            self.app.push_screen(Explain(self.session), self._back)
+        else:
+            kind = DerivedScreen if self.session.step(name).derived else StepScreen
+            self.app.push_screen(kind(self.bench, self.session, name), self._back)
 
     def _back(self, _: bool | None) -> None:
         self._show()

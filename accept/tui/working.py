@@ -28,6 +28,7 @@ class Working(Screen[T]):
         self._in_order: Worker[Any] | None = None
         self._doing: tuple[str, float] | None = None
         self._clock: Timer | None = None
+        self.progress = ""  # what a slow step says of itself, set from its thread
 
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
@@ -72,7 +73,7 @@ class Working(Screen[T]):
         action, then, doing, failed = self._queued.popleft()
         self._in_order = self.run_worker(action, group="in order", thread=True, exit_on_error=False)
         self._afterwards[self._in_order] = (then, failed)
-        self._doing = (doing, time.monotonic()) if doing else None
+        self._doing, self.progress = ((doing, time.monotonic()) if doing else None), ""
 
     def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
         worker = event.worker
@@ -98,4 +99,5 @@ class Working(Screen[T]):
 
     def _tick(self) -> None:
         if self._doing and (passed := time.monotonic() - self._doing[1]) > _CLOCK_AFTER_S:
-            self.say(f"{self._doing[0]} … {passed:.0f} s")
+            more = f" ({self.progress})" if self.progress else ""
+            self.say(f"{self._doing[0]}{more} … {passed:.0f} s")

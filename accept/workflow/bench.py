@@ -4,9 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from accept import unit
 from accept.campaign import DEFAULT_SPEC, load_spec
 from accept.home import home
 from accept.store import Store, open_store
+from accept.unit import UnitError, UnitFolder
+from accept.workflow.adopted import adopt
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instruments, NoInstruments
 from accept.workflow.known import KnownUnit, known_unit, known_units
@@ -22,7 +25,8 @@ LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technicia
 class Bench:
     """specs: kind -> spec. records: folder that new record files arrive in. hidden: what a training unit has, told at
     the end; None where the unit is real. proposed: serial to begin with. stated: the bench file whose calibrations
-    stand behind the findings. closing: ends what runs beside."""
+    stand behind the findings. taken: a unit folder that exists already, to go on with. closing: ends what runs beside.
+    """
 
     store: Store
     home: Path
@@ -32,6 +36,7 @@ class Bench:
     hidden: str | None = None
     proposed: str = ""
     stated: StatedBench | None = None
+    taken: UnitFolder | None = None
     closing: Callable[[], None] = field(default=lambda: None)
 
     def close(self) -> None:
@@ -55,10 +60,45 @@ class Bench:
         """Open a unit. Raises EntryError, UnitBusy, StoreError, OSError."""
         return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
 
+    def open_unit(self, begun: "Begun") -> tuple[Session, list[str]]:
+        """The unit with an attempt to work on, and what could not be taken from its folder. Raises as `session`."""
+        session = self.session(begun.serial, begun.kind, begun.operator)
+        try:
+            return session, self._attempt(session, begun)
+        except BaseException:
+            session.close()
+            raise
 
-def open_bench(spec: str | None = None, records: Path | None = None, bench_file: Path | None = None) -> Bench:
-    """The bench of `ACCEPT_HOME`. Raises SpecError, StoreError, HomeError, SettingsError."""
+    def _attempt(self, session: Session, begun: "Begun") -> list[str]:
+        taken = self.taken if self.taken is not None and self.taken.serial == session.serial else None
+        if session.run.attempt is None or begun.reason is not None:
+            session.begin(begun.parts, begun.reason or "", None if taken is None else taken.channels)
+        else:
+            session.resume()
+        return [] if taken is None else adopt(session, taken)
+
+
+@dataclass(frozen=True)
+class Begun:
+    """What the technician said at the start. reason: of a new attempt at a known unit; None goes on with it."""
+
+    serial: str
+    kind: str
+    operator: str
+    parts: Mapping[str, str] = field(default_factory=dict)
+    reason: str | None = None
+
+
+def open_bench(
+    spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
+) -> Bench:
+    """The bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
+    SettingsError, UnitError."""
+    taken = unit.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
+    if taken is not None and taken.kind not in {one.kind for one in specs}:
+        problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
+        raise UnitError(taken.path / unit.UNIT_FILE, [problem])
     stated = load_bench(bench_file) if bench_file else None
     instruments = BenchInstruments(stated) if stated else NoInstruments()
     return Bench(
@@ -66,8 +106,9 @@ def open_bench(spec: str | None = None, records: Path | None = None, bench_file:
         home(),
         {one.kind: one for one in specs},
         instruments,
-        records or Path.cwd(),
+        records or folder or Path.cwd(),
         stated=stated,
+        taken=taken,
         closing=instruments.close if isinstance(instruments, BenchInstruments) else _nothing,
     )
 

@@ -1,6 +1,7 @@
 """The unit's folder on the disk: records copied in, `unit.toml` written from the state."""
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,17 @@ RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.jso
 _MAX_BYTES = 2_000_000_000
 
 
-def take_in(source: Path, declared: Series | Table, folder: Path) -> tuple[str, str]:
+def take_in(
+    source: Path, declared: Series | Table, folder: Path, channels: Mapping[str, str] | None = None
+) -> tuple[str, str]:
     """Copy a record into the folder; returns its name there and its sha256. A file of the same name and other content
-    stays, the new one gets a number. Raises RecordError when it is not what is declared, OSError."""
+    stays, the new one gets a number. channels: our name -> the file's, where they differ. Raises RecordError when it is
+    not what is declared, OSError."""
     if not source.is_file():
         raise RecordError(f"{source.name or source}: there is no such file")
     if source.stat().st_size > _MAX_BYTES:
         raise RecordError(f"{source.name}: is larger than {_MAX_BYTES / 1e9:g} GB")
-    _readable(source, declared)
+    _readable(source, declared, channels or {})
     content = source.read_bytes()
     digest = hashlib.sha256(content).hexdigest()
     name = _free_name(folder, source.name, digest)
@@ -32,11 +36,11 @@ def take_in(source: Path, declared: Series | Table, folder: Path) -> tuple[str, 
     return name, digest
 
 
-def _readable(source: Path, declared: Series | Table) -> None:
+def _readable(source: Path, declared: Series | Table, channels: Mapping[str, str]) -> None:
     if isinstance(declared, Table):
         records.read_table(source, declared)
     else:
-        records.read(source, declared, {})
+        records.read(source, declared, channels)
 
 
 def _free_name(folder: Path, name: str, digest: str) -> str:

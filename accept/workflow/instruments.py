@@ -1,7 +1,8 @@
 """The port through which the workflow reads instruments: a value and its unit, for one input of one check."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from accept.workflow.scale import UnitMismatch, factor
 from accept.workflow.typed import EntryError
@@ -20,6 +21,10 @@ class Instrument(Protocol):
 
     def uncertainty(self, value: float) -> float | None:
         """Expanded uncertainty of a value, both in the input's unit; None where only the spec states one."""
+        ...
+
+    def evidence(self) -> Mapping[str, Any]:
+        """What goes into the store beside a reading: which instrument it was, and what went over its line."""
         ...
 
 

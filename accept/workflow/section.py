@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
@@ -93,9 +94,18 @@ def _scalar(one: Repeated | None) -> Any:
 
 
 def document(serial: str, attempt: Attempt, steps: Sequence[Step]) -> dict[str, Any]:
-    """The whole `unit.toml` of an attempt."""
-    head: dict[str, Any] = {"serial": serial, "kind": attempt.kind}
-    if attempt.parts:
-        head["parts"] = dict(attempt.parts)
-    sections = {step.name: section(step, attempt.step(step.name)) for step in steps}
-    return head | {name: content for name, content in sections.items() if content}
+    """The whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
+    states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
+    sections = {name: section(step, state) for name, (step, state) in states.items()}
+    days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
+    notes = {step.name: note_lines(attempt.step(step.name)) for step in steps}
+    head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "parts": dict(attempt.parts), "measured": days}
+    head["channels"] = dict(attempt.channels)
+    head["notes"] = {name: lines for name, lines in notes.items() if lines}
+    return {name: content for name, content in (head | sections).items() if content}
+
+
+def note_lines(state: StepState) -> list[str]:
+    """What the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
+    again = [f"measured again: {reason}" for reason in state.reasons]
+    return again + [f"{'NONCONFORMANCE: ' if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]

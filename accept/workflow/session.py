@@ -5,25 +5,30 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 
 import re
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from accept import campaign, ledger, unit
+from accept import ledger
 from accept.calibration import Statement, statement
 from accept.result import UnitResult, finding_json, information_json
 from accept.store import Entry, Event, Store
-from accept.unit import SERIAL, UnitFolder
+from accept.unit import SERIAL
 from accept.version import code_sha256
-from accept.workflow import entries, folder, section
+from accept.workflow import drawn, entries, folder, section
+from accept.workflow.instruments import Instrument, reading
 from accept.workflow.judgement import StepJudgement
+from accept.workflow.judging import Explained, Judge, judge_here
 from accept.workflow.lock import UnitLock
 from accept.workflow.state import Attempt, StepState, UnitRun, fold_run, folder_name
-from accept.workflow.status import Status, judgement_of, status_of
+from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import Step, steps_of
 from accept.workflow.typed import EntryError, check_plausible
 from checks.declare import Input, Measured, Scalar, Series, Table
 from checks.picture import Panel
+from hw.errors import InstrumentError
 from specs import Spec
 from specs.bench import Bench
 
@@ -81,23 +86,35 @@ class Session:
         return next(step for step in self.steps if step.name == name)
 
     def state(self, step: str) -> StepState:
-        return self.attempt.step(step)
+        """What was taken at a step; of a derived one what was taken at the step whose data it reads."""
+        return _state_of(self.attempt, self.step(step))
 
     def status(self, step: Step) -> Status:
         return status_of(step, self.state(step.name), self.spec_name, code_sha256())
+
+    def next_step(self) -> Step | None:
+        """The first step that is not complete: where a restarted workflow stands."""
+        states = {step.name: self.state(step.name) for step in self.steps}
+        return next_step(self.steps, states, self.spec_name, code_sha256())
 
     def judgement(self, step: str) -> StepJudgement | None:
         """The stored judgement of a step where it still holds."""
         return judgement_of(self.state(step), self.spec_name, code_sha256())
 
     def panels(self, step: str) -> Mapping[str, Panel]:
-        """Pictures of the last judgement of a step made by this program, none before it."""
-        return self._panels.get((step, self.state(step).upto), {})
+        """Pictures of the last judgement of a step made by this program, none before it; of a slow one also those of a
+        program before."""
+        key = (step, self.state(step).upto)
+        if key not in self._panels and self.step(step).check.model is not None:
+            self._panels[key] = drawn.load(self.folder, *key)
+        return self._panels.get(key, {})
 
-    def begin(self, parts: Mapping[str, str], reason: str = "") -> Event:
+    def begin(self, parts: Mapping[str, str], reason: str = "", channels: Mapping[str, str] | None = None) -> Event:
         """Start the next attempt; earlier ones stay as they are."""
         number = len(self.run.attempts) + 1
-        return self._append(entries.started(self.serial, number, self.spec.kind, parts, reason, self.spec_name))
+        return self._append(
+            entries.started(self.serial, number, self.spec.kind, parts, reason, self.spec_name, channels)
+        )
 
     def resume(self) -> Event:
         """Note that the present attempt is taken up again. Raises EntryError when it is one of another kind."""
@@ -115,6 +132,8 @@ class Session:
         repeat: bool = False,
         text: str = "",
         source: str = "typed",
+        day: str | None = None,
+        evidence: Mapping[str, Any] | None = None,
     ) -> Event:
         """Store a value. Raises EntryError where it is not plausible, StoreError."""
         if isinstance(declared, Scalar):
@@ -123,15 +142,37 @@ class Session:
         unit_name = getattr(declared, "unit", "1")
         entry = entries.taken(
             self.serial, step, form, declared.name, measured, unit_name,
-            index=index, repeat=repeat, text=text, source=source,
+            index=index, repeat=repeat, text=text, source=source, day=day, evidence=evidence,
         )  # fmt: skip
         return self._append(entry)
 
-    def link(self, step: str, declared: Series | Table, source: Path) -> Event:
+    def read(
+        self, step: str, declared: Input, instrument: Instrument, *, index: int | None = None, repeat: bool = False
+    ) -> Event:
+        """Read an instrument and store its value with what went over its line; where it gives none, store that.
+
+        Raises InstrumentError, EntryError for a reading that cannot be, StoreError."""
+        unit_name = str(getattr(declared, "unit", "1"))
+        try:
+            measured = reading(instrument, unit_name)
+            if isinstance(declared, Scalar):
+                check_plausible(measured.value, declared)
+        except (InstrumentError, EntryError) as e:
+            self._append(
+                entries.not_read(self.serial, step, declared.name, str(e), instrument.name, instrument.evidence())
+            )
+            raise
+        text = f"{measured.value:.9g} {unit_name}"
+        return self.take(
+            step, declared, measured,
+            index=index, repeat=repeat, text=text, source=instrument.name, evidence=instrument.evidence(),
+        )  # fmt: skip
+
+    def link(self, step: str, declared: Series | Table, source: Path, day: str | None = None) -> Event:
         """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
-        name, digest = folder.take_in(source, declared, self.folder)
-        return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source)))
+        name, digest = folder.take_in(source, declared, self.folder, self.attempt.channels)
+        return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source), day))
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
         """Keep words about a step. Raises EntryError for none."""
@@ -147,35 +188,70 @@ class Session:
             raise EntryError("there is nothing to undo in this attempt")
         return self._append(entries.undone(self.serial, self.attempt.undoable[-1]))
 
+    def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
+        """(step, input, index) of all that was entered in the present attempt, undone or not."""
+        begun = max((e.seq for e in self._events if e.what == entries.STARTED), default=0)
+        return frozenset(
+            (e.data["step"], e.data["input"], e.data.get("index"))
+            for e in self._events
+            if e.seq > begun and e.what in (entries.TAKEN, entries.LINKED)
+        )
+
     def last_entry(self) -> Event | None:
         """What `undo` would take back."""
         seqs = self.attempt.undoable
         return next((e for e in reversed(self._events) if seqs and e.seq == seqs[-1]), None)
 
-    def judge_step(self, name: str) -> StepJudgement:
-        """Judge one step by itself and store what was found. Raises UnitError, StoreError, OSError."""
-        taken, state = self._written()
+    def judge_step(self, name: str, judge: Judge = judge_here) -> StepJudgement:
+        """Judge one step by itself and store what was found. judge: who does it, and where. Raises UnitError,
+        StoreError, OSError, and what `judge` does."""
+        attempt = self._written()
         asked = self.spec.model_copy(update={"checks": {name: self.step(name).asked}})
-        result = campaign.judge_unit(taken, asked, self._statement(asked))
-        upto = state.step(name).upto
-        self._panels[name, upto] = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
-        judged = StepJudgement(
-            upto,
-            self.spec_name,
-            code_sha256(),
-            tuple(finding_json(f) for f in result.findings),
-            tuple(information_json(check, q) for check, q in result.information),
-            tuple(note.removeprefix(f"{name}: ") for note in result.notes),
-        )
+        result = judge(self.folder, asked, self._statement(asked))
+        state = _state_of(attempt, self.step(name))
+        panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
+        self._panels[name, state.upto] = panels
+        if self.step(name).check.model is not None:
+            drawn.save(self.folder, name, state.upto, panels)
+        judged = _judgement(name, result, state, self.spec_name)
         if self.judgement(name) != judged:
             self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
         return judged
 
-    def judge(self) -> UnitResult:
-        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError."""
-        taken, _ = self._written()
+    @property
+    def responses(self) -> StepState | None:
+        """The step whose records the gap workflow explains; None where the spec asks for none."""
+        return self.attempt.step("frf") if "frf" in {step.name for step in self.steps} else None
+
+    @property
+    def gap(self) -> Mapping[str, Any] | None:
+        """What the gap workflow said of the present responses, None before it."""
+        found, state = self.attempt.gap, self.responses
+        return found[1] if found and state and found[0] == state.upto else None
+
+    @property
+    def gap_panels(self) -> Mapping[str, Panel]:
+        state = self.responses
+        return {} if self.gap is None or state is None else drawn.load(self.folder, "gap", state.upto)
+
+    def explain(self, explain: Callable[[Path, Spec], Explained]) -> Event:
+        """Run the gap workflow on the present responses and store its answer. Raises EntryError without responses,
+        StoreError, OSError, and what `explain` does."""
+        attempt, state = self._written(), self.responses
+        if state is None or not state.entries:
+            raise EntryError("there are no frequency responses yet")
+        found = explain(self.folder, self.spec)
+        drawn.save(self.folder, "gap", attempt.step("frf").upto, found.panels)
+        return self._append(entries.explained(self.serial, attempt.step("frf").upto, found.gap))
+
+    def judge(self, judge: Judge = judge_here) -> UnitResult:
+        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, and what `judge` does."""
+        self._written()
         at = self.run.seq
-        result = campaign.judge_unit(taken, self.spec, self._statement(self.spec))
+        result = judge(self.folder, self.spec, self._statement(self.spec))
+        if self.gap is not None:
+            shown = {f"gap/{key}": panel for key, panel in drawn.worst(self.gap, self.gap_panels).items()}
+            result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
             ledger.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
             unchanged = at == self.run.seq
@@ -215,12 +291,30 @@ class Session:
         self._events += self.store.events(self.serial, after=self.run.seq)
         self.run = fold_run(self.serial, self._events)
 
-    def _written(self) -> tuple[UnitFolder, Attempt]:
-        """The attempt's folder with its `unit.toml` as the state has it, read back, and that state."""
+    def _written(self) -> Attempt:
+        """The present attempt, with `unit.toml` in its folder as the state has it."""
         with self._mutex:
             attempt = self.attempt
             folder.write_document(self.folder, section.document(self.serial, attempt, self.steps))
-            return unit.read(self.folder), attempt
+            return attempt
+
+
+def _state_of(attempt: Attempt, step: Step) -> StepState:
+    own = attempt.step(step.name)
+    return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own
+
+
+def _judgement(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
+    """What is stored of a step's result; the technician's own notes are stored already."""
+    own = {f"{name}: {line}" for line in section.note_lines(state)}
+    return StepJudgement(
+        state.upto,
+        spec_name,
+        code_sha256(),
+        tuple(finding_json(f) for f in result.findings),
+        tuple(information_json(check, q) for check, q in result.information),
+        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
+    )
 
 
 def _words(text: str, what: str) -> str:

@@ -12,7 +12,8 @@ from accept.workflow.judgement import StepJudgement
 
 @dataclass(frozen=True)
 class Reading:
-    """One value that was typed or read; U: typed beside it; index: its place in a vector."""
+    """One value that was typed or read; U: typed beside it; index: its place in a vector; day: on which it was
+    measured, ISO."""
 
     seq: int
     form: str
@@ -23,6 +24,7 @@ class Reading:
     index: int | None
     repeat: bool
     source: str
+    day: str
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class Link:
     input: str
     file: str
     sha256: str
+    day: str
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,11 @@ class StepState:
         return self.entries[-1].seq if self.entries else 0
 
     @property
+    def day(self) -> str | None:
+        """The last day on which something of it was measured, None without entries."""
+        return max((entry.day for entry in self.entries), default=None)
+
+    @property
     def form(self) -> str | None:
         """The form of the last entry: a section holds one form only."""
         return self.entries[-1].form if self.entries else None
@@ -79,7 +87,8 @@ class StepState:
 
 @dataclass(frozen=True)
 class Attempt:
-    """One go at a unit. verdict, certificate: of the last judgement, None when an entry came after it."""
+    """One go at a unit. verdict, certificate: of the last judgement, None when an entry came after it. gap: what the
+    gap workflow said last, with the last entry of the responses it was said of; None before."""
 
     number: int
     kind: str
@@ -91,6 +100,8 @@ class Attempt:
     verdict: str | None = None
     certificate: str | None = None
     signatures: tuple[Signature, ...] = ()
+    gap: tuple[int, Mapping[str, Any]] | None = None
+    channels: Mapping[str, str] = field(default_factory=dict)
 
     def step(self, name: str) -> StepState:
         return self.steps.get(name, StepState())
@@ -132,22 +143,35 @@ def _nothing(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
 
 
 def _started(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    attempt = Attempt(int(data["number"]), str(data["kind"]), dict(data["parts"]), str(data["reason"]), event.spec)
+    attempt = Attempt(
+        int(data["number"]),
+        str(data["kind"]),
+        dict(data["parts"]),
+        str(data["reason"]),
+        event.spec,
+        channels=dict(data.get("channels", {})),
+    )
     return replace(run, attempts=(*run.attempts, attempt))
 
 
 def _taken(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     names = ("form", "input", "value", "U", "unit", "index", "repeat", "source")
-    return _entered(run, event, data["step"], Reading(event.seq, **{name: data[name] for name in names}))
+    given = {name: data[name] for name in names}
+    return _entered(run, event, data["step"], Reading(event.seq, **given, day=_day(event, data)))
 
 
 def _linked(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    names = ("form", "input", "file", "sha256")
-    return _entered(run, event, data["step"], Link(event.seq, **{name: data[name] for name in names}))
+    given = {name: data[name] for name in ("form", "input", "file", "sha256")}
+    return _entered(run, event, data["step"], Link(event.seq, **given, day=_day(event, data)))
+
+
+def _day(event: Event, data: Mapping[str, Any]) -> str:
+    """The day that is stated, else that of the entry (UTC)."""
+    return str(data.get("day") or event.time[:10])
 
 
 def _entered(run: UnitRun, event: Event, step: str, entry: Reading | Link) -> UnitRun:
-    return _changed(run, event, step, lambda state: replace(state, entries=(*state.entries, entry)), judged=False)
+    return _changed(run, event, step, lambda state: replace(state, entries=(*state.entries, entry)))
 
 
 def _noted(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
@@ -160,19 +184,19 @@ def _remeasured(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
         earlier, reasons = (*state.earlier, *state.entries), (*state.reasons, str(data["reason"]))
         return replace(state, entries=(), earlier=earlier, reasons=reasons)
 
-    return _changed(run, event, data["step"], anew, judged=False)
+    return _changed(run, event, data["step"], anew)
 
 
-def _changed(
-    run: UnitRun, event: Event, step: str, change: Callable[[StepState], StepState], judged: bool = True
-) -> UnitRun:
-    """The run with one step changed. judged: whether the unit's verdict still holds."""
+def _changed(run: UnitRun, event: Event, step: str, change: Callable[[StepState], StepState]) -> UnitRun:
+    """The run with one step changed. The unit's verdict no longer holds, after a note neither: the certificate has
+    every note."""
     attempt = _present(run)
     steps = {**attempt.steps, step: change(attempt.step(step))}
-    attempt = replace(attempt, steps=steps, undoable=(*attempt.undoable, event.seq))
-    if not judged:
-        attempt = replace(attempt, verdict=None, certificate=None, signatures=())
-    return _with(run, attempt)
+    return _with(run, _unjudged(replace(attempt, steps=steps, undoable=(*attempt.undoable, event.seq))))
+
+
+def _unjudged(attempt: Attempt) -> Attempt:
+    return replace(attempt, verdict=None, certificate=None, signatures=())
 
 
 def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
@@ -182,6 +206,11 @@ def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun
     state = attempt.step(data["step"])
     state = replace(state, judgements={**state.judgements, judgement.upto: judgement})
     return _with(run, replace(attempt, steps={**attempt.steps, data["step"]: state}))
+
+
+def _explained(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
+    """A verdict that was given without it is given again with it: it goes on the certificate."""
+    return _with(run, _unjudged(replace(_present(run), gap=(int(data["upto"]), dict(data["gap"])))))
 
 
 def _judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
@@ -195,8 +224,7 @@ def _judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
 
 def _undone(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     """What was undone is passed over already; a verdict that was given with it no longer holds."""
-    attempt = replace(_present(run), verdict=None, certificate=None, signatures=())
-    return _with(run, attempt)
+    return _with(run, _unjudged(_present(run)))
 
 
 def _signed(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
@@ -238,6 +266,7 @@ _STEPS: Mapping[str, Callable[[UnitRun, Event, Mapping[str, Any]], UnitRun]] = {
     entries.REMEASURED: _remeasured,
     entries.UNDONE: _undone,
     entries.STEP_JUDGED: _step_judged,
+    entries.EXPLAINED: _explained,
     "unit_judged": _judged,
     "certificate_signed": _signed,
 }

@@ -64,6 +64,12 @@ def status_of(step: Step, state: StepState, spec: str, code: str) -> Status:
     return of_findings(judgement.findings)
 
 
-def next_step(steps: Iterable[Step], states: Mapping[str, StepState]) -> Step | None:
-    """The first step that is not complete: where a restarted workflow stands."""
-    return next((step for step in steps if not ready(step, states.get(step.name, StepState()))), None)
+def next_step(steps: Iterable[Step], states: Mapping[str, StepState], spec: str, code: str) -> Step | None:
+    """The first step that is not complete: where a restarted workflow stands. One without data of its own is complete
+    when it was judged."""
+
+    def complete(step: Step) -> bool:
+        state = states.get(step.name, StepState())
+        return ready(step, state) and (not step.derived or judgement_of(state, spec, code) is not None)
+
+    return next((step for step in steps if not complete(step)), None)

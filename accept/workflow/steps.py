@@ -10,11 +10,13 @@ from specs import CheckSpec, Spec
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One check of one spec, with what the technician is told."""
+    """One check of one spec, with what the technician is told. derived: it has no data of its own, but says more about
+    those of another step."""
 
     check: Check
     asked: CheckSpec
     guide: Guide
+    derived: bool = False
 
     @property
     def name(self) -> str:
@@ -40,9 +42,12 @@ class Step:
 
 
 def steps_of(spec: Spec) -> tuple[Step, ...]:
-    """A step per check, in the order of the spec; none for a check that reads another's data."""
-    own = [(CHECKS[name], asked) for name, asked in spec.checks.items() if CHECKS[name].reads == name]
-    return tuple(Step(check, asked, guide_of(check)) for check, asked in own)
+    """A step per check, in the order of the spec."""
+    asked = [(CHECKS[name], section) for name, section in spec.checks.items()]
+    return tuple(
+        Step(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
+        for check, section in asked
+    )
 
 
 def has_files(form: Form) -> bool:

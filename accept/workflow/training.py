@@ -1,9 +1,11 @@
 """Training: a simulated unit with a hidden fault, on simulated instruments, in a folder apart from the real bench."""
 
 import random
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from accept import unit
 from accept.campaign import DEFAULT_SPEC, load_spec
@@ -17,12 +19,12 @@ from accept.unit import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Bench
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instrument
+from accept.workflow.judging import MODELS
 from accept.world import world_of
 from checks.declare import Measured
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 
-MODELS = {"apa": "apa-frame", "strut": "strut"}
 PAYLOAD_KG = 5.0  # seed 3.1.7
 RECORD_S = 10.5  # the specs ask for 10 s
 BYTE_S = 0.0005  # about 19200 baud
@@ -41,6 +43,9 @@ class Label:
 
     def uncertainty(self, value: float) -> float | None:
         return None
+
+    def evidence(self) -> Mapping[str, Any]:
+        return {}
 
 
 class TrainingInstruments(BenchInstruments):

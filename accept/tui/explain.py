@@ -1,0 +1,148 @@
+"""What the model does not explain of the measured responses: named, added, and the gap before and after."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.widgets import Footer, Label, Static
+
+from accept.gap_words import HEADLINE, REFUSED, number
+from accept.store import Event
+from accept.tui.pictures import Pictures
+from accept.tui.working import Working
+from accept.workflow.judging import Elsewhere
+from accept.workflow.session import Session
+
+TITLE = "What the model does not explain"
+_WORDS = (
+    "The responses are held against the model; where they differ, the missing physics is looked for by name, added, "
+    "and judged on records that were not fitted. It takes up to a minute and bears on no verdict."
+)
+COLOUR = {
+    "no_missing_effect": "green",
+    "explained": "green",
+    "ambiguous": "yellow",
+    "partly_explained": "yellow",
+    "unexplained": "magenta",
+    REFUSED: "magenta",
+}
+_MARK = {"green": "✓", "yellow": "~", "magenta": "?"}
+
+
+class Explain(Working[bool]):
+    """Looks when asked, in a process of its own; the answer is kept and shown again."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f3", "search", "Search"),
+        Binding("f7", "picture", "Plot"),
+        Binding("pageup", "page(-1)", show=False),
+        Binding("pagedown", "page(1)", show=False),
+        Binding("escape", "leave", "Back"),
+    ]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__()
+        self.session = session
+        self.elsewhere: Elsewhere | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Label(f"{TITLE}  ·  {self.session.serial}", id="head", classes="title", markup=False)
+        yield Static(_WORDS, id="words", markup=False)
+        with VerticalScroll(id="body", can_focus=False):
+            yield Static("", id="answer", markup=False)
+            yield Pictures()
+        yield Label("", id="status")
+        yield Footer(compact=True)
+
+    def on_mount(self) -> None:
+        if not self.alive:
+            return
+        self._show()
+        if self.session.gap is None:
+            self.action_search()
+        else:
+            self.say("F3 searches once more")
+
+    def _show(self) -> None:
+        found = self.session.gap
+        if self.alive and found is not None:
+            self.query_one("#answer", Static).update(answer(found))
+            self.query_one(Pictures).show(self.session.gap_panels)
+
+    def action_search(self) -> None:
+        if self.elsewhere is not None:
+            self.say("it is under way; Esc stops it")
+            return
+        state = self.session.responses
+        if state is None or not state.entries:
+            self.say("first the records of the frequency responses", "bad")
+            return
+        self.elsewhere = elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
+        self.query_one("#answer", Static).update(Text("searching … (Esc stops it)", "dim"))
+        self.send(lambda: self.session.explain(elsewhere.explain), self._found, "searching", self._not_found)
+
+    def _found(self, event: Event) -> None:
+        self.elsewhere = None
+        self._show()
+        self.say(f"stored as event {event.seq}; it goes on the certificate", "good")
+
+    def _not_found(self, words: str) -> None:
+        self.elsewhere = None
+        self.query_one("#answer", Static).update("")
+        self._show()
+
+    def action_picture(self) -> None:
+        self.query_one(Pictures).next()
+        self.query_one("#body", VerticalScroll).scroll_end(animate=False)
+
+    def action_page(self, way: int) -> None:
+        body = self.query_one("#body", VerticalScroll)
+        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
+
+    def action_leave(self) -> None:
+        if self.elsewhere is not None:
+            self.elsewhere.cancel()
+        else:
+            self.leave(True)
+
+    def help_text(self) -> str:
+        return (
+            f"{_WORDS}\n\nG is the squared residual over noise and the model's tolerance, per degree of freedom; "
+            "1 or less is agreement. The improved model, gap.json and gap.pdf lie in the unit's folder, in gap/."
+        )
+
+
+def headline(found: Mapping[str, Any]) -> Text:
+    """The verdict in a few words, with mark and colour."""
+    verdict = str(found["verdict"])
+    colour = COLOUR[verdict]
+    words = found["reason"] if verdict == REFUSED else HEADLINE[verdict]
+    return Text(f"{_MARK[colour]} {words}", colour)
+
+
+def answer(found: Mapping[str, Any]) -> Text:
+    """Everything that was found, a line each."""
+    text = Text.assemble(headline(found), "\n")
+    if found["verdict"] == REFUSED:
+        return text
+    for effect in found["named"]:
+        text.append(f"  {effect['sentence']}\n", "bold")
+        text.append(f"    {effect['effect']}: {_parameters(effect['parameters'])}\n", "dim")
+    for rivals in found["ambiguous"]:
+        text.append(f"  not told apart: {', '.join(rivals['effects'])}. To tell: {rivals['experiment']}\n", "yellow")
+    for nameless in found["unnamed"]:
+        poles = ", ".join(f"{f:.1f}" for f in nameless["poles_Hz"]) or "no pole"
+        text.append(f"  without a name: {nameless['channel']}, {poles} Hz. {nameless.get('words', '')}\n", "magenta")
+    before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
+    shrunk = "   ".join(f"{c} {number(G)} → {number(after[c])}" for c, G in before.items())
+    text.append(f"  gap on unseen records, before → after:  {shrunk}", "bold")
+    return text
+
+
+def _parameters(values: Mapping[str, Any]) -> str:
+    return ", ".join(
+        f"{name} = {number(v['value'])} [{number(v['ci95'][0])}, {number(v['ci95'][1])}]" for name, v in values.items()
+    )

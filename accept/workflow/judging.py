@@ -1,0 +1,80 @@
+"""Judging and explaining a unit's folder: here, or in a process of its own that can be stopped."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from accept import campaign, gap, unit
+from accept.calibration import Statement
+from accept.explain import NO_ANSWER, Start
+from accept.gap_words import REFUSED
+from accept.result import UnitResult
+from accept.unit import UnitError
+from accept.workflow.apart import Apart, Say
+from checks.gap.panels import panels
+from checks.model.superelement import ModelError
+from checks.picture import Panel
+from checks.record import RecordError
+from specs import Spec, SpecError
+
+Judge = Callable[[Path, Spec, Statement | None], UnitResult]
+MODELS = {"apa": "apa-frame", "strut": "strut"}  # by kind, where the spec names none to explain responses by
+EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """gap: what goes into the result under that key (design, section 6); panels: its pictures by name."""
+
+    gap: Mapping[str, Any]
+    panels: Mapping[str, Panel]
+
+
+def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+    """Raises UnitError."""
+    return campaign.judge_unit(unit.read(folder), spec, stated)
+
+
+class Elsewhere:
+    """Judges and explains in a process of its own. One at a time; `cancel` stops what runs. say: is told, from the
+    thread that waits, what the computation says of itself."""
+
+    def __init__(self, say: Say = lambda words: None) -> None:
+        self._say = say
+        self._running: Apart[Any] | None = None
+
+    def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+        """As `judge_here`; raises NotDone."""
+        work: Apart[UnitResult] = Apart(_judge, folder, spec, stated, expected=EXPECTED)
+        self._running = work
+        return work.run(self._say)
+
+    def explain(self, folder: Path, spec: Spec) -> Explained:
+        """The gap workflow from the spec's model. Raises NotDone."""
+        work: Apart[Explained] = Apart(_explain, folder, spec, expected=EXPECTED)
+        self._running = work
+        return work.run(self._say)
+
+    def cancel(self) -> None:
+        if self._running is not None:
+            self._running.cancel()
+
+
+def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+    return judge_here(folder, spec, stated)
+
+
+def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
+    """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
+    name = spec.gap.model if spec.gap else MODELS[spec.kind]
+    start = Start.of(spec, name)
+    about = {"start": name, "model_sha256": start.sha256 if start else None}
+    try:
+        done = gap.analyse(folder, name, say=say)
+    except NO_ANSWER as e:
+        return Explained(about | {"verdict": REFUSED, "reason": str(e)}, {})
+    say("writing")
+    gap.write(done, folder / "gap")
+    document = {key: value for key, value in done.document.items() if key != "serial"}
+    return Explained(document | about | {"reason": None}, panels(done.result))
