@@ -40,6 +40,11 @@ class Augmented:
     def stand_ins(self) -> tuple[Unnamed, ...]:
         return tuple(m for m in self.members if isinstance(m, Unnamed) and m.counts)
 
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """Names of the members that say that something is missing."""
+        return tuple(m.name for m in (*self.effects, *self.stand_ins))
+
     def with_member(self, member: Member) -> "Augmented":
         return replace(self, members=(*self.members, member))
 

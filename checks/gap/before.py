@@ -23,6 +23,7 @@ FAR = 0.5  # of ln |H|: a mean distance by which a channel is not what its name 
 BETTER = 0.4  # of the distance that is left when channels are exchanged
 WHOLE = 0.2  # samples: how near to a whole number an offset is
 MOST_SAMPLES = 20
+CORNERS = 80  # of lags and resonances that turn the phase as a delay would: 6 % apart
 
 
 @dataclass(frozen=True)
@@ -61,25 +62,39 @@ def turned(data: Dataset, model: Model) -> tuple[str, ...]:
 
 
 def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
-    """Channel -> whole samples of fs [Hz] by which it comes later than the others (which define zero)."""
+    """Channel -> whole samples of fs [Hz] by which it comes later than the others (which define zero).
+
+    Only where nothing else that turns the phase does it as well: a lag of first order, a resonance above which the
+    channel turns round."""
     H = model.frf(data.f, channels=data.channels)
-    turns = data.f / fs
     grid = np.arange(-MOST_SAMPLES, MOST_SAMPLES + 0.05, 0.05)
-    late, explained = [], []
+    delays = np.exp(-2j * np.pi * np.outer(grid, data.f / fs))
+    late, only = [], []
     for c in range(len(data.channels)):
-        ratio = data.H[:, c] / H[:, c]
-        unit = ratio / np.maximum(np.abs(ratio), 1e-300)
         trust = np.abs(data.H[:, c]) ** 2 > 9.0 * data.noise[:, c]
-        score = (np.exp(2j * np.pi * np.outer(grid, turns[trust])) @ unit[trust]).real
+        unit = _direction(data.H[trust, c] / H[trust, c])
+        score = (delays[:, trust].conj() @ unit).real
+        others = (_direction(_turning(data.f[trust])).conj() @ unit).real
         late.append(float(grid[np.argmax(score)]))
-        explained.append(bool(score.max() > AGREED * trust.sum()))  # else other modes than the model's turn the phase
+        # Where other modes than the model's turn the phase, no delay explains it, and the best of many means nothing.
+        only.append(bool(score.max() > max(others.max(), AGREED * trust.sum())))
     common = float(np.median(late))
     found = {}
-    for channel, d, clear in zip(data.channels, late, explained, strict=True):
+    for channel, d, sure in zip(data.channels, late, only, strict=True):
         n = round(d - common)
-        if clear and n != 0 and abs(d - common - n) < WHOLE:
+        if n != 0 and abs(d - common - n) < WHOLE and sure:
             found[channel] = n
     return found
+
+
+def _direction(z: Complex) -> Complex:
+    return np.asarray(z / np.maximum(np.abs(z), 1e-300))
+
+
+def _turning(f: Array) -> Complex:
+    """(n, F) first-order lags, and resonances of 2 % damping, with corners from 100 Hz to 10 kHz."""
+    x = 1j * f / np.geomspace(1e2, 1e4, CORNERS)[:, None]
+    return np.concatenate([1.0 / (1.0 + x), 1.0 / (1.0 + 0.04 * x + x * x)])
 
 
 def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:

@@ -51,7 +51,17 @@ def claims(
         if set(left_out) & set(effect.channels):
             reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
         out.append(Claim(effect, gain, p, tuple(reasons)))
-    return tuple(out)
+    return tuple(_beside_refused(c, out, search.table) for c in out)
+
+
+def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
+    """A claim stands on the whole explanation: one that leans on another effect, which explains something on the same
+    channels and yet has to be refused, is refused with it."""
+    for other in every:
+        leans = set(other.effect.channels) & set(claim.effect.channels)
+        if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and leans:
+            return replace(claim, reasons=(f"stands beside {other.effect.name}, which could not be named",))
+    return claim
 
 
 def _reasons(
@@ -62,6 +72,8 @@ def _reasons(
         out.append(f"explains too little of unseen records (gain {gain:.0f})")
     if not confirmed > table.delta_lnL:
         out.append(f"is not confirmed with the records exchanged (gain {confirmed:.0f})")
+    if not _off_zero(table, effect, final, full):
+        out.append("has parameters that may be those of no effect")
     names = [f"{effect.name}.{p.name}" for p in effect.parameters]
     bound = [n for n in names if n in final.at_bound]
     if bound:
@@ -74,6 +86,17 @@ def _reasons(
     if not full.adequate and (_astray(full) or _disturbed(full, effect)):
         out.append("leaves a residual where it acts")
     return out
+
+
+def _off_zero(table: Thresholds, effect: Effect, final: Fit, full: Candidate) -> bool:
+    """Whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
+    off = effect.off(full.response.model)
+    names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
+    if not names:
+        return True
+    at = [final.names.index(f"{effect.name}.{n}") for n in names]
+    away = final.values[at] - np.array([off[n] for n in names])
+    return bool(0.5 * away @ np.linalg.pinv(final.cov[np.ix_(at, at)], hermitian=True) @ away > table.delta_lnL)
 
 
 def _on_its_ground(effect: Effect, u: Unnamed) -> bool:
@@ -89,9 +112,7 @@ def _gain(search: Search, found: Found, effect: Effect) -> float:
 
 def _without(search: Search, found: Found, effect: Effect) -> Candidate:
     less = found.best.response.without(effect.name)
-    if set(less.names) == set(found.base.names):
-        return found.base
-    known = [c for c in found.tried if c.names == frozenset(less.names)]
+    known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
     again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
     return max([*known, again], key=lambda c: c.lnL)
 

@@ -97,11 +97,23 @@ def _try(projected: Projected, member: Member, shape: Mapping[str, float]) -> tu
         return None
     r = projected.left
     if not linear:
-        gain = float(r @ r - np.sum((r - D[0]) ** 2))
-        return gain, dict(shape)
+        return _along(projected, member, D[0], shape)
     best, *_ = np.linalg.lstsq(D.T, r, rcond=None)
     gain = float(r @ r - np.sum((r - best @ D) ** 2))
     return gain, {**shape, **{p.name: float(np.clip(b, p.lo, p.hi)) for p, b in zip(linear, best, strict=True)}}
+
+
+def _along(
+    projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    """The same for values that are not linear: how much would go if the effect were as large as fits best, and, where
+    there is a value of no effect, that size; a grid's own values may all be far too large."""
+    share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
+    gain = share * share * float(d @ d)
+    p = member.parameters[0]
+    if len(shape) == 1 and isinstance(member, Effect) and np.isfinite(p.off):
+        return gain, {p.name: float(np.clip(p.off + share * (shape[p.name] - p.off), p.lo, p.hi))}
+    return gain, dict(shape)
 
 
 def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:

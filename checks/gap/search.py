@@ -19,6 +19,7 @@ from checks.model.goodness import gaps
 from checks.model.model import Model
 from checks.model.superelement import ModelError
 
+BEYOND_DOUBT = 4.6  # of log-likelihood, a ratio of 100: before the other form of damping is taken
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 COARSE_BINS = 150  # of a first look from the priors
@@ -110,6 +111,11 @@ class Search:
         except ModelError:
             return None
 
+    def damped_best(self, c: Candidate) -> Candidate:
+        """A candidate with the form of damping that the data ask for beyond doubt."""
+        other = self.damped_otherwise(c)
+        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
+
     def _starts(self, base: Candidate, score: Score) -> list[Refit]:
         response = base.response.with_member(score.member)
         out = self._coarse_start(base, score)
@@ -143,10 +149,8 @@ class Search:
 
     def pruned(self, c: Candidate) -> Candidate:
         """An adequate candidate without the members that it does not need (backward deletion)."""
-        for name in sorted(c.names, key=lambda n: not n.startswith("unnamed")):
+        for name in sorted(c.response.counted, key=lambda n: not n.startswith("unnamed")):
             less = c.response.without(name)
-            if not less.stand_ins and not less.effects:
-                continue
             start = {k: v for k, v in c.at.items() if not k.startswith(f"{name}.")}
             simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
             if simpler.adequate and c.lnL - simpler.lnL < self.table.delta_lnL:
@@ -232,7 +236,9 @@ def explain(search: Search, base: Candidate, most: int) -> Found:
 
 
 def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> Found:
-    best = search.pruned(_preferred(adequate))
+    best = search.damped_best(search.pruned(_preferred(adequate)))
+    if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
+        return Found(best, best, (), tuple(tried))
     return Found(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
 
 

@@ -30,7 +30,7 @@ from checks.gap.result import (
     Result,
     Tried,
 )
-from checks.gap.search import Candidate, Found, Search, explain
+from checks.gap.search import BEYOND_DOUBT, Candidate, Found, Search, explain
 from checks.gap.slow import Slow, slow_record
 from checks.gap.thresholds import THRESHOLDS, Thresholds
 from checks.gap.unnamed import levels, stand_ins
@@ -42,7 +42,6 @@ from checks.model.superelement import ModelError
 from checks.record import Record
 
 Say = Callable[[str], None]
-BEYOND_DOUBT = 4.6  # of log-likelihood, a ratio of 100: before the other form of damping is taken
 ABOUT_MODE_HZ = 5.0
 FIRST = 2  # effects that are looked for before a channel is left out
 SECOND = {"full": "modal", "modal": "full"}
