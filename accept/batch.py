@@ -17,7 +17,7 @@ from accept.calibration import Statement
 from accept.certificate.keys import Credential
 from accept.certificate.signing import sign
 from accept.exit import Exit, of_verdicts
-from accept.explain import Start, applies, same_start
+from accept.explain import Start, applies, is_there, same_start
 from accept.files import write_atomic
 from accept.gap_words import one_line
 from accept.judged import Job, Judged, judge_folder
@@ -28,6 +28,7 @@ from specs import Spec
 from specs.bench import Bench
 
 Say = Callable[[str], None]
+Kept = Callable[[dict[str, Any]], None]
 CERTIFICATES = "certificates"
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
 
@@ -77,9 +78,10 @@ class Report:
         return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
 
 
-def run(order: Order, store: Store, say: Say) -> Report:
+def run(order: Order, store: Store, say: Say, kept: Kept = lambda entry: None) -> Report:
     """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
     where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
+    kept: is handed the entry of every unit that was judged, once it is stored and certified.
 
     Raises OSError when `out` cannot be written, StoreError when the store cannot.
     """
@@ -100,7 +102,10 @@ def run(order: Order, store: Store, say: Say) -> Report:
         else:
             jobs.append(_job(folder, order))
     for number, judged in enumerate(_judge_all(jobs, order.workers), 1):
+        before = len(report.units)
         _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
+        for entry in report.units[before:]:
+            kept(entry)
     report.units.sort(key=lambda u: u["serial"])
     _write_results(order, report)
     counts = Counter(u["verdict"] for u in report.units)
@@ -171,7 +176,8 @@ def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str,
         return None
     if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
         return None
-    if not same_start(known.result.get("gap"), order.start(folder)):
+    explanation = known.result.get("gap")
+    if not (same_start(explanation, order.start(folder)) and is_there(explanation, order.out)):
         return None
     if order.credential is None:
         return dict(known.result) | {"certificate": None}
@@ -192,7 +198,7 @@ def _job(folder: UnitFolder, order: Order) -> Job:
     spec = order.specs[folder.kind]
     wanted = order.credential is not None
     stated, start = order.calibration(folder), order.start(folder)
-    return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start)
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
 
 
 def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
@@ -201,7 +207,7 @@ def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
     if wanted <= 1 or len(jobs) <= 1:
         yield from map(judge_folder, jobs)
         return
-    left = dict(enumerate(jobs))
+    left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
         with ProcessPoolExecutor(min(wanted, len(jobs)), mp_context=get_context("spawn")) as pool:
             pending = {pool.submit(judge_folder, job): key for key, job in left.items()}
@@ -211,6 +217,11 @@ def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
                 yield judged
     except BrokenProcessPool:
         yield from (_judge_apart(job) for job in left.values())
+
+
+def _bytes(job: Job) -> int:
+    """Of the files in a unit's folder, which say how long it takes."""
+    return sum(path.stat().st_size for path in job.folder.iterdir() if path.is_file())
 
 
 def _judge_apart(job: Job) -> Judged:

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from accept import gap
+from accept.gap_model import write_improved
 from accept.gap_words import REFUSED
 from accept.model_file import open_model
 from accept.result import UnitResult
@@ -18,6 +20,7 @@ from checks.record import RecordError
 from specs import Spec, SpecError
 
 Say = Callable[[str], None]
+MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
@@ -48,24 +51,47 @@ def applies(folder: UnitFolder) -> bool:
     return section is not None and bool(section.entries)
 
 
-def explained(result: UnitResult, folder: UnitFolder, start: Start | None, say: Say = lambda words: None) -> UnitResult:
+def explained(
+    result: UnitResult,
+    folder: UnitFolder,
+    start: Start | None,
+    say: Say = lambda words: None,
+    out: Path | None = None,
+) -> UnitResult:
     """The result with its key `gap`: gap.json, with the model it began from, or why there is none. The result as it is
-    where no model is named or no responses were measured."""
+    where no model is named or no responses were measured. out: folder of the results; the improved model goes there."""
     if start is None or not applies(folder):
         return result
     try:
-        found = _analysed(folder, start, say)
+        done = _analysed(folder, start, say)
+        improved = _improved(done, out)
     except NO_ANSWER as e:
         return replace(result, gap=_document(start) | {"verdict": REFUSED, "reason": str(e)})
-    document = {k: v for k, v in gap.to_json(folder.serial, found).items() if k != "serial"}
-    drawn = {f"gap/{key}": panel for key, panel in _worst(found).items()}
-    return replace(result, gap=document | _document(start) | {"reason": None}, panels={**dict(result.panels), **drawn})
+    document = {k: v for k, v in done.document.items() if k != "serial"}
+    document |= _document(start) | {"reason": None, "improved": improved}
+    drawn = {f"gap/{key}": panel for key, panel in _worst(done.result).items()}
+    return replace(result, gap=document, panels={**dict(result.panels), **drawn})
 
 
-def _analysed(folder: UnitFolder, start: Start, say: Say) -> Result:
+def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
+    """Whether the improved model that a stored explanation speaks of lies where it says."""
+    improved = (known or {}).get("improved")
+    return improved is None or (out / str(improved)).is_file()
+
+
+def _improved(done: gap.Done, out: Path | None) -> str | None:
+    """Name of the improved model within `out`, written there where something was named. Raises OSError."""
+    if out is None or not done.result.named:
+        return None
+    name = f"{MODELS}/{done.measured.serial}.toml"
+    write_improved(out / name, done.model, done.measured, done.result)
+    return name
+
+
+def _analysed(folder: UnitFolder, start: Start, say: Say) -> gap.Done:
     """Raises NO_ANSWER, into which an error of the workflow itself is turned: the unit is judged all the same."""
     try:
-        return gap.analyse(folder.path, start.model, say=say).result
+        return gap.analyse(folder.path, start.model, say=say)
     except NO_ANSWER:
         raise
     except Exception as e:

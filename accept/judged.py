@@ -19,7 +19,7 @@ QUIET_S = 2.0  # what takes less needs no words
 @dataclass(frozen=True)
 class Job:
     """A unit folder, the spec's own bytes (so that every worker judges by the same ones) and what is wanted. start: the
-    model that its responses are explained by."""
+    model that its responses are explained by; out: where the improved one goes."""
 
     folder: Path
     spec_path: str
@@ -28,6 +28,7 @@ class Job:
     certificate: bool
     calibration: Statement | None = None
     start: Start | None = None
+    out: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def judge_folder(job: Job) -> Judged:
     try:
         folder = unit.read(job.folder)
         result = campaign.judge_unit(folder, spec, job.calibration)
-        result = explained(result, folder, job.start, _progress(result.serial))
+        result = explained(result, folder, job.start, _progress(result.serial), job.out)
     except UnitError as e:
         return Judged(job.folder, refused=str(e))
     unsigned = None

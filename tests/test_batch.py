@@ -40,7 +40,8 @@ def verdicts(out: Path) -> dict[str, str]:
 
 
 def test_demo(tmp_path: Path) -> None:
-    """APA 3 is rejected for capacitance and stroke, by name; the others and the simulated strut are accepted."""
+    """APA 3 is rejected for capacitance and stroke, by name; the others and the simulated strut are accepted. What is
+    hidden in the strut is named."""
     done = accept("demo", "--out", tmp_path)
     assert done.exit_code == 0
     expected = {apa.serial: "accepted" for apa in seed.SEED_APAS} | {"APA-03": "rejected"}
@@ -50,6 +51,14 @@ def test_demo(tmp_path: Path) -> None:
     assert failed == {"sensor_uF", "actuator_uF", "stroke_um"}
     assert len(list((tmp_path / "certificates").glob("*.pdf"))) == 8
     assert "8 of 8 verified" in done.stderr
+    last = done.stdout.strip().splitlines()[-1]
+    assert "misalignment dx_um" in last
+    assert "named (truth 0, -170)" in last
+    hidden = next(u for u in results(tmp_path)["units"] if u["serial"] == "SIM-STRUT-01")["gap"]
+    lo, hi = hidden["named"][0]["parameters"]["dy_um"]["ci95"]
+    assert lo <= -170.0 <= hi
+    assert max(hidden["gap_after"]["channels"].values()) < 1.0 < max(hidden["gap_before"]["channels"].values())
+    assert (tmp_path / hidden["improved"]).is_file()
     row = next(line for line in done.stdout.splitlines() if "APA-07" in line)
     assert "18.7" in row  # as published
     assert "2.43" in row  # exact

@@ -1,46 +1,85 @@
 """`accept demo`: the main job on built-in data."""
 
+import json
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from accept import batch, seed
 from accept.campaign import load_spec
+from accept.certificate import Report as Verification
 from accept.commands.signing import DEMO, demo_credential
 from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
+from accept.gap_words import gap_of, one_line
 from accept.home import home
 from accept.rejudge import verify_file
 from accept.simulate import write
-from accept.simulate.demo import demo_strut
+from accept.simulate.demo import MODEL, demo_strut
+from accept.simulate.unit import TRUTH_FILE
 from accept.store import open_store
 from accept.table import reasons, units_table
 
 
 @clear_errors
 def run(out: Path, operator: str | None) -> Exit:
-    """Judge, certify and verify the seed's seven APAs, as typed in, and a simulated strut from its raw records; the
-    exit code says whether the demo went as it must."""
+    """Judge, certify and verify the seed's seven APAs, as typed in, and a simulated strut from its raw records; name
+    what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
     credential = demo_credential(home())
     units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
     specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-    order = batch.Order(units, out, specs, operator_name(operator), credential)
+    order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL)
+    checked: dict[str, Verification] = {}
+
+    def check(unit: dict[str, Any]) -> None:
+        """While other units are still judged elsewhere."""
+        checked[unit["serial"]] = verify_file(out / unit["certificate"], [credential.ca])
+
     with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
-        report = batch.run(order, store, say)
-    checked = [verify_file(out / u["certificate"], [credential.ca]) for u in report.units]
+        report = batch.run(order, store, say, check)
+    for known in report.units:
+        if known["serial"] not in checked:
+            check(known)
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))
     print(*reasons(report.units), sep="\n")
-    say(f"certificates: {sum(c.valid for c in checked)} of {len(checked)} verified, in {out / batch.CERTIFICATES}")
+    valid = [c.valid for c in checked.values()]
+    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / batch.CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
-    return Exit.ACCEPTED if all(c.valid for c in checked) else Exit.REJECTED
+    truth = _hidden(units[-1])
+    print(*(_found(strut, truth) for strut in struts), sep="\n")
+    named = [[n["effect"] for n in strut["gap"].get("named", [])] for strut in struts]
+    return Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED
 
 
 def _write_strut(units: Path) -> Path:
     strut = demo_strut()
     return write(strut, units / strut.serial)
+
+
+def _hidden(unit: Path) -> dict[str, Mapping[str, float]]:
+    """What was put into a simulated unit, which only now may be looked at."""
+    truth = json.loads((unit / TRUTH_FILE).read_text())
+    return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
+
+
+def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
+    """One line: what was hidden, what was named, where it was added, the gap before and after."""
+    found = strut["gap"]
+    if not found.get("named"):
+        return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"
+    named = "; ".join(_beside(n, truth.get(n["effect"], {})) for n in found["named"])
+    return f"{strut['serial']}: {named}, added to the model ({found['improved']}); gap {gap_of(found)}"
+
+
+def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
+    values = ", ".join(f"{k} {p['value']:.0f}" for k, p in named["parameters"].items())
+    true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in named["parameters"])
+    return f"{named['effect']} {values} named (truth {true})"
 
 
 def _published() -> dict[str, str]:
