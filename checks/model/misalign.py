@@ -94,7 +94,7 @@ def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]
     another: then once more, from draws of its parameters. Raises NoResult when every search breaks off."""
     free = [free_parameters(model, dx, dy) for dx, dy in starts]
     found = [f for p in free if (f := _search(model, data, p)) is not None]
-    if not any(_explains(f) for f in found) and (not found or _explains_payload(found[0])):
+    if not any(_explains(f) for f in found) and not any(_another_bench(f) for f in found):
         again = _search(model, data, free[0], DRAWS)
         found += [] if again is None else [again]
     if not found:
@@ -107,10 +107,10 @@ def _explains(found: Fit) -> bool:
     return found.converged and found.cost < found.datasets[0].H.size
 
 
-def _explains_payload(found: Fit) -> bool:
-    """Whether the payload's resonance is explained. No search helps where the bench itself is another."""
+def _another_bench(found: Fit) -> bool:
+    """Whether a search that ended somewhere does not explain the payload's resonance: no other start helps then."""
     low = found.datasets[0].f < PAYLOAD_HZ
-    return gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G < LOST
+    return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
 def _search(model: Model, data: Dataset, free: Sequence[Free], draws: int = 0) -> Fit | None:

@@ -67,6 +67,7 @@ _IN_PROPORTION = frozenset(
         *("c_N_s_per_m", "cR_Nm_s_per_rad", "guide_damping_N_s_per_m", "damping_ratio"),
         *("head_mass_kg", "ruler_mass_kg", "payload_kg", "arm_x_mm", "arm_y_mm"),
         *("sensor_stiffening", "actuator_stiffening"),
+        *(f"mode_{i + 1}" for i in range(5)),  # factors of `softened`
     }
 )
 _OFFSET = frozenset({"dx_um", "dy_um", "dz_um"})
