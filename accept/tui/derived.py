@@ -16,7 +16,12 @@ from checks.acceptance import CHECKS
 class DerivedScreen(StepView):
     """Judges by itself where the records are there and nothing was said about them yet."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("f3", "compare", "Compare")]
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f3", "compare", "Compare"),
+        Binding("f5", "note", "Note"),
+        Binding("f7", "picture", "Plot"),
+        Binding("escape", "leave", "Back"),
+    ]
 
     def compose(self) -> ComposeResult:
         yield Label("", id="head", classes="title", markup=False)

@@ -96,7 +96,7 @@ class Explain(Working[bool]):
 
     def action_picture(self) -> None:
         self.query_one(Pictures).next()
-        self.query_one("#body", VerticalScroll).scroll_end(animate=False)
+        self.call_after_refresh(self.query_one("#body", VerticalScroll).scroll_end, animate=False)
 
     def action_page(self, way: int) -> None:
         body = self.query_one("#body", VerticalScroll)

@@ -89,7 +89,9 @@ def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None
 
 
 def _number(value: Measured, unit: str) -> str:
-    return numbers({"value": value.value, "U": value.U, "unit": unit}) if value.U else f"{value.value:.5g} {unit}"
+    if value.U:
+        return numbers({"value": value.value, "U": value.U, "unit": unit})
+    return f"{value.value + 0.0:.5g} {unit}"  # no "-0"
 
 
 def _inside(value: float, limit: Limit) -> bool:

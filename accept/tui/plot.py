@@ -12,6 +12,7 @@ from textual.widgets import Static
 from textual_plot import HiResMode, NumericAxisFormatter, PlotWidget
 from textual_plot.axis_formatter import AxisFormatter
 
+from accept.tui.shades import map_text
 from checks.picture import Array, Band, Heights, Image, Line, Mark, Panel, Span
 
 ROLES = {
@@ -25,7 +26,7 @@ ROLES = {
 }
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
 _MOST_POINTS = 600  # a terminal is no wider
-_SHADES = " ·░▒▓█"
+MAP_ROWS = {False: 10, True: 14}  # of a map, on a narrow and on a wide screen
 
 
 class Decades(AxisFormatter):
@@ -138,7 +139,7 @@ class PanelView(Vertical):
         yield Static(panel_head(self._panel), classes="panel-head")
         drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
         if isinstance(drawn, Image):
-            yield Static(shades(drawn, self._panel), markup=False)
+            yield Static(map_text(drawn, self._panel, height=MAP_ROWS["-wide" in self.app.screen.classes]))
         elif drawn is not None:
             yield Static(plan(drawn), markup=False)
         else:
@@ -172,15 +173,3 @@ def plan(item: Heights, width: int = 56, height: int = 9) -> str:
 def _fraction(value: float, among: Array) -> float:
     lo, hi = float(np.min(among)), float(np.max(among))
     return 0.5 if hi == lo else (float(value) - lo) / (hi - lo)
-
-
-def shades(item: Image, panel: Panel, width: int = 60, height: int = 14) -> str:
-    """A map as shades, the largest value darkest, y upwards."""
-    rows = np.linspace(item.z.shape[0] - 1, 0, height).round().astype(int)
-    columns = np.linspace(0, item.z.shape[1] - 1, width).round().astype(int)
-    z = np.nan_to_num(item.z[np.ix_(rows, columns)], nan=np.nanmin(item.z))
-    lo, hi = float(z.min()), float(z.max())
-    level = np.zeros(z.shape) if hi == lo else (z - lo) / (hi - lo)
-    lines = ["".join(_SHADES[min(int(v * len(_SHADES)), len(_SHADES) - 1)] for v in row) for row in level]
-    ends = f"{panel.x_label}: {item.x[0]:g} … {item.x[-1]:g}   {panel.y_label}: {item.y[0]:g} … {item.y[-1]:g}"
-    return "\n".join([*lines, ends])

@@ -35,11 +35,14 @@ class StepScreen(StepView):
         Binding("f2", "pick", "File"),
         Binding("f3", "read", "Read"),
         Binding("f4", "repeat", "More"),
+        Binding("f5", "note", "Note"),
         Binding("f6", "way", "Way"),
+        Binding("f7", "picture", "Plot"),
         Binding("f8", "anew", "Anew"),
         Binding("ctrl+z", "undo", "Undo"),
         Binding("up", "app.focus_previous", show=False),
         Binding("down", "app.focus_next", show=False),
+        Binding("escape", "leave", "Back"),
     ]
 
     def __init__(self, bench: Bench, session: Session, name: str) -> None:

@@ -24,6 +24,7 @@ from accept.workflow.status import Status
 from accept.workflow.steps import Step
 
 GAP = "gap"  # the row that no check stands behind
+_OTHER_COLUMNS = 1 + 32 + 11 + 2 * 4  # mark, title, status, and the padding of all four
 
 
 class Steps(Working[bool]):
@@ -34,6 +35,8 @@ class Steps(Working[bool]):
         Binding("ctrl+z,u", "undo", "Undo"),
         Binding("f9,s", "summary", "Summary"),
         Binding("escape", "leave", "Other unit"),
+        Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
+        Binding("end", "to_row(-1)", show=False, priority=True),
     ]
 
     def __init__(self, bench: Bench, session: Session, words: str = "") -> None:
@@ -58,7 +61,7 @@ class Steps(Working[bool]):
         table.add_column("", key="mark", width=1)
         table.add_column("step", key="title", width=32)
         table.add_column("status", key="status", width=11)
-        table.add_column("what it showed, what is missing", key="more")
+        table.add_column("what it showed", key="more", width=self._room())
         for step in self.session.steps:
             table.add_row("", step.title, "", "", key=step.name)
         if self.session.responses is not None:
@@ -80,9 +83,9 @@ class Steps(Working[bool]):
             colour = COLOURS[status]
             required = "" if step.required else " (not required)"
             table.update_cell(step.name, "mark", Text(status.mark, colour))
-            table.update_cell(step.name, "title", Text(step.title + required))
+            table.update_cell(step.name, "title", _cut(Text(step.title + required), 32))
             table.update_cell(step.name, "status", Text(status.word, colour))
-            table.update_cell(step.name, "more", Text(self._more(step, status), "dim"), update_width=True)
+            table.update_cell(step.name, "more", _cut(Text(self._more(step, status), "dim"), self._room()))
         self._show_gap(table)
 
     def _show_gap(self, table: DataTable[object]) -> None:
@@ -93,7 +96,18 @@ class Steps(Working[bool]):
         status = Status.NOT_DONE if found is None else Status.TAKEN
         table.update_cell(GAP, "mark", Text(status.mark, COLOURS[status]))
         table.update_cell(GAP, "status", Text("not asked" if found is None else "looked", COLOURS[status]))
-        table.update_cell(GAP, "more", Text("") if found is None else headline(found), update_width=True)
+        table.update_cell(GAP, "more", Text("") if found is None else _cut(headline(found), self._room()))
+
+    def _room(self) -> int:
+        """Columns for what a step showed: what is longer is cut there and stands below in full."""
+        return max(16, self.app.size.width - _OTHER_COLUMNS)
+
+    def on_resize(self) -> None:
+        for table in self.query(DataTable):
+            for column in table.ordered_columns:
+                if column.key.value == "more":
+                    column.width = self._room()
+        self._show()
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         """The whole of what a narrow table cuts off."""
@@ -138,6 +152,10 @@ class Steps(Working[bool]):
         self._show()
         self._stand_at_next()
 
+    def action_to_row(self, row: int) -> None:
+        table = self.query_one(DataTable)
+        table.move_cursor(row=row % table.row_count)
+
     def action_note(self) -> None:
         step = self._current()
         ask_note(self, self.session, step, self._noted)
@@ -172,3 +190,8 @@ class Steps(Working[bool]):
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
         return f"Do the steps in any order; the cursor stands at the first that is not complete.\n\n{marks}"
+
+
+def _cut(text: Text, width: int) -> Text:
+    text.truncate(width, overflow="ellipsis")
+    return text

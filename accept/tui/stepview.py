@@ -28,11 +28,8 @@ class StepView(Working[bool]):
     clock, and stopped with Escape; anything else in a thread."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f5", "note", "Note"),
-        Binding("f7", "picture", "Plot"),
         Binding("pageup", "page(-1)", show=False),
         Binding("pagedown", "page(1)", show=False),
-        Binding("escape", "leave", "Back"),
     ]
 
     def __init__(self, bench: Bench, session: Session, name: str) -> None:
@@ -55,9 +52,9 @@ class StepView(Working[bool]):
             return
         status = self.session.status(self.step)
         number = 1 + [s.name for s in self.session.steps].index(self.step.name)
-        words = f"{number}/{len(self.session.steps)} {self.step.title}  ·  {self.session.serial}"
+        words = f"{status.mark} {status.word}  ·  {self.session.serial}  ·  {self.step.title}"
         head = self.query_one("#head", Label)
-        head.update(f"{words}  ·  {status.mark} {status.word}")
+        head.update(f"{number}/{len(self.session.steps)}  {words}")  # a long title is what may be cut
         head.styles.color = _HEAD.get(COLOURS[status], COLOURS[status])
         judgement = self.session.judgement(self.step.name) if self.complete else None
         self.query_one(Findings).show(self.step.check, judgement, self.lacking())
@@ -97,7 +94,7 @@ class StepView(Working[bool]):
 
     def action_picture(self) -> None:
         self.query_one(Pictures).next()
-        self.query_one("#body", VerticalScroll).scroll_end(animate=False)
+        self.call_after_refresh(self.query_one("#body", VerticalScroll).scroll_end, animate=False)
 
     def action_page(self, way: int) -> None:
         body = self.query_one("#body", VerticalScroll)

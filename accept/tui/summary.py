@@ -36,12 +36,15 @@ class Summary(Working[bool]):
         super().__init__()
         self.bench, self.session = bench, session
         self.report: Report | None = None
+        self._why: list[str] = []
+        self._notes: list[str] = []
 
     def compose(self) -> ComposeResult:
         words = f"{self.session.serial}  attempt {self.session.attempt.number}  ·  summary"
         yield Label(words, classes="title", markup=False)
         yield Static("judging …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row")
+        yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
         yield Footer(compact=True)
@@ -49,7 +52,7 @@ class Summary(Working[bool]):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one(DataTable).add_columns("", "quantity", "value ± U", "limits", "verdict", "why")
+        self.query_one(DataTable).add_columns("", "quantity", "value ± U", "limits", "verdict")
         if self.session.result is not None:
             self._judged(self.session.result)
         else:
@@ -64,11 +67,21 @@ class Summary(Working[bool]):
         for f in entry["findings"]:
             status = of_findings([f])
             value = numbers(f) if f["value"] is not None else "-"
-            words = f["reason"] or f["note"] or ""
-            cells = (f["quantity"], value, limits(f), Text(status.word, COLOURS[status]), Text(words, "dim"))
+            cells = (f["quantity"], value, limits(f), Text(status.word, COLOURS[status]))
             table.add_row(Text(status.mark, COLOURS[status]), *cells)
+        self._notes = entry["notes"]
+        self._why = [str(f["reason"] or f["note"] or "") for f in entry["findings"]]
+        self._tell(0)
         self._show_certificate()
         self.say("F2 signs this result")
+
+    def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
+        self._tell(event.cursor_row)
+
+    def _tell(self, row: int) -> None:
+        """Why a finding is what it is, and what was noted about the unit."""
+        if row < len(self._why):
+            self.query_one("#detail", Static).update("\n".join(filter(None, (self._why[row], *self._notes))))
 
     def _show_certificate(self) -> None:
         attempt = self.session.attempt

@@ -1,17 +1,19 @@
-"""A long computation in a process of its own: the screen keeps answering, and it can be stopped at any moment."""
+"""A long computation in a process of its own: the screen keeps answering, and it can be stopped at any moment.
 
-import os
+Not by `multiprocessing`: its helper process needs a real stderr, and while screens are shown there is none.
+"""
+
+import pickle
+import subprocess
+import sys
 import threading
-import traceback
 from collections.abc import Callable
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 Say = Callable[[str], None]
-_SAID, _DONE, _REFUSED, _BROKEN = "said", "done", "refused", "broken"
+SAID, DONE, REFUSED, BROKEN = "said", "done", "refused", "broken"
+COMMAND = (sys.executable, "-m", "accept.workflow.there")
 
 
 class NotDone(RuntimeError):
@@ -23,25 +25,27 @@ class Broken(RuntimeError):
 
 
 class Apart(Generic[T]):
-    """Runs `work(say, *given)` elsewhere. What goes in and comes back must be picklable.
+    """Runs `work(say, *given)` elsewhere. What goes in and comes back must be picklable, `work` a function of a module.
 
     expected : errors of `work` that a bench can have; `run` then raises NotDone with their words.
     """
 
     def __init__(self, work: Callable[..., T], *given: Any, expected: tuple[type[Exception], ...] = ()) -> None:
-        self._process: BaseProcess | None = None
+        self._order = pickle.dumps((work, given, expected))
+        self._process: subprocess.Popen[bytes] | None = None
         self._mutex, self._stopped = threading.Lock(), False
-        self._what = (work, given, expected)
 
     def run(self, say: Say = lambda words: None) -> T:
         """Wait for the answer; say is called, from the thread that waits, with what the computation says of itself.
-        Raises NotDone, Broken."""
-        here = self._started()
+        Raises NotDone, Broken, OSError."""
+        process = self._started()
         try:
-            return self._answer(here, say)
+            return self._answer(process, say)
         finally:
-            here.close()
-            self._join()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    pipe.close()
+            process.wait()
 
     def cancel(self) -> None:
         """Stop it; `run` then raises NotDone."""
@@ -50,57 +54,32 @@ class Apart(Generic[T]):
             if self._process is not None:
                 self._process.kill()
 
-    def _started(self) -> Connection:
-        context = get_context("spawn")
-        here, there = context.Pipe(duplex=False)
+    def _started(self) -> "subprocess.Popen[bytes]":
         with self._mutex:
             if self._stopped:
                 raise NotDone("stopped")
-            self._process = context.Process(target=_there, args=(there, *self._what), daemon=True)
-            self._process.start()
-        there.close()
-        return here
+            self._process = subprocess.Popen(
+                COMMAND,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl+C in the terminal is for the screens
+            )
+            return self._process
 
-    def _join(self) -> None:
-        with self._mutex:
-            if self._process is not None:
-                self._process.join()
-
-    def _answer(self, here: Connection, say: Say) -> T:
-        while True:
-            try:
-                kind, what = here.recv()
-            except EOFError as e:
-                words = "stopped" if self._stopped else "the system ended the computation; is there enough memory?"
-                raise NotDone(words) from e
-            if kind == _DONE:
-                answer: T = what
-                return answer
-            if kind != _SAID:
-                raise (NotDone if kind == _REFUSED else Broken)(what)
-            say(what)
-
-
-def _there(
-    answers: Connection, work: Callable[..., Any], given: tuple[Any, ...], expected: tuple[type[Exception], ...]
-) -> None:
-    """In the other process. Nothing is written to the terminal: it belongs to the screens."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    os.dup2(nowhere, 2)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    try:
-        answers.send((_DONE, work(lambda words: answers.send((_SAID, words)), *given)))
-    except expected as e:
-        answers.send((_REFUSED, " ".join(str(e).split())))
-    except BaseException:
-        answers.send((_BROKEN, traceback.format_exc()))
-        raise
-
-
-def _end_with_parent() -> None:
-    """A program that was killed leaves no computation behind."""
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    def _answer(self, process: "subprocess.Popen[bytes]", say: Say) -> T:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            process.stdin.write(self._order)
+            process.stdin.flush()  # it stays open: when it closes, the other process ends
+            while True:
+                kind, what = pickle.load(process.stdout)
+                if kind == DONE:
+                    answer: T = what
+                    return answer
+                if kind != SAID:
+                    raise (NotDone if kind == REFUSED else Broken)(what)
+                say(what)
+        except (EOFError, BrokenPipeError, pickle.UnpicklingError) as e:
+            raise NotDone("stopped" if self._stopped else "the system ended it; is there enough memory?") from e

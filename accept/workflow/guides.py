@@ -125,6 +125,10 @@ GUIDES = {
         "Let it ring out between hits; a double hit must be repeated.",
         _SPURIOUS,
     ),
+    "misalignment": Guide(
+        "Nothing is measured here: the ratio of encoder to interferometer in the records of the frequency responses is "
+        "held against a model, which takes some seconds. It tells how far the APA sits beside the joints' axis.",
+    ),
     "frf": Guide(
         "Fix the payload, then record the low excitation up to 350 Hz and the high one above it. "
         "Keep hands off the bench, and give a second realisation where there is one.",

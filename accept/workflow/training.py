@@ -20,6 +20,7 @@ from accept.workflow.bench import LOCK_WAIT_S, Bench
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instrument
 from accept.workflow.judging import MODELS
+from accept.workflow.steps import is_needed
 from accept.world import world_of
 from checks.declare import Measured
 from hw.simulated import SimulatedBench
@@ -60,7 +61,8 @@ class TrainingInstruments(BenchInstruments):
         section = self._taught.sections.get(check)
         entry = section.entries.get(name) if section else None
         if found is None and section is not None and isinstance(entry, Measured):
-            return Label("label", entry.value, str(getattr(section.check.inputs[name], "unit", "1")))
+            declared = section.check.inputs[name]
+            return Label("label", entry.value, str(getattr(declared, "unit", "1"))) if is_needed(declared) else None
         return found
 
 
