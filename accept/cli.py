@@ -182,18 +182,21 @@ def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of 
 
 @app.command("run")
 def run_workflow(
-    unit: Annotated[str | None, typer.Argument(help="Serial to begin with; else it is typed or scanned.")] = None,
+    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to go on with; else it is typed.")] = None,
     spec: SpecOption = None,
     bench: BenchOption = None,
     records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None,
     training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False,
     seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None,
     operator: Operator = None,
+    web: Annotated[bool, typer.Option("--web", help="In a browser on this machine (needs the extra 'web').")] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
 ) -> None:
     """The guided workflow at the bench: step by step to the signed certificate."""
     from accept.commands import run as command
 
-    raise typer.Exit(command.run(command.Wanted(unit, spec, bench, records, operator, training, seed)))
+    wanted = command.Wanted(unit, spec, bench, records, operator, training, seed)
+    raise typer.Exit(command.serve(wanted, port) if web else command.run(wanted))
 
 
 def main() -> None:

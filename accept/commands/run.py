@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from accept.commands import web
 from accept.exit import Exit, of_verdicts
 from accept.operator_name import operator_name
 from accept.tui.app import BenchApp
@@ -31,6 +32,13 @@ class Wanted:
     training: bool = False
     seed: int | None = None
 
+    def arguments(self) -> list[str]:
+        """What would be typed to get this."""
+        options = {"spec": self.spec, "bench": self.bench, "records": self.records, "operator": self.operator}
+        named = options | {"seed": self.seed}
+        words = [word for name, value in named.items() if value is not None for word in (f"--{name}", str(value))]
+        return [*([self.unit] if self.unit else []), *words, *(["--training"] if self.training else [])]
+
     @property
     def folder(self) -> Path | None:
         """The unit folder that is meant, None for a serial."""
@@ -50,6 +58,11 @@ def run(wanted: Wanted) -> Exit:
     for serial, verdict in app.done.verdicts.items():
         print(f"{serial}: {verdict}", file=sys.stderr)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
+
+
+def serve(wanted: Wanted, port: int) -> Exit:
+    """The same in a browser, on this machine only."""
+    return web.run(wanted.arguments(), port)
 
 
 def _loader(wanted: Wanted) -> "Callable[[], Bench]":

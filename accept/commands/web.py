@@ -1,0 +1,33 @@
+"""`accept run --web`: the same screens in a browser on this machine, and on no other."""
+
+import shlex
+import sys
+import tempfile
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from accept.exit import Exit
+
+HOST = "127.0.0.1"
+MISSING = "accept: --web needs the extra 'web': pip install 'accept[web]'"
+
+
+def run(arguments: Sequence[str], port: int) -> Exit:
+    """Serve `accept run` with these arguments until Ctrl+C; every browser window is a program of its own."""
+    if find_spec("textual_serve") is None:
+        print(MISSING, file=sys.stderr)
+        return Exit.BAD_INPUT
+    from accept.commands.loopback import Loopback, template_without_strangers
+
+    command = shlex.join([sys.executable, "-m", "accept", "run", *arguments])
+    with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
+        template_without_strangers(Path(folder))
+        server = Loopback(command, HOST, port, "accept", templates_path=folder)
+        print(f"accept: http://{HOST}:{port} on this machine; Ctrl+C ends it", file=sys.stderr, flush=True)
+        try:
+            server.serve()
+        except OSError as e:
+            print(f"accept: {HOST}:{port}: {e.strerror or e}", file=sys.stderr)
+            return Exit.BAD_INPUT
+    return Exit.ACCEPTED
