@@ -5,7 +5,6 @@ Seeds: whoever sets thresholds uses those in `DEVELOPMENT_SEEDS`; what is report
 """
 
 import argparse
-import hashlib
 import importlib
 import json
 import os
@@ -21,11 +20,11 @@ from typing import Any, Protocol
 
 from tests.blind_cases import Case, draw_cases, draw_weak, seal
 from tests.blind_strut import MATRICES, MODEL_FILE
-from tests.challenge_scores import Outcome, Score, confusion, controls, power, scores
+from tests.challenge_scores import Outcome, Score, confusion, controls, details, power, scores
+from tests.challenge_store import Mixed, Store, stamp
 
 REPORTED_SEED = 20261121
 DEVELOPMENT_SEEDS = range(1000)
-THRESHOLDS = Path(__file__).parent.parent / "checks" / "gap" / "thresholds.py"
 WORKFLOW = "accept.gap:run_gap"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -69,13 +68,16 @@ def run(job: Job) -> Outcome:
     return Outcome(job.case.serial, truth, gap, seconds, error, job.without)
 
 
-def run_all(jobs: Sequence[Job], workers: int, journal: Path | None = None) -> list[Outcome]:
-    """All outcomes, in the order of the jobs. journal: a file of finished ones, a line each; they are not run again."""
-    done = _read_journal(journal, jobs)
+def run_all(jobs: Sequence[Job], workers: int, store: Store | None = None) -> list[Outcome]:
+    """All outcomes, in the order of the jobs. store: of finished ones, which are not run again. Raises Mixed."""
+    done = {} if store is None else store.finished({job.name: job.case.seed for job in jobs})
     left = [job for job in jobs if job.name not in done]
+    if done:
+        _talk(f"{len(done)} of {len(jobs)} were finished before")
     for count, (job, outcome) in enumerate(_finished(left, workers), start=len(done) + 1):
         done[job.name] = outcome
-        _append(journal, job.name, outcome)
+        if store is not None:
+            store.keep(job.name, job.case.seed, outcome)
         truth = "+".join((*outcome.truth["effects"], *outcome.truth["outside"])) or "nothing"
         said = "+".join(outcome.named) or outcome.label
         _talk(f"{count:4d}/{len(jobs)} {job.name}: {said} ({outcome.verdict}), was {truth}; {outcome.seconds:.1f} s")
@@ -94,34 +96,6 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]
             yield running[future], future.result()
 
 
-def _read_journal(journal: Path | None, jobs: Sequence[Job]) -> dict[str, Outcome]:
-    if journal is None or not journal.exists():
-        return {}
-    names = {job.name for job in jobs}
-    lines = [json.loads(line) for line in journal.read_text().splitlines() if line.endswith("}")]
-    return {
-        line["name"]: Outcome(
-            line["serial"], line["truth"], line["gap"], line["seconds"], line["error"], tuple(line["without"])
-        )
-        for line in lines
-        if line["name"] in names
-    }
-
-
-def _append(journal: Path | None, name: str, o: Outcome) -> None:
-    if journal is not None:
-        stated = {
-            "name": name,
-            "serial": o.serial,
-            "truth": o.truth,
-            "gap": o.gap,
-            "seconds": o.seconds,
-            "error": o.error,
-        }
-        with journal.open("a") as file:
-            file.write(json.dumps(stated | {"without": o.without}) + "\n")
-
-
 def _talk(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
@@ -135,6 +109,7 @@ def control_jobs(jobs: Sequence[Job], number: int) -> list[Job]:
 def report(outcomes: Sequence[Outcome], removed: Sequence[Outcome]) -> str:
     """Everything that a run has to say, as text."""
     parts = [_table(scores(outcomes)), "Controls", _table(controls(outcomes, removed))]
+    parts += ["In detail", _table(details(outcomes))]
     parts += ["Truth, and what was said first", *_confusion(outcomes), "Seen, against detectability", *_power(outcomes)]
     failures = [f"  {o.serial}: {o.error}" for o in (*outcomes, *removed) if o.error]
     wrong = [f"  {o.serial}: {', '.join(o.false_names)}, was {_was(o)}" for o in outcomes if o.false_names]
@@ -148,7 +123,7 @@ def _was(o: Outcome) -> str:
 def _table(rows: Sequence[Score]) -> str:
     lines = [f"{'score':47} {'value':>8} {'n':>4}  {'interval':19} {'target':16} "]
     for s in rows:
-        verdict = "met" if s.met else ("NOT MET" if s.n else "NOT MEASURED")
+        verdict = ("met" if s.met else ("NOT MET" if s.n else "NOT MEASURED")) if s.target else ""
         lines.append(f"{s.name:47} {s.value:8.3f} {s.n:4d}  {s.lo:8.3f} ..{s.hi:8.3f} {s.target:16} {verdict}")
     return "\n".join(lines)
 
@@ -173,15 +148,15 @@ def challenge(a: argparse.Namespace) -> bool:
     out.mkdir(parents=True, exist_ok=True)
     cases = [*draw_cases(number, seed), *draw_weak(a.weak, seed)]
     text, digest = seal(cases)
-    thresholds = hashlib.sha256(THRESHOLDS.read_bytes()).hexdigest() if THRESHOLDS.exists() else "no table"
+    version = stamp(digest)
     use = " (development)" if seed in DEVELOPMENT_SEEDS else ""
     head = f"{number} units of seed {seed}{use}, {a.weak} with weak effects, {a.controls} controls\n"
-    head += f"truth      sha256 {digest}\nthresholds sha256 {thresholds}"
+    head += f"truth      sha256 {digest}\nthresholds sha256 {version.thresholds}\ncode       sha256 {version.code}"
     print(head, flush=True)
     truth = json.loads(text)
     jobs = [Job(case, truth[case.serial], a.workflow) for case in cases]
     every = [*jobs, *control_jobs(jobs, a.controls)]
-    outcomes = run_all(every, a.workers, out / f"outcomes-{digest[:12]}-{thresholds[:12]}.jsonl")
+    outcomes = run_all(every, a.workers, Store(out / "cases", version))
     (out / "truth.json").write_text(text)  # after the run: it may not lie beside the folders while they are judged
     blind, removed = outcomes[: len(jobs)], outcomes[len(jobs) :]
     said = report(blind, removed)
@@ -205,7 +180,11 @@ def main() -> int:
     if not MATRICES.exists():
         print(f"skipped: the blind units need the super-element matrices, and {MATRICES} is not there", file=sys.stderr)
         return 0
-    return 0 if challenge(a) else 3
+    try:
+        return 0 if challenge(a) else 3
+    except Mixed as e:
+        print(e, file=sys.stderr)
+        return 6
 
 
 if __name__ == "__main__":

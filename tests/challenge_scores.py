@@ -6,7 +6,7 @@ An outcome that is missing, an error or not a number counts against the workflow
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite, nan, sqrt
+from math import inf, isfinite, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -217,6 +217,35 @@ def scores(outcomes: Outcomes) -> list[Score]:
         misalignment(outcomes, "dy_um"),
         middle("seconds, 95 % of the units", [o.seconds for o in outcomes], "<= 15 s", most(15.0), slowest),
     ]
+
+
+def details(outcomes: Outcomes) -> list[Score]:
+    """What stands behind the table: the gap by channel and about modes, intervals and errors by effect, time."""
+    outcomes = [o for o in outcomes if o.kind != "weak"]
+    after = [o.gap.get("gap_after") or {} for o in outcomes if o.verdict == "explained"]
+    by_channel: dict[str, list[float]] = {}
+    for a in after:
+        for channel, G in (a.get("channels") or {}).items():
+            by_channel.setdefault(channel, []).append(float(G))
+    about = [max((float(m["G"]) for m in a["modes"]), default=0.0) for a in after if "modes" in a]
+    rows = [_plain(f"G after, {c}: share <= {G_MOST}", [G <= G_MOST for G in G_s]) for c, G_s in by_channel.items()]
+    rows += [_number(f"G after, {c}: median", G_s) for c, G_s in by_channel.items()]
+    rows += [_plain(f"G within 5 Hz of every mode: share <= {G_MOST}", [G <= G_MOST for G in about])]
+    rows += [_number("G within 5 Hz of the worst mode: median", about)]
+    for effect in sorted({e for e, _, _ in right(outcomes)}):
+        pairs = [(said, true) for e, said, true in right(outcomes) if e == effect and true]
+        if pairs:
+            rows.append(_plain(f"{effect}: intervals cover", [h for s, t in pairs for h in covered(s, t)]))
+            rows.append(_number(f"{effect}: median parameter error", [x for s, t in pairs for x in errors(s, t)]))
+    return [*rows, _number("seconds per unit, median", [o.seconds for o in outcomes])]
+
+
+def _plain(name: str, hits: Iterable[bool]) -> Score:
+    return share(name, hits, "", least(0.0))
+
+
+def _number(name: str, values: Iterable[float]) -> Score:
+    return middle(name, values, "", least(-inf))
 
 
 def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:

@@ -5,6 +5,7 @@ import copy
 import json
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from tests.blind_effects import LIBRARY, OUTSIDE
 from tests.blind_strut import MATRICES
 from tests.challenge import Job, control_jobs, report, run_all
 from tests.challenge_scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
+from tests.challenge_store import Mixed, Store, stamp
 
 Json = dict[str, Any]
 SEED = 7  # of development: what `make challenge` reports is drawn from another
@@ -282,16 +284,33 @@ def jobs(number: int, workflow: str, seed: int = SEED) -> list[Job]:
 
 @needs_data
 def test_the_runner_hands_over_folders_and_keeps_what_was_said(tmp_path: Path) -> None:
-    journal = tmp_path / "outcomes.jsonl"
+    store = Store(tmp_path, stamp("sealed"))
     made = jobs(4, "tests.test_challenge:nothing")
     every = [*made, *control_jobs(made, 1)]
-    outcomes = run_all(every, workers=0, journal=journal)
+    outcomes = run_all(every, workers=0, store=store)
     assert [o.error for o in outcomes] == [None] * 5
     assert outcomes[4].gap["without"] == list(outcomes[4].true)
-    assert run_all(every, workers=0, journal=journal) == outcomes  # from the journal: times and all
+    assert run_all(every, workers=0, store=store) == outcomes  # from the files: times and all
     said = report(outcomes[:4], outcomes[4:])
     assert "NOT MET" in said
     assert "false alarm" in said
+
+
+@needs_data
+def test_a_stopped_run_goes_on_and_never_mixes_versions(tmp_path: Path) -> None:
+    made = jobs(4, "tests.test_challenge:nothing")
+    now = stamp("sealed")
+    first = run_all(made[:2], workers=0, store=Store(tmp_path, now))
+    later = [Job(job.case, job.truth, "tests.test_challenge:crash") for job in made]
+    every = run_all(later, workers=0, store=Store(tmp_path, now))
+    assert every[:2] == first
+    assert [bool(o.error) for o in every] == [False, False, True, True]
+    for changed in ("thresholds", "code", "sealed"):
+        with pytest.raises(Mixed, match=changed):
+            run_all(made, workers=0, store=Store(tmp_path, replace(now, **{changed: "0" * 64})))
+    other = [replace(job, case=replace(job.case, seed=job.case.seed + 1)) for job in made]
+    with pytest.raises(Mixed, match="seed"):
+        run_all(other, workers=0, store=Store(tmp_path, now))
 
 
 @needs_data

@@ -43,7 +43,7 @@ class Augmented:
     @property
     def counted(self) -> tuple[str, ...]:
         """Names of the members that say that something is missing."""
-        return tuple(m.name for m in (*self.effects, *self.stand_ins))
+        return (*(e.name for e in self.effects), *(u.name for u in self.stand_ins))
 
     def with_member(self, member: Member) -> "Augmented":
         return replace(self, members=(*self.members, member))

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.gap.adequacy import energies
 from checks.gap.result import Result
 from checks.model.fit_panels import UNITS
 from checks.picture import Band, Image, Item, Line, Mark, Panel, Span
@@ -14,7 +13,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 CELLS = 120  # of the map along log f
-LARGEST = 12.0  # of the map: from one part in 10^12 on the colour stays
+SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour stays
 
 
 def panels(result: Result) -> dict[str, Panel]:
@@ -36,18 +35,31 @@ def responses(result: Result) -> tuple[Complex, Complex]:
 
 
 def disagreement(result: Result) -> Panel:
-    """Map over frequency and channel of -log10 of the chance of what was left before."""
+    """Map over frequency and channel, before and after: log10 of the squared residual over noise and tolerance."""
     data = result.before.data
-    chance = energies(result.before) / 2.0 / np.log(10.0)
     edges = np.geomspace(data.f[0], data.f[-1] * (1 + 1e-9), CELLS + 1)
-    place = np.clip(np.searchsorted(edges, data.f, side="right") - 1, 0, CELLS - 1)
-    z = np.zeros((len(data.channels), CELLS))
-    for c in range(len(data.channels)):
-        np.maximum.at(z[c], place, np.minimum(chance[:, c], LARGEST))
     middle = np.sqrt(edges[1:] * edges[:-1])
-    image = Image(np.log10(middle), np.arange(len(data.channels), dtype=float), z, "-log10 p")
-    names = ", ".join(f"{i} {c}" for i, c in enumerate(data.channels))
-    return Panel(f"Chance of the residual before (channels: {names})", "log10 of frequency [Hz]", "", (image,))
+    rows, names = [], []
+    for c, name in enumerate(data.channels):
+        for words, H in zip(("before", "after"), responses(result), strict=True):
+            near = data.around(H)
+            G = np.abs(data.H[:, c] - H[:, c]) ** 2 / np.maximum(near.variance[:, c], 1e-300)
+            rows.append(np.clip(np.log10(np.maximum(_by_cell(data.f, G, edges), 1e-3)), *SHOWN))
+            names.append(f"{name} {words}")
+    image = Image(middle, np.arange(len(rows), dtype=float), np.array(rows), "log10 of G")
+    title = "G by frequency and channel (dark: within noise and tolerance)"
+    order = len(rows) - 0.5, -0.5  # the first channel on top
+    return Panel(title, "frequency [Hz]", "", (image,), x_log=True, y_range=order, y_names=tuple(names))
+
+
+def _by_cell(f: Array, G: Array, edges: Array) -> Array:
+    """Mean within every cell; a cell without a bin takes the nearest bin's."""
+    place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, edges.size - 2)
+    count = np.bincount(place, minlength=edges.size - 1)
+    mean = np.bincount(place, G, minlength=edges.size - 1) / np.maximum(count, 1)
+    filled = np.flatnonzero(count)
+    nearest = filled[np.abs(np.arange(count.size)[:, None] - filled).argmin(axis=1)]
+    return np.asarray(mean[nearest])
 
 
 def _magnitude(f: Array, name: str, H: Complex, before: Complex, after: Complex) -> Panel:

@@ -31,6 +31,11 @@ class Projected:
     pulled: tuple[str, ...]
 
     @cached_property
+    def modelled(self) -> Complex:
+        """(F, C) response at the values."""
+        return self.response.frf(self.data.f, self.at, self.data.channels)
+
+    @cached_property
     def left(self) -> Array:
         """(n,) what the calibrated parameters cannot explain."""
         return self.off(self.r)

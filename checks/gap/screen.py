@@ -10,10 +10,11 @@ from scipy import stats
 
 from checks.gap.adequacy import energies
 from checks.gap.augmented import Member
-from checks.gap.effects.effect import Effect
+from checks.gap.effects.effect import Effect, Parameter
 from checks.gap.projected import Projected
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 PEAKS = 6  # places of the largest residual that are tried beside the grid
 APART = 0.05  # of f: nearer starts are the same
 
@@ -39,7 +40,7 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
     """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
     if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
         return score
-    tried = [t for t in (_try(projected, member, shape) for shape in _grid(projected, member)) if t is not None]
+    tried = list(_tried(projected, member))
     if not tried:
         return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
     tried.sort(key=lambda t: -t[0])
@@ -88,16 +89,27 @@ def _peaks(projected: Projected, member: Member) -> list[float]:
     return out
 
 
-def _try(projected: Projected, member: Member, shape: Mapping[str, float]) -> tuple[float, dict[str, float]] | None:
-    """(gain, values) with the linear parameters at their best; None where the model cannot hold the values."""
+def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:
+    """(gain, values) at every place of the grid that the model can hold, with the linear parameters at their best."""
     linear = [p for p in member.parameters if p.linear]
-    try:
-        D = directions(projected, member, {**shape, **{p.name: 0.0 for p in linear}})
-    except ValueError:
-        return None
+    shapes, changes = [], []
+    for shape in _grid(projected, member):
+        try:
+            changes.append(_changes(projected, member, {**shape, **{p.name: 0.0 for p in linear}}))
+        except ValueError:
+            continue
+        shapes.append(shape)
+    if not shapes:
+        return
+    # All at once: taking them through the whitener one by one would take most of the time.
+    for D, shape in zip(projected.rows(np.array(changes)), shapes, strict=True):
+        yield _at_best(projected, D, linear, shape) if linear else _along(projected, member, D[0], shape)
+
+
+def _at_best(
+    projected: Projected, D: Array, linear: Sequence[Parameter], shape: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
     r = projected.left
-    if not linear:
-        return _along(projected, member, D[0], shape)
     best, *_ = np.linalg.lstsq(D.T, r, rcond=None)
     gain = float(r @ r - np.sum((r - best @ D) ** 2))
     return gain, {**shape, **{p.name: float(np.clip(b, p.lo, p.hi)) for p, b in zip(linear, best, strict=True)}}
@@ -118,14 +130,18 @@ def _along(
 
 def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
     """(k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values itself."""
+    return projected.rows(_changes(projected, member, values))
+
+
+def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
+    """(k, F, C) changes of the response that `directions` whitens."""
     data, base = projected.data, projected.response
     response = base.with_member(member)
     at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
     linear = [f"{member.name}.{p.name}" for p in member.parameters if p.linear]
     if linear:
-        return projected.rows(response.jacobian(data.f, linear, at, data.channels))
-    change = response.frf(data.f, at, data.channels) - base.frf(data.f, projected.at, data.channels)
-    return projected.rows(change[None])
+        return response.jacobian(data.f, linear, at, data.channels)
+    return (response.frf(data.f, at, data.channels) - projected.modelled)[None]
 
 
 def confusability(directions_of: Mapping[str, Array]) -> dict[tuple[str, str], float]:

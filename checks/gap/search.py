@@ -3,7 +3,7 @@
 Every candidate is fitted to one realisation (A) and compared on the other (B), which it has never seen.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -25,7 +25,7 @@ GO_ON = 5  # starts of one round that go on
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 BOTH_WAYS = 2  # candidates tried with the other form of damping
-FROM_FAR = 3  # of them begin once more at the priors, where none is adequate
+FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
 
 
@@ -93,11 +93,11 @@ class Search:
     def _candidate(self, r: Refit) -> Candidate:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
 
-    def extended(self, base: Candidate) -> list[Candidate]:
-        """Every member added to a candidate and fitted jointly, from the candidate's values; the promising ones from
-        the priors too, because a calibration that had to do without the effect may have gone astray."""
+    def extended(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
+        """Every member added to a candidate and fitted jointly, from the candidate's values and from the priors: a
+        calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
         on_A = project(base.response, self.A, base.at)
-        absent = [m for m in self.library if m.name not in base.names]
+        absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
         return self._raced([r for s in scores for r in self._starts(base, s)])
 
@@ -157,13 +157,14 @@ class Search:
                 return self.pruned(simpler)
         return c
 
-    def _from_far(self, r: Refit) -> Refit:
-        """The better of a fit and the same from the priors, its effects beginning where they are."""
-        own = {k: v for k, v in r.at.items() if k.split(".")[0] in r.response.names}
-        try:
-            return min((r, go_on(annealed(r.response, self.A, own), MANY)), key=lambda r: r.cost)
-        except ModelError:
-            return r
+    def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """The best few fitted once more, from the priors, their members beginning where they are."""
+        return [self._candidate(self._again(c)) for c in sorted(found, key=lambda c: c.cost)[:FROM_FAR]]
+
+    def _again(self, c: Candidate) -> Refit:
+        own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
+        quick = replace(c.response, model=_quicker(c.response.model))
+        return go_on(begin(c.response, self.A, annealed(quick, self.A, own).at), MANY)
 
     def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
         """The best start of every set, the most promising ones fitted to the end."""
@@ -172,11 +173,7 @@ class Search:
             best.setdefault(frozenset(r.response.names), r)
         ranked = list(best.values())
         done = [go_on(r, MANY) for r in ranked[:GO_ON]] + ranked[GO_ON:]
-        found = sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
-        if any(c.adequate for c in found[:GO_ON]):
-            return found
-        again = [self._candidate(self._from_far(r)) for r in sorted(done, key=lambda r: r.cost)[:FROM_FAR]]
-        return sorted([*again, *found], key=lambda c: -c.score)
+        return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
 
 
 @lru_cache(maxsize=4)
@@ -215,10 +212,15 @@ def explain(search: Search, base: Candidate, most: int) -> Found:
         search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
         found: list[Candidate] = []
         for b in beam:
-            found = _distinct([*found, *search.extended(b)])
+            found = _distinct([*found, *search.extended(b, {c.names for c in found})])
             adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
             if adequate:
                 return _done(search, base, adequate, (*tried, *found))
+        again = search.from_far(found)
+        found = _distinct([*again, *found])
+        adequate = [c for c in again if c.adequate]
+        if adequate:
+            return _done(search, base, adequate, (*tried, *found))
         swapped = [c for c in (search.damped_otherwise(c) for c in found[:BOTH_WAYS]) if c is not None]
         found = _distinct([*found, *swapped])
         adequate = [c for c in swapped if c.adequate]
