@@ -39,7 +39,7 @@ class Decades(AxisFormatter):
         return [t for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
 
     def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
-        return [f"{10.0**t:.3g}" for t in ticks]
+        return [f"{10.0**t:.4g}" for t in ticks]
 
 
 class PanelPlot(PlotWidget):

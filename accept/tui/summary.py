@@ -16,6 +16,7 @@ from accept.tui.strip import limits, numbers
 from accept.tui.working import Working
 from accept.workflow.bench import Bench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
+from accept.workflow.judging import Elsewhere
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
 
@@ -36,6 +37,7 @@ class Summary(Working[bool]):
         super().__init__()
         self.bench, self.session = bench, session
         self.report: Report | None = None
+        self._elsewhere: Elsewhere | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
 
@@ -56,9 +58,22 @@ class Summary(Working[bool]):
         if self.session.result is not None:
             self._judged(self.session.result)
         else:
+            self._judge()
+
+    def _judge(self) -> None:
+        """Where a model takes part, in a process of its own: the keys keep answering."""
+        if any(step.check.model for step in self.session.steps):
+            self._elsewhere = elsewhere = Elsewhere()
+            self.send(lambda: self.session.judge(elsewhere.judge), self._judged, "judging the unit", self._not_judged)
+        else:
             self.send(self.session.judge, self._judged, "judging the unit")
 
+    def _not_judged(self, words: str) -> None:
+        self._elsewhere = None
+        self.query_one("#verdict", Static).update("not judged")
+
     def _judged(self, result: UnitResult) -> None:
+        self._elsewhere = None
         entry = result.to_json()
         verdict = str(result.verdict)
         self.query_one("#verdict", Static).update(_verdict(verdict, entry["findings"]))
@@ -147,7 +162,10 @@ class Summary(Working[bool]):
         self.leave(True)
 
     def action_leave(self) -> None:
-        self.leave(False)
+        if self._elsewhere is not None:
+            self._elsewhere.cancel()
+        else:
+            self.leave(False)
 
     def help_text(self) -> str:
         return (
