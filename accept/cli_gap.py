@@ -7,7 +7,7 @@ import typer
 
 
 def gap(
-    units: Annotated[list[Path], typer.Argument(help="Unit folders with a section [frf].")],
+    units: Annotated[list[Path], typer.Argument(help="Unit folders with a section [frf], or parents of such.")],
     out: Annotated[Path, typer.Option(help="Folder for gap.json, gap.pdf and model.toml.")],
     model: Annotated[str | None, typer.Option("--model", help="Model to start from; else the kind picks.")] = None,
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,

@@ -6,31 +6,66 @@ from typing import Any
 
 from scipy import stats
 
+from accept.gap_words import number
+from checks.gap.result import EXPLAINED, NO_MISSING
+
+Document = Mapping[str, Any]
+
 SAME = 1e-3  # chance of such a spread of a parameter, were it the same in all units
 TWO_SIDED_95 = 1.96
+SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an effect that is not named is not there
 
 
-def common(documents: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """From gap.json of every unit: effects that all have, with one value, and those of single struts."""
-    seen: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+def common(documents: Sequence[Document]) -> dict[str, Any]:
+    """From gap.json of every unit: effects of the bench, and those of single struts.
+
+    An effect is of the bench (`common`) where more than half of the units, and at least two, have it with one value,
+    and no unit that is explained is without it. A unit that is not explained may have it unseen: it is in
+    `undecided`."""
+    seen: dict[str, list[Document]] = defaultdict(list)
     for document in documents:
         for named in document["named"]:
             seen[named["effect"]].append({**named, "serial": document["serial"]})
     shared: list[dict[str, Any]] = []
     single: list[dict[str, Any]] = []
     for effect, entries in sorted(seen.items()):
-        row = _row(effect, entries)
-        everywhere = len(documents) > 1 and len(entries) == len(documents)
-        (shared if everywhere and all(p["p_same"] > SAME for p in row["parameters"].values()) else single).append(row)
+        row = _row(effect, entries, documents)
+        (shared if _of_the_bench(row, documents) else single).append(row)
     return {"units": [d["serial"] for d in documents], "common": shared, "single": single}
 
 
-def _row(effect: str, entries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    names = entries[0]["parameters"]
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """For a person, a line per effect."""
+    out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
+    for row in found["common"]:
+        values = ", ".join(_value(k, p) for k, p in row["parameters"].items())
+        out.append(f"  of the bench: {row['effect']} {values} (in {', '.join(row['serials'])})")
+        if row["undecided"]:
+            out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
+    for row in found["single"]:
+        differ = ", values differ" if row["without"] == [] and len(row["serials"]) > 1 else ""
+        out.append(f"  of single struts: {row['effect']} (in {', '.join(row['serials'])}{differ})")
+    return out if len(out) > 1 else [*out, "  no effect was named"]
+
+
+def _value(name: str, p: Mapping[str, float]) -> str:
+    return f"{name} {number(p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
+
+
+def _of_the_bench(row: Mapping[str, Any], documents: Sequence[Document]) -> bool:
+    many = len(row["serials"]) >= max(2, len(documents) // 2 + 1)
+    return many and not row["without"] and all(p["p_same"] > SAME for p in row["parameters"].values())
+
+
+def _row(effect: str, entries: Sequence[Document], documents: Sequence[Document]) -> dict[str, Any]:
+    serials = [e["serial"] for e in entries]
+    absent = [d for d in documents if d["serial"] not in serials]
     return {
         "effect": effect,
-        "serials": [e["serial"] for e in entries],
-        "parameters": {n: _mean([e["parameters"][n] for e in entries]) for n in names},
+        "serials": serials,
+        "without": [d["serial"] for d in absent if d["verdict"] in SETTLED],
+        "undecided": [d["serial"] for d in absent if d["verdict"] not in SETTLED],
+        "parameters": {n: _mean([e["parameters"][n] for e in entries]) for n in entries[0]["parameters"]},
     }
 
 

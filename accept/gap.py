@@ -15,7 +15,7 @@ from accept.model_file import Opened, opened
 from checks.gap.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
-from checks.model.misalign import F_HI_ROUGH
+from checks.model.misalign import F_HI_ROUGH, with_payload
 from checks.model.softened import is_rough, softened
 from checks.record import Record, RecordError
 
@@ -57,6 +57,7 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
     say("reading the records")
     given, f_hi, rough = _at_its_best(given)
     measured, notes = _read(folder, given.model.tolerance, f_hi)
+    given = replace(given, model=with_payload(given.model, measured.payload_kg))
     A, B, more = _realisations(measured, given.model.tolerance)
     fs = measured.records["low"].fs
     inputs = Inputs(

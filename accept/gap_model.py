@@ -9,6 +9,8 @@ from checks.gap.effects import EFFECTS
 from checks.gap.result import Result
 from specs.model_sections import FitRecord
 
+PAYLOAD = "bench.payload_kg"
+
 
 def write_improved(path: Path, given: Opened, measured: Responses, result: Result) -> None:
     """model.toml. What the checks before the search found is a fault of the records, not of the model, and is left out;
@@ -24,7 +26,8 @@ def write_improved(path: Path, given: Opened, measured: Responses, result: Resul
         inputs=measured.inputs,
         G={c: g.G for c, g in result.gap_after.channels.items()},
     )
-    values = {n: fit.at[n] for n in own}
+    weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
+    values = weighed | {n: fit.at[n] for n in own}
     sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, _values(result, n.effect)) for n in result.named if n.effect in EFFECTS]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"

@@ -12,7 +12,7 @@ from accept.certificate import look
 from accept.certificate.assemble import Placed, assemble
 from accept.certificate.fonts import BOLD, REGULAR, fitted, register
 from accept.certificate.story import words
-from accept.gap_words import HEADLINE, chance, named_line, number
+from accept.gap_words import HEADLINE, chance, gap_number, named_line, number, plain
 from accept.pictures.draw import picture
 from accept.pictures.reduce import reduced
 from checks.gap.panels import errors, panels
@@ -26,6 +26,10 @@ FILLS = {
     UNEXPLAINED: look.UNIT_SIGNS["rejected"],
 }
 CANDIDATES = 6
+BEFORE = (
+    "Before: the model with its uncertain values fitted as well as they can without the effects; after: with what is "
+    "named. Both on records that were not fitted."
+)
 
 
 class _Row(Flowable):
@@ -55,15 +59,16 @@ def render(serial: str, result: Result) -> bytes:
     drawn = panels(result)
     channels = result.before.data.channels
     rows = [
-        _Row([drawn["map"]], 30.0),
+        _Row([drawn["map"]], 36.0),
         _Row([drawn[f"{c} residual"] for c in channels], 54.0),
         _Row([drawn[f"{c} magnitude"] for c in channels], 54.0),
     ]
     story: list[Flowable] = [
         *_found(result),
         words("Where they disagree, and what is left", look.HEADING),
+        words(BEFORE, look.QUIET),
         *rows[:2],
-        words("Model against data on records that were not fitted", look.HEADING),
+        words("Model against data", look.HEADING),
         rows[2],
         *_gap_table(result),
         *_candidates(result),
@@ -126,7 +131,7 @@ def _gap_table(result: Result) -> list[Flowable]:
     off = errors(result)
     for c, before in result.gap_before.channels.items():
         dB, deg, dB_after, deg_after = off[c]
-        row = [c, number(before.G), number(result.gap_after.channels[c].G)]
+        row = [c, gap_number(before.G), gap_number(result.gap_after.channels[c].G)]
         row += [f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"]
         cells.append([words(v, look.BODY) for v in row])
     title = "The gap: squared residual over noise variance plus squared tolerance (1 or less is agreement)"
@@ -140,7 +145,7 @@ def _candidates(result: Result) -> list[Flowable]:
         [words(h, look.TABLE_HEAD) for h in ("Explanation tried", "gain in ln L", "p of the rest")]
     ]
     for t in result.tried[:CANDIDATES]:
-        row = (", ".join(t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
+        row = (", ".join(plain(n) for n in t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
         cells.append([words(v, look.SMALL) for v in row])
     return [words("Candidates, on records that were not fitted", look.HEADING), _table(cells, [110, 36, 36])]
 
@@ -156,7 +161,7 @@ def _limits(result: Result) -> list[Flowable]:
 
 
 def _remarks(result: Result) -> list[Flowable]:
-    modes = ", ".join(f"{m.f_Hz:.0f} Hz {number(m.G)}" for m in result.gap_after.modes)
+    modes = ", ".join(f"{m.f_Hz:.0f} Hz {gap_number(m.G)}" for m in result.gap_after.modes)
     lines = [f"G after, within 5 Hz about each mode: {modes}.", *result.notes]
     return [Spacer(1, 4), *(words(line, look.SMALL) for line in lines)]
 

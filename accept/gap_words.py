@@ -1,11 +1,13 @@
 """What the gap workflow found, in words for the terminal, the report and the certificate."""
 
-from collections.abc import Mapping
+import textwrap
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from checks.gap.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
 
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
+LINES, COLUMNS = 24, 80  # of a terminal
 HEADLINE = {
     NO_MISSING: "Nothing is missing from the model",
     EXPLAINED: "Explained",
@@ -20,6 +22,20 @@ def number(x: float) -> str:
     return f"{x:.4g}"
 
 
+def gap_number(G: float) -> str:
+    """G to three digits at most: it says how well a model fits, and no more."""
+    return f"{G:.0f}" if 100.0 <= G < 1e5 else f"{G:.2g}"
+
+
+def plain(member: str) -> str:
+    """A member of an explanation in words: a stand-in is called `unnamed_SHAPE_CHANNEL` by the search."""
+    if not member.startswith("unnamed_"):
+        return member
+    shape, _, channel = member.removeprefix("unnamed_").rpartition("_")
+    where = "in the drive" if channel == "all" else f"on {channel}"
+    return f"a {shape} without a name {where}"
+
+
 def chance(p: float) -> str:
     return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
 
@@ -31,27 +47,40 @@ def named_line(n: Named) -> str:
 
 
 def summary(serial: str, r: Result) -> list[str]:
-    """At most 24 lines for a terminal."""
-    lines = [f"{serial}: {r.verdict} - {HEADLINE[r.verdict]} (model {r.model}, damping {r.damping})"]
-    lines += [f"  {n.sentence}" for n in r.named[:4]]
-    lines += [f"    {named_line(n)}  p {chance(n.p)}" for n in r.named[:4]]
-    lines += [f"  not told apart: {', '.join(a.effects)}; {a.experiment}" for a in r.ambiguous[:2]]
-    for u in r.unnamed[:3]:
+    """At most 24 lines of 80 columns for a terminal; the gap itself is never what is cut."""
+    lines = _wrapped(f"{serial}: {r.verdict} - {HEADLINE[r.verdict]} (model {r.model}, damping {r.damping})", "")
+    gaps = ["  gap on unseen records, before -> after:"]
+    for c, before in r.gap_before.channels.items():
+        gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
+    more = [line for words, indent in _told(r) for line in _wrapped(words, indent)]
+    room = LINES - len(lines) - len(gaps)
+    cut = [] if len(more) <= room else ["  ... the rest is in gap.json and gap.pdf"]
+    return [*lines, *more[: room - len(cut)], *cut, *gaps]
+
+
+def _told(r: Result) -> Iterator[tuple[str, str]]:
+    """What is to be said besides the gap, the most important first, each with its indent."""
+    for n in r.named:
+        yield n.sentence, "  "
+        yield f"{named_line(n)}  p {chance(n.p)}", "    "
+    for a in r.ambiguous:
+        yield f"not told apart: {', '.join(a.effects)}; to tell: {a.experiment}", "  "
+    for u in r.unnamed:
         poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
         level = ", depends on the level" if u.level_dependent else ""
-        lines.append(f"  without a name: {u.channel}, poles {poles} Hz{level}")
+        yield f"without a name: {u.channel}, poles {poles} Hz{level}", "  "
     if r.where and r.verdict != EXPLAINED:
         w = r.where[0]
-        lines.append(f"  worst: {w.channel}, {w.f_lo_Hz:.0f} to {w.f_hi_Hz:.0f} Hz, {w.excess_dB:.0f} dB above chance")
-    lines.append("  gap on unseen records, before -> after:")
-    for c, before in r.gap_before.channels.items():
-        lines.append(f"    {c}: G {number(before.G)} -> {number(r.gap_after.channels[c].G)}")
+        yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
+    for note in r.notes:
+        yield f"note: {note}", "  "
     if r.detection_limits:
-        parts = [f"{k} {number(list(v.values())[-1])}" for k, v in r.detection_limits.items()]
-        lines += ["  would have been seen (90 % power), from:"]
-        lines += ["    " + ", ".join(parts[k : k + 4]) for k in range(0, len(parts), 4)]
-    lines += [f"  note: {note}" for note in r.notes[:2]]
-    return lines[:24]
+        yield "would have been seen (90 % power), from:", "  "
+        yield ", ".join(f"{k} {number(list(v.values())[-1])}" for k, v in r.detection_limits.items()), "    "
+
+
+def _wrapped(words: str, indent: str) -> list[str]:
+    return textwrap.wrap(words, COLUMNS, initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)
 
 
 def one_line(document: Mapping[str, Any]) -> str:
@@ -72,7 +101,7 @@ def gap_of(document: Mapping[str, Any]) -> str:
     """`de 81.0 -> 1.02`: of the channel that fitted worst."""
     before, after = (document[key]["channels"] for key in ("gap_before", "gap_after"))
     worst = max(before, key=lambda c: before[c])
-    return f"{worst} {number(before[worst])} -> {number(after[worst])}"
+    return f"{worst} {gap_number(before[worst])} -> {gap_number(after[worst])}"
 
 
 def _named(n: Mapping[str, Any]) -> str:

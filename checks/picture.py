@@ -97,3 +97,4 @@ class Panel:
     y_log: bool = False
     equal: bool = False  # same scale on both axes
     y_range: tuple[float, float] | None = None
+    y_names: tuple[str, ...] = ()  # in place of the numbers 0, 1, ... of the y axis

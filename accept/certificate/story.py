@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 from accept.certificate import look, numbers
 from accept.certificate.dossier import Dossier
 from accept.certificate.strip import strip
-from accept.gap_words import HEADLINE, REFUSED, number, without_a_name
+from accept.gap_words import HEADLINE, REFUSED, gap_number, number, without_a_name
 from accept.pictures.words import pretty
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
@@ -94,7 +94,7 @@ def explanation(dossier: Dossier) -> list[Flowable]:
     story: list[Flowable] = [head, *_missing(found)]
     rows = [[words(h, look.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
     after = found["gap_after"]["channels"]
-    rows += [[words(x, look.SMALL) for x in (c, number(G), number(after[c]))] for c, G in _channels(found)]
+    rows += [[words(x, look.SMALL) for x in (c, gap_number(G), gap_number(after[c]))] for c, G in _channels(found)]
     table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
     table.setStyle(TableStyle([("LINEBELOW", (0, 0), (-1, 0), 0.5, look.GREY_COLOUR), *_padding(0.4, left=2)]))
     legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."

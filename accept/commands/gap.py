@@ -9,47 +9,57 @@ from accept.commands.model import DEFAULT_MODEL
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
 from accept.files import write_atomic
-from accept.fleet import common
-from accept.gap_words import summary
-from accept.unit import read
-from checks.gap.result import EXPLAINED, NO_MISSING
+from accept.fleet import SETTLED, common, lines
+from accept.gap_words import REFUSED, summary
+from accept.unit import UNIT_FILE, UnitError, UnitFolder, find, read
+from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused
 from checks.model.superelement import ModelError
-
-SETTLED = (NO_MISSING, EXPLAINED)
+from checks.record import RecordError
 
 
 @clear_errors
-def run(units: Sequence[Path], model: str | None, out: Path, fleet: bool, without: Sequence[str]) -> Exit:
+def run(paths: Sequence[Path], model: str | None, out: Path, fleet: bool, without: Sequence[str]) -> Exit:
     """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well."""
-    verdicts, documents = [], []
-    for folder in units:
-        done = _one(folder, model, out if len(units) == 1 else None, out, without)
-        if done is None:
-            verdicts.append("refused")
-            continue
-        documents.append(done.document)
-        verdicts.append(done.result.verdict)
-    if fleet and documents:
-        found = common(documents)
-        write_atomic(out / "fleet.json", json.dumps(found, indent=1, allow_nan=False).encode())
-        for entry in found["common"]:
-            print(f"in all {len(documents)} units: {entry['effect']} - of the bench rather than of a strut")
-        print(f"{out / 'fleet.json'}")
-    if all(v == "refused" for v in verdicts):
+    unknown = sorted(set(without) - EFFECTS.keys())
+    if unknown:
+        say(f"accept: --without {', '.join(unknown)}: no such effect (are: {', '.join(EFFECTS)})")
         return Exit.BAD_INPUT
-    return Exit.ACCEPTED if set(verdicts) <= set(SETTLED) else Exit.INCOMPLETE
+    units = _units(paths)
+    out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
+    found = [_one(unit, model, out if len(units) == 1 else out / unit.serial, without) for unit in units]
+    done = [each for each in found if each is not None]
+    if fleet and done:
+        shared = common([each.document for each in done])
+        write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())
+        print("\n".join(lines(shared)))
+        say(f"{out / 'fleet.json'}: written")
+    if not done:
+        return Exit.BAD_INPUT
+    verdicts = {each.result.verdict if each else REFUSED for each in found}
+    return Exit.ACCEPTED if verdicts <= set(SETTLED) else Exit.INCOMPLETE
 
 
-def _one(folder: Path, model: str | None, own: Path | None, out: Path, without: Sequence[str]) -> gap.Done | None:
+def _units(paths: Sequence[Path]) -> list[UnitFolder]:
+    """Units at or below the paths. Raises UnitError, for a serial that two of them have too."""
+    units = {folder.resolve(): read(folder) for path in paths for folder in find(path)}
+    by_serial: dict[str, Path] = {}
+    for unit in units.values():
+        if unit.serial in by_serial:
+            also = f"serial = '{unit.serial}' is also that of {by_serial[unit.serial]}; serials must be unique"
+            raise UnitError(unit.path / UNIT_FILE, [also])
+        by_serial[unit.serial] = unit.path
+    return list(units.values())
+
+
+def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> gap.Done | None:
     """The answer for one unit, written and printed; None where it was refused."""
-    unit = read(folder)
     try:
-        done = gap.analyse(folder, model or DEFAULT_MODEL[unit.kind], without, lambda w: say(f"{unit.serial}: {w}"))
-    except (GapRefused, ModelError) as e:
+        start = model or DEFAULT_MODEL[unit.kind]
+        done = gap.analyse(unit.path, start, without, lambda words: say(f"{unit.serial}: {words}"))
+    except (GapRefused, ModelError, RecordError, UnitError) as e:
         say(f"accept: {unit.serial}: {e}")
         return None
-    place = own or out / unit.serial
     gap.write(done, place)
     print("\n".join(summary(unit.serial, done.result)))
     say(f"{place}: gap.json, gap.pdf and model.toml written")

@@ -36,6 +36,8 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
+    if panel.y_names:
+        axes.set_yticks(range(len(panel.y_names)), panel.y_names)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)

@@ -42,9 +42,10 @@ def _plain(value: Any) -> Any:
 
 
 def _read_panel(data: Mapping[str, Any]) -> Panel:
-    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range")}
+    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range", "y_names")}
     y_range = None if data["y_range"] is None else (float(data["y_range"][0]), float(data["y_range"][1]))
-    return Panel(items=tuple(_read_item(item) for item in data["items"]), y_range=y_range, **rest)
+    names = tuple(str(name) for name in data.get("y_names", ()))
+    return Panel(items=tuple(_read_item(item) for item in data["items"]), y_range=y_range, y_names=names, **rest)
 
 
 def _read_item(data: Mapping[str, Any]) -> Item:
