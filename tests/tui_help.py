@@ -1,5 +1,6 @@
 """Driving the screens in tests: keys, and waiting until nothing runs any more; never a sleep."""
 
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ from accept.tui.app import BenchApp
 from accept.tui.start import Given
 from accept.workflow.bench import Bench, open_bench
 
+SHOWN_WITHIN_S = 30.0  # on a crowded machine
 NARROW, WIDE = (80, 24), (140, 40)
 HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the seed
 
@@ -60,6 +62,14 @@ def words(pilot: Pilot[None], selector: str) -> str:
     found = pilot.app.screen.query_one(selector)
     assert isinstance(found, Label | Static)
     return str(found.render())
+
+
+async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:
+    """Until these words are there: what comes from an instrument's own thread is no worker to wait for."""
+    deadline = time.monotonic() + SHOWN_WITHIN_S
+    while expected not in words(pilot, selector):
+        assert time.monotonic() < deadline, f"{expected!r} is not in {words(pilot, selector)!r}"
+        await pilot.pause(0.01)
 
 
 async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:

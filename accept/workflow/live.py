@@ -32,15 +32,16 @@ class Watch:
     def __init__(self, instrument: Instrument, unit: str, told: Callable[[Look], None]) -> None:
         self._instrument, self._unit, self._told = instrument, unit, told
         self._over = threading.Event()
-        threading.Thread(target=self._run, name=f"live {instrument.name}", daemon=True).start()
+        self._thread = threading.Thread(target=self._run, name=f"live {instrument.name}", daemon=True)
+        self._thread.start()
 
     def stop(self) -> None:
         """Look no more; a look that is under way is not told any more."""
         self._over.set()
 
-    @property
-    def stopped(self) -> bool:
-        return self._over.is_set()
+    def join(self, seconds: float) -> None:
+        """Wait for the end of a look that is under way."""
+        self._thread.join(seconds)
 
     def _run(self) -> None:
         ended = False
