@@ -11,11 +11,11 @@ from accept import unit as units
 from accept.files import write_atomic
 from accept.gap_model import write_improved
 from accept.measured import Responses, responses
-from accept.model_file import Opened, opened
+from accept.model_file import Opened, as_weighed, opened
 from checks.gap.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
-from checks.model.misalign import F_HI_ROUGH, with_payload
+from checks.model.misalign import F_HI_ROUGH
 from checks.model.softened import is_rough, softened
 from checks.record import Record, RecordError
 
@@ -57,7 +57,7 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
     say("reading the records")
     given, f_hi, rough = _at_its_best(given)
     measured, notes = _read(folder, given.model.tolerance, f_hi)
-    given = replace(given, model=with_payload(given.model, measured.payload_kg))
+    given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = _realisations(measured, given.model.tolerance)
     fs = measured.records["low"].fs
     inputs = Inputs(

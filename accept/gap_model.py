@@ -16,7 +16,9 @@ def write_improved(path: Path, given: Opened, measured: Responses, result: Resul
     """model.toml. What the checks before the search found is a fault of the records, not of the model, and is left out;
     only a turned sensor is an effect that a model can have."""
     fit, spec = result.fit, given.spec
-    own = [n for n in fit.names if n in given.model.values]
+    # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
+    added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}
+    own = [n for n in fit.names if n in given.model.values and n not in added]
     record = FitRecord(
         names=list(fit.names),
         covariance=[[float(v) for v in row] for row in fit.cov],

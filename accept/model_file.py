@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from tomlkit import TOMLDocument
 
 from accept.files import write_atomic
 from checks.model.effects import with_effects
+from checks.model.misalign import with_payload
 from checks.model.model import Model
 from checks.model.superelement import ModelError
 from hw.model import model_of
@@ -44,6 +45,13 @@ def opened(name: str | Path) -> Opened:
     linear = [(effect, values) for effect, values in effects if effect not in NOT_LINEAR]
     left_out = tuple(effect for effect, _ in effects if effect in NOT_LINEAR)
     return Opened(spec, with_effects(model_of(spec), linear), left_out)
+
+
+def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
+    """The model with the payload that a unit's folder states, if it does; as it is where it was fitted to this very
+    unit, because then it knows better."""
+    fitted_to = given.spec.fit.serial if given.spec.fit else None
+    return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:

@@ -10,13 +10,12 @@ from accept.exit import Exit
 from accept.files import write_atomic
 from accept.lookup import table_for
 from accept.measured import Responses, responses
-from accept.model_file import open_model
+from accept.model_file import Opened, as_weighed, opened
 from accept.unit import UNIT_FILE, UnitError, read
 from checks.model.lookup import Table
-from checks.model.misalign import CHANNELS, estimate, with_payload
+from checks.model.misalign import CHANNELS, estimate
 from checks.model.misalign_panels import panels
 from checks.model.misalignment import Along, Estimate
-from checks.model.model import Model
 from checks.quantity import NoResult
 from checks.verdict import Verdict
 
@@ -27,10 +26,10 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     folder = read(unit)
     if folder.kind != "strut":
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
-    with_model = open_model(model or DEFAULT_MODEL["strut"])
-    table = table_for(with_model, say)
+    given = opened(model or DEFAULT_MODEL["strut"])
+    table = table_for(given.model, say)
     measured = responses(unit, channels=CHANNELS)
-    found = _estimate(with_model, measured, table)
+    found = _estimate(given, measured, table)
     document = as_document(measured.serial, found)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
@@ -40,9 +39,9 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
 
 
-def _estimate(model: Model, measured: Responses, table: Table) -> Estimate | str:
+def _estimate(given: Opened, measured: Responses, table: Table) -> Estimate | str:
     """The estimate, or why the data cannot tell."""
-    model = with_payload(model, measured.payload_kg)
+    model = as_weighed(given, measured.serial, measured.payload_kg).model
     try:
         return estimate(model, measured.first, table, measured.second)
     except NoResult as e:
