@@ -1,12 +1,15 @@
 """Struts with drawn parameters and misalignment, seen with the noise of the recorded units, for tests."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from checks.model.dataset import Dataset, simulated
 from checks.model.lookup import Table, grid, ratios, table_frequencies
 from checks.model.model import Model
+from hw.model import open_model
+from tests.units_model import NOMINAL
 
 F = np.arange(10.2, 1000.0, 0.85)  # bins of 20 s records, one window in 17 bins
 CHANNELS = ("de", "da")
@@ -50,3 +53,26 @@ def table_of(model: Model, nx: int = 21, ny: int = 21) -> Table:
     """A small table, in memory."""
     f, (dx, dy) = table_frequencies(), grid(nx, ny)
     return Table(dx, dy, f, np.array([ratios(model, x, dy, f) for x in dx]), model.name, model.sha256)
+
+
+@lru_cache
+def builtin() -> Model:
+    return open_model("strut")
+
+
+@lru_cache
+def exact() -> Model:
+    """Of the finite-element matrices."""
+    return open_model(NOMINAL)
+
+
+def sharp() -> Model:
+    """The built-in model as one that is right to 1 %: for data that are its own."""
+    return replace(builtin(), tolerance=0.01)
+
+
+@lru_cache
+def small_table(of: str) -> Table:
+    """Of "builtin" or "exact"."""
+    model = {"builtin": builtin, "exact": exact}[of]()
+    return table_of(replace(model, damping="modal"), 11, 13)

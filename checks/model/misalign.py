@@ -15,6 +15,7 @@ from checks.model.drive import DRIVE, Driven
 from checks.model.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
 from checks.model.goodness import gaps
 from checks.model.lookup import DX_MAX_UM, DY_MAX_UM, Table
+from checks.model.lopsided import own_offsets
 from checks.model.misalign_gates import data_reasons, reason
 from checks.model.misalignment import DX, DY, Along, Estimate
 from checks.model.model import Model
@@ -53,10 +54,10 @@ def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None =
         full = replace(rough, damping="full")
         coupled = _with_full_damping(full, found)
         found, at = (found, at) if coupled is None else (coupled, full)
-    spread = model.tolerance if is_rough(model) else 0.0
+    spread = _spread(model, found)
     result = Estimate(
-        dx=_along(found, DX, spread),
-        dy=_along(found, DY, spread),
+        dx=_along(found, DX, spread[0]),
+        dy=_along(found, DY, spread[1]),
         model=at,
         fit=found,
         others=_alike(solutions),
@@ -127,11 +128,14 @@ def _with_full_damping(model: Model, quick: Fit) -> Fit | None:
 
     Whether it would is found with the derivatives of the real modes, which cost next to nothing: the two forms differ
     by little, and what they differ by is in the residual."""
-    x, cost = _stepped(model, replace(model, damping="modal"), quick)
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            x, cost = _stepped(model, replace(model, damping="modal"), quick)
+    except ValueError:  # as in `_search`
+        return None
     if not cost < quick.cost:
         return None
-    free = [replace(p, start=float(v)) for p, v in zip(quick.free, x, strict=True)]
-    return fit(Driven(model), quick.datasets[0], free)
+    return _search(model, quick.datasets[0], [replace(p, start=float(v)) for p, v in zip(quick.free, x, strict=True)])
 
 
 def _stepped(model: Model, quick: Model, found: Fit) -> tuple[Array, float]:
@@ -168,10 +172,17 @@ def of_damping(model: Model, damping: str) -> Model | None:
     return other
 
 
+def _spread(model: Model, found: Fit) -> tuple[float, float]:
+    """Standard uncertainty [um] of dx and dy by what a rough model's modes are driven with: a misalignment, and what
+    the APA does by itself, both known to the tolerance."""
+    if not is_rough(model):
+        return 0.0, 0.0
+    dx, dy = own_offsets(model)
+    return model.tolerance * float(np.hypot(found.at[DX], dx)), model.tolerance * float(np.hypot(found.at[DY], dy))
+
+
 def _along(found: Fit, name: str, spread: float) -> Along:
-    """Value and U; spread: of a rough model's sensitivity, relative: it scales all misalignments alike."""
-    value = found.at[name]
-    return Along(value, COVERAGE * float(np.hypot(found.sds[name], spread * value)))
+    return Along(found.at[name], COVERAGE * float(np.hypot(found.sds[name], spread)))
 
 
 def _alike(solutions: Sequence[Fit]) -> tuple[tuple[float, float], ...]:

@@ -1,6 +1,6 @@
 """When an estimated misalignment is no answer, in words."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,14 +14,17 @@ from checks.model.goodness import gaps
 from checks.model.lookup import DX_MAX_UM, DY_MAX_UM
 from checks.model.misalignment import Estimate
 from checks.model.model import Complex, Model
+from checks.model.softened import names
 from checks.model.superelement import Array
 from specs.units import unit_of
 
 FALSE_ALARM = 1e-3  # of every kind of gate, over all that it looks at
 KNOWN = 0.25  # relative noise of the ratio beyond which a bin tells nothing
 ZERO = 0.05  # a ratio below this is at a zero, where relative noise says nothing
-FROM_HZ, TO_HZ = 60.0, 650.0  # a misalignment shows between; above, da fades
-GAP = 0.05  # of f, between bins that tell something: wider than this a mode could hide in it
+FROM_HZ, TO_HZ = 20.0, 650.0  # a misalignment shows from 60 Hz on, but signs and gain are told below; above, da fades
+GAP, GAP_HZ = 0.05, 5.0  # of f, between bins that tell something: wider than both a mode could hide in it
+UNIFORM = 0.5  # standard deviation of a real part that lies anywhere in a circle, of its radius; see `whitener`
+PAYLOAD = "bench.payload_kg"
 BANDS_HZ = (10.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0)  # about the modes at 86, 190, 280, 400, 840
 
 
@@ -35,6 +38,7 @@ def _reasons(found: Estimate) -> Iterator[str]:
     if not found.fit.converged:
         yield f"the fit did not converge ({found.fit.message})"
     yield from _outside_priors(found.fit)
+    yield from _softer(found)
     yield from _at_the_edge(found)
     for dx, dy in found.others:
         yield (
@@ -65,7 +69,7 @@ def missing_bands(data: Dataset) -> Iterator[str]:
     """A sentence when bins that tell something are too far apart anywhere."""
     f = data.f[ratio_noise(data) < KNOWN]
     f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < TO_HZ)], [TO_HZ]])
-    wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b / a - 1.0 > GAP]
+    wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b - a > max(GAP * a, GAP_HZ)]
     if wide:
         more = f" and {len(wide) - 2} more" if len(wide) > 2 else ""
         yield f"{data.name}: the ratio de / da is not known from {', '.join(wide[:2])}{more}"
@@ -124,6 +128,30 @@ def _outside_priors(found: Fit) -> Iterator[str]:
             f"the data fit only with {p.name} = {value:.4g} {unit}, where the model allows "
             f"{p.prior:.4g} ± {p.sd:.2g} {unit} ({abs(z):.1f} standard deviations)"
         )
+
+
+def _softer(found: Estimate) -> Iterator[str]:
+    """An APA of free modes can be softened until it rings with any payload where the measured one does. Its stiffness
+    along its axis is right to the model's tolerance, or the payload is not what it is said to be."""
+    free = {n: 1.0 for n in found.fit.names if n in names()}
+    if not free:
+        return
+    at = {n: v for n, v in found.fit.at.items() if n in found.model.values}
+    softer = _compliance(found.model, at) / _compliance(found.model, {**at, **free}) - 1.0
+    tolerance = found.data.tolerance
+    if 2.0 * stats.norm.sf(abs(softer) / (UNIFORM * tolerance)) < FALSE_ALARM:
+        kg, how = found.fit.at.get(PAYLOAD, found.model.values[PAYLOAD]), "softer" if softer > 0 else "stiffer"
+        yield (
+            f"the data fit only with an APA {100 * abs(softer):.1f} % {how} along its axis than the model's, which is "
+            f"right to {100 * tolerance:.2g} %: is the payload {kg:.2f} kg?"
+        )
+
+
+def _compliance(model: Model, values: Mapping[str, float]) -> float:
+    """[m/N] at the payload, along z."""
+    system = model.system(values)
+    row = system.outputs[system.channels.index("da")]
+    return float(row @ np.linalg.solve(system.K, row))
 
 
 def _at_the_edge(found: Estimate) -> Iterator[str]:
