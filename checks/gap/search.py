@@ -148,12 +148,12 @@ class Search:
         return self.A.thinned(COARSE_BINS)
 
     def pruned(self, c: Candidate) -> Candidate:
-        """An adequate candidate without the members that it does not need (backward deletion)."""
+        """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
         for name in sorted(c.response.counted, key=lambda n: not n.startswith("unnamed")):
             less = c.response.without(name)
             start = {k: v for k, v in c.at.items() if not k.startswith(f"{name}.")}
             simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
-            if simpler.adequate and c.lnL - simpler.lnL < self.table.delta_lnL:
+            if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.pruned(simpler)
         return c
 
@@ -204,8 +204,9 @@ class Found:
     tried: tuple[Candidate, ...]
 
 
-def explain(search: Search, base: Candidate, most: int) -> Found:
-    """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most."""
+def explain(search: Search, base: Candidate, most: int, width: int) -> Found:
+    """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most.
+    width: partial explanations that are followed after the first round."""
     beam = [base]
     tried: list[Candidate] = []
     for size in range(1, most + 1):
@@ -232,8 +233,8 @@ def explain(search: Search, base: Candidate, most: int) -> Found:
         better = [c for c in found if c.lnL > before + needed]
         if not better:
             break
-        beam = better[: search.table.beam if size == 1 else 1]
-    best = max([base, *tried], key=lambda c: c.score)
+        beam = better[: width if size == 1 else 1]
+    best = search.pruned(max([base, *tried], key=lambda c: c.score))
     return Found(base, best, (), tuple(tried))
 
 

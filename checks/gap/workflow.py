@@ -76,15 +76,28 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     say("calibrating the model")
     base = _calibrated(search, inputs, loops, slow)
     whole = _on_all_bins(base, B)
-    found = Found(base, base, (), ()) if whole.adequate else explain(search, base, FIRST)
-    if found.best.adequate or whole.adequate:
+    found = Found(base, base, (), ()) if whole.adequate else explain(search, base, FIRST, table.beam)
+    if whole.adequate:
         return _answer(inputs, search, found, whole, A, B, early, loops, slow)
-    part = _without_a_channel(inputs, search, A, B, loops, slow)
-    if part is not None:
-        return _answer(inputs, *part, whole, A, B, early, loops, slow)
-    deeper = explain(search, found.best, table.most_effects - FIRST)
-    found = Found(base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
+    if not found.best.adequate and found.best.worst_G < table.G:  # nearly: chance alone says that it is not all
+        found = _deeper(search, found)
+    if not found.best.adequate:
+        part = _without_a_channel(inputs, search, A, B, loops, slow)
+        if part is not None:
+            return _answer(inputs, *part, whole, A, B, early, loops, slow)
+        found = _deeper(search, found)
     return _answer(inputs, search, found, whole, A, B, early, loops, slow)
+
+
+def _deeper(search: Search, found: Found) -> Found:
+    """More effects beside the best so far, as many as one unit may have."""
+    room = search.table.most_effects - len(found.best.response.counted)
+    if room <= 0:
+        return found
+    deeper = explain(search, found.best, room, 1)
+    if not deeper.best.response.counted:
+        return deeper
+    return Found(found.base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
 
 
 def _without_a_channel(
@@ -101,7 +114,7 @@ def _without_a_channel(
     bases = [_calibrated(part, inputs, loops, slow) for part in parts]
     base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
     part = replace(part, library=_library(inputs, part.A.channels))
-    found = Found(base, base, (), ()) if base.adequate else explain(part, base, FIRST)
+    found = Found(base, base, (), ()) if base.adequate else explain(part, base, FIRST, part.table.beam)
     return (part, found) if found.best.adequate else None
 
 
