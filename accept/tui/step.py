@@ -93,8 +93,8 @@ class StepScreen(StepView):
         fields = list(self.query(Field))
         start = fields.index(after) + 1 if after in fields else 0
         empty = [f for f in fields[start:] + fields[:start] if not self._has(f.place)]
-        for first in (empty or fields)[:1]:
-            first.query(Input).focus()
+        for line in [line for first in (empty or fields)[:1] for line in first.query(Input)]:
+            self.set_focus(line)  # at once: `focus()` comes after keys that were typed meanwhile, and they would be lost
 
     def _has(self, place: Place) -> bool:
         if place.is_file:
