@@ -118,6 +118,7 @@ def test_modes_and_sweep() -> None:
     code, out, _ = run("sweep", "dy", "--value", -100, "--value", 100)
     assert code == 0
     assert "misalignment.dy_um" in out
+    assert "0.42  0.4" in out  # damping of the first two poles in percent, as `modes` shows it
     code, out, _ = run("sweep", "bench.payload_kg", "--value", 5, "--model", "apa-2dof", "--channel", "Vs")
     assert code == 0
     assert "101.5" in out  # 95.06 Hz times sqrt(5.7 / 5)
@@ -134,6 +135,7 @@ def test_modes_and_sweep() -> None:
         (("sweep", "joint.kz", "--value", 3), "no parameter 'joint.kz'"),
         (("sweep", "dy", "--channel", "dz"), "no channel 'dz'"),
         (("fit", "/nowhere"), "/nowhere"),
+        (("fit", "/nowhere", "--f-hi", 9000), "9000 Hz is outside"),
         (("frf", "--plot", "/tmp/x.gif"), "not as 'gif'"),
     ],
 )

@@ -80,6 +80,7 @@ class TestRefused:
                 lambda s: replace(s, nodes=Nodes(0, 1, (1, 1), (0, 1))),
                 "sensor stack's nodes 2 and 2 are at the same place",
             ),
+            (lambda s: replace(s, nodes=Nodes(1, 1, (0, 1), (0, 1))), "bottom and top nodes 2 and 2 are at the same"),
         ],
     )
     def test_with_the_value_named(self, change, words: str) -> None:

@@ -103,15 +103,22 @@ def run_sweep(
     if not chosen:
         raise ModelError(f"no values for '{what}': name them with --values (the seed's: {', '.join(SEED_SWEEPS)})")
     swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
-    rows = Table(f"{' = '.join(names)}", "poles [Hz]", f"zeros of {channel} [Hz]")
-    for row in table(swept):
-        rows.add_row(f"{row['value']:g}", _row_of(row["poles_Hz"]), _row_of(row["zeros_Hz"]))
+    rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {channel} [Hz]")
+    for row in swept.rows:
+        rows.add_row(
+            f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f)
+        )
     stdout.print(rows)
     if as_json is not None:
         _write_json(as_json, {"model": model.name, "parameters": names, "channel": channel, "rows": table(swept)})
     if plot is not None:
         draw_to(plot, list(panels(swept)))
     return Exit.ACCEPTED
+
+
+def _stacked(names: Sequence[str]) -> str:
+    """Names that move together, each on a line of its own: the table stays narrow."""
+    return " =\n".join(names)
 
 
 def whole(title: str) -> Column:
@@ -153,8 +160,8 @@ def _roots(roots: np.ndarray, f_max: float) -> list[tuple[float, float]]:
     return [(float(a), float(b)) for a, b in zip(f, damping, strict=True) if a <= f_max]
 
 
-def _row_of(values: Any) -> str:
-    return "  ".join(f"{v:.1f}" for v in values)
+def _row_of(values: Array, how: str = ".1f") -> str:
+    return "  ".join(format(float(v), how) for v in values)
 
 
 def _columns(f: Array, H: np.ndarray, channels: tuple[str, ...]) -> dict[str, Array]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
-from accept.commands.model import draw_to, model_for, whole
+from accept.commands.model import draw_to, grid, model_for, whole
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
 from accept.files import write_atomic
@@ -20,7 +20,7 @@ from checks.model.dataset import Dataset
 from checks.model.fit import Fit, calibrate, free_of
 from checks.model.fit_panels import fit_panels
 from checks.model.goodness import Gap, gaps
-from checks.model.model import Model
+from checks.model.model import Model, frequencies
 from checks.model.superelement import ModelError
 from specs.model_sections import FitRecord
 from specs.units import unit_of
@@ -81,6 +81,8 @@ def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, a
 def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int) -> Fitted:
     """A model fitted to the first realisation of a unit and held against the second. Raises UnitError, RecordError,
     SpecError, ModelError."""
+    grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
+    frequencies([f_lo, f_hi])
     base = model_for(name, read(folder).kind)
     measured = responses(folder, base.model.tolerance, base.model.channels, f_lo, f_hi)
     start = base.model

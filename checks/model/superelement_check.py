@@ -40,11 +40,13 @@ def _shapes(s: Superelement) -> None:
     used = (s.nodes.bottom, s.nodes.top, *s.nodes.sensor, *s.nodes.actuator)
     if min(used) < 0 or max(used) >= p:
         raise ModelError(f"{s.name}: node {max(used) + 1} is named but there are {p} (counted from 1)")
-    for label, (a, b) in (("sensor", s.nodes.sensor), ("actuator", s.nodes.actuator)):
+    for label, (a, b) in (
+        ("bottom and top", (s.nodes.bottom, s.nodes.top)),
+        ("the sensor stack's", s.nodes.sensor),
+        ("the actuator stack's", s.nodes.actuator),
+    ):
         if np.array_equal(s.xyz[a], s.xyz[b]):
-            raise ModelError(
-                f"{s.name}: the {label} stack's nodes {a + 1} and {b + 1} are at the same place {s.xyz[a]}"
-            )
+            raise ModelError(f"{s.name}: {label} nodes {a + 1} and {b + 1} are at the same place {s.xyz[a]}")
 
 
 def _symmetric(name: str, label: str, matrix: Array) -> None:
