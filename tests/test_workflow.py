@@ -10,6 +10,7 @@ from accept.campaign import load_spec
 from accept.home import home
 from accept.store import Store, open_store
 from accept.workflow import certify, entries
+from accept.workflow.judging import judge_here
 from accept.workflow.lock import UnitBusy
 from accept.workflow.session import Session
 from accept.workflow.state import fold_run
@@ -265,3 +266,26 @@ def test_typed_uncertainty():
 def test_nonsense_is_refused_with_a_reason(text: str):
     with pytest.raises(EntryError, match=r"expected|above zero"):
         parse_number(text, "uF")
+
+
+def test_a_step_judged_while_the_unit_is_does_not_take_the_result_away(session: Session):
+    fill(session)
+
+    def slowly(folder, spec, stated):
+        session.judge_step("flatness")
+        return judge_here(folder, spec, stated)
+
+    assert session.judge(slowly) is session.result
+
+
+def test_an_entry_made_while_the_unit_is_judged_asks_for_another_judgement(session: Session):
+    fill(session)
+
+    def slowly(folder, spec, stated):
+        result = judge_here(folder, spec, stated)
+        take(session, "capacitance", "sensor_uF", 1.0)
+        return result
+
+    assert session.judge(slowly).verdict == "accepted"
+    assert session.result is None
+    assert session.judge().verdict == "rejected"

@@ -94,7 +94,7 @@ class StepScreen(StepView):
         start = fields.index(after) + 1 if after in fields else 0
         empty = [f for f in fields[start:] + fields[:start] if not self._has(f.place)]
         for line in [line for first in (empty or fields)[:1] for line in first.query(Input)]:
-            self.set_focus(line)  # at once: `focus()` comes after keys that were typed meanwhile, and they would be lost
+            self.set_focus(line)  # at once: `focus()` comes after keys that were typed meanwhile, which would be lost
 
     def _has(self, place: Place) -> bool:
         if place.is_file:

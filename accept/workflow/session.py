@@ -22,7 +22,7 @@ from accept.workflow.instruments import Instrument, reading
 from accept.workflow.judgement import StepJudgement
 from accept.workflow.judging import Explained, Judge, judge_here
 from accept.workflow.lock import UnitLock
-from accept.workflow.state import Attempt, StepState, UnitRun, fold_run, folder_name
+from accept.workflow.state import Attempt, Given, StepState, UnitRun, fold_run, folder_name
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import Step, steps_of
 from accept.workflow.typed import EntryError, check_plausible
@@ -58,7 +58,7 @@ class Session:
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
-        self._result: tuple[int, UnitResult] | None = None
+        self._result: tuple[Given, UnitResult] | None = None
         self._lock = UnitLock(home / "units" / serial)
         try:
             self._events = list(store.events(serial))
@@ -246,23 +246,23 @@ class Session:
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, and what `judge` does."""
-        self._written()
-        at = self.run.seq
+        given = self._written().given
         result = judge(self.folder, self.spec, self._statement(self.spec))
         if self.gap is not None:
             shown = {f"gap/{key}": panel for key, panel in drawn.worst(self.gap, self.gap_panels).items()}
             result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
             ledger.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
-            unchanged = at == self.run.seq
             self._catch_up()
-            self._result = (self.run.seq, result) if unchanged else None
+            self._result = given, result
         return result
 
     @property
     def result(self) -> UnitResult | None:
-        """The last result of `judge`, None when anything was stored since."""
-        return self._result[1] if self._result and self.attempt.verdict is not None else None
+        """The last result of `judge`, None when what it was judged from is no longer all that is stored."""
+        if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
+            return None
+        return self._result[1]
 
     def append(self, entry: Entry) -> Event:
         """Store an entry about this unit. Raises StoreError; then nothing of it is stored."""

@@ -85,6 +85,9 @@ class StepState:
         return next((e for e in reversed(self.entries) if isinstance(e, Link) and e.input == name), None)
 
 
+Given = tuple[tuple[int, ...], int | None]
+
+
 @dataclass(frozen=True)
 class Attempt:
     """One go at a unit. verdict, certificate: of the last judgement, None when an entry came after it. gap: what the
@@ -105,6 +108,11 @@ class Attempt:
 
     def step(self, name: str) -> StepState:
         return self.steps.get(name, StepState())
+
+    @property
+    def given(self) -> Given:
+        """What a verdict goes by: the entries that stand, and the responses that the gap workflow answered for."""
+        return self.undoable, None if self.gap is None else self.gap[0]
 
 
 @dataclass(frozen=True)
