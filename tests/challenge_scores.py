@@ -217,9 +217,7 @@ def scores(outcomes: Outcomes) -> list[Score]:
         share("G after <= 1.1, of the explained", [closed(o) for o in explained], ">= 90 %", least(0.90)),
         misalignment(outcomes, "dx_um"),
         misalignment(outcomes, "dy_um"),
-        middle(
-            "seconds, 95 % of the units", [o.seconds for o in outcomes], "<= 15 s", most(15.0), slowest
-        ),
+        middle("seconds, 95 % of the units", [o.seconds for o in outcomes], "<= 15 s", most(15.0), slowest),
     ]
 
 

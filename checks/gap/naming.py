@@ -1,12 +1,13 @@
 """The gates before a name (gap-method, step 10), and what is said of what has none (step 12)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from checks.gap.effects import creep
 from checks.gap.effects.effect import Effect
 from checks.gap.refit import begin, go_on
 from checks.gap.result import Nameless
@@ -20,6 +21,7 @@ from checks.model.superelement import ModelError
 
 Array = NDArray[np.float64]
 LOOKED = 300  # places tried by a search, for the chance of a gain
+CREEP_WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite one number per decade
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -38,7 +40,7 @@ def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
 
 
 def claims(
-    search: Search, found: Found, final: Fit, full: Candidate, left_out: Sequence[str] = ()
+    search: Search, found: Found, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
 ) -> tuple[Claim, ...]:
     """Every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
     out = []
@@ -48,10 +50,19 @@ def claims(
         confirmed = _confirmed(search, found, effect)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
         reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
+        if effect.name == "creep" and slow is not None and not _creeps(slow, full.response.of(final.at, effect.name)):
+            reasons.append("would open the loops of the slow sines otherwise than they are")
         if set(left_out) & set(effect.channels):
             reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
         out.append(Claim(effect, gain, p, tuple(reasons)))
     return tuple(_beside_refused(c, out, search.table) for c in out)
+
+
+def _creeps(slow: Slow, values: Mapping[str, float]) -> bool:
+    """Whether the slow loops open as this much creep opens them: by the sine of its lag, at every amplitude."""
+    lag = -float(np.angle(creep.factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
+    unsure = CREEP_WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
+    return bool(abs(slow.constant.value - np.sin(lag)) < unsure)
 
 
 def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
@@ -154,7 +165,7 @@ def nameless(
     """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
     fitted to the residual of the worst window of every channel."""
     out = []
-    level = slow is not None and abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
+    level = slow is not None and is_bent(slow, table)
     for u in best.response.stand_ins:
         poles, zeros = u.poles_and_zeros(full.response.of(full.at, u.name))
         out.append(Nameless(u.channel, tuple(poles), tuple(zeros), level, _stand_in_words(u, full)))
@@ -169,6 +180,11 @@ def nameless(
     if refused and not out:
         out = [_refused(c, full, level) for c in refused]
     return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
+
+
+def is_bent(slow: Slow, table: Thresholds) -> bool:
+    """Whether the static curve between drive and displacement bends beyond what is worth saying."""
+    return abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
 
 
 def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:

@@ -25,12 +25,13 @@ MANY = 2  # amplitudes at least
 class Slow:
     """grows, constant: shares of the opening at the largest amplitude; loops: what they were found from; p_fit: chance
     of the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
-    smallest."""
+    smallest; f_Hz: of the sines."""
 
     grows: Estimate
     constant: Estimate
     loops: tuple[Loop, ...]
     bends: Estimate
+    f_Hz: float
 
     @property
     def model(self) -> Array:
@@ -53,9 +54,12 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
     u = np.hypot(np.array([p.width.u for p in loops]), SPREAD)
     design = np.column_stack([np.ones(a.size), a / a.max()]) / u[:, None]
     cov = np.linalg.inv(design.T @ design)
+    f_Hz = record.fs / float(np.median([c.stop - c.start for c in cycles]))
     constant, grows = cov @ design.T @ (w / u)
     sd = np.sqrt(np.diag(cov))
-    return Slow(Estimate(float(grows), float(sd[1])), Estimate(float(constant), float(sd[0])), loops, _bend(loops))
+    return Slow(
+        Estimate(float(grows), float(sd[1])), Estimate(float(constant), float(sd[0])), loops, _bend(loops), f_Hz
+    )
 
 
 def _bend(loops: tuple[Loop, ...]) -> Estimate:

@@ -14,7 +14,7 @@ from checks.gap.effects import EFFECTS, Effect
 from checks.gap.effects.effect import NOT_SEEN
 from checks.gap.experiments import experiment
 from checks.gap.limits import detection_limits
-from checks.gap.naming import Claim, claims, from_window, kept, nameless
+from checks.gap.naming import Claim, claims, from_window, is_bent, kept, nameless
 from checks.gap.result import (
     AMBIGUOUS,
     EXPLAINED,
@@ -42,6 +42,7 @@ from checks.model.superelement import ModelError
 from checks.record import Record
 
 Say = Callable[[str], None]
+BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 ABOUT_MODE_HZ = 5.0
 FIRST = 2  # effects that are looked for before a channel is left out
 SECOND = {"full": "modal", "modal": "full"}
@@ -172,14 +173,23 @@ def _hysteresis(slow: Slow | None, inputs: Inputs, table: Thresholds) -> bool:
 def _calibrated(search: Search, inputs: Inputs, loops: bool, slow: Slow | None) -> Candidate:
     """The base model fitted to A, with the form of damping that the data ask for."""
     members: tuple[Member, ...] = ()
-    if loops and slow is not None:
-        members = (levels(inputs.merge_Hz, slow.grows.value),)
+    width = _level_dependence(slow, loops, search.table)
+    if width:
+        members = (levels(inputs.merge_Hz, width),)
     own = search.fitted(Augmented(inputs.model, members), {})
     try:
         other = search.fitted(Augmented(_other_damping(inputs.model), members), own.at)
     except ModelError:
         return own
     return other if other.cost < own.cost - BEYOND_DOUBT else own
+
+
+def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:
+    """By how much two levels of drive may differ, as the slow sines show: loops that open, a curve that bends."""
+    if slow is None:
+        return 0.0
+    bends = BENT * abs(slow.bends.value) if is_bent(slow, table) else 0.0
+    return max(slow.grows.value if loops else 0.0, bends)
 
 
 def _other_damping(model: Model) -> Model:
@@ -207,7 +217,7 @@ def _answer(
     left_out = [c for c in A.channels if c not in told]
     final = fit(best.response, A.select(told), best.response.free(best.at))
     full = Candidate(best.response, final.at, final.cost, B.select(told), table)
-    made = claims(search, found, final, full, left_out) if best is not base else ()
+    made = claims(search, found, final, full, slow, left_out) if best is not base else ()
     good = kept(made)
     named = _named(good, final, early, loops, slow)
     rivals = _ambiguous(found, good, table)
@@ -292,7 +302,7 @@ def _ambiguous(found: Found, good: Sequence[Claim], table: Thresholds) -> tuple[
 
 def _bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
     """A static curve between drive and displacement: none of the library."""
-    if slow is None or not abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u):
+    if slow is None or not is_bent(slow, table):
         return ()
     words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
     return (Nameless("de", (), (), True, words),)
