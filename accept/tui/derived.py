@@ -48,7 +48,7 @@ class DerivedScreen(StepView):
         return "" if self.complete else f"first the records of '{other.title}'"
 
     def action_compare(self) -> None:
-        if self.elsewhere is not None:
+        if self.stop is not None:
             self.say("it is under way; Esc stops it")
         elif self.complete:
             self.judge()

@@ -46,7 +46,6 @@ class Explain(Working[bool]):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self.elsewhere: Elsewhere | None = None
 
     def compose(self) -> ComposeResult:
         yield Label(f"{TITLE}  ·  {self.session.serial}", id="head", classes="title", markup=False)
@@ -73,24 +72,25 @@ class Explain(Working[bool]):
             self.query_one(Pictures).show(self.session.gap_panels)
 
     def action_search(self) -> None:
-        if self.elsewhere is not None:
+        if self.stop is not None:
             self.say("it is under way; Esc stops it")
             return
         state = self.session.responses
         if state is None or not state.entries:
             self.say("first the records of the frequency responses", "bad")
             return
-        self.elsewhere = elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
+        elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
+        self.stop = elsewhere.cancel
         self.query_one("#answer", Static).update(Text("searching … (Esc stops it)", "dim"))
         self.send(lambda: self.session.explain(elsewhere.explain), self._found, "searching", self._not_found)
 
     def _found(self, event: Event) -> None:
-        self.elsewhere = None
+        self.stop = None
         self._show()
         self.say(f"stored as event {event.seq}; it goes on the certificate", "good")
 
     def _not_found(self, words: str) -> None:
-        self.elsewhere = None
+        self.stop = None
         self.query_one("#answer", Static).update("")
         self._show()
 
@@ -103,10 +103,7 @@ class Explain(Working[bool]):
         body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
 
     def action_leave(self) -> None:
-        if self.elsewhere is not None:
-            self.elsewhere.cancel()
-        else:
-            self.leave(True)
+        self.stop_or(lambda: self.leave(True))
 
     def help_text(self) -> str:
         return (

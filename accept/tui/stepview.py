@@ -36,7 +36,6 @@ class StepView(Working[bool]):
         super().__init__()
         self.bench, self.session = bench, session
         self.step = session.step(name)
-        self.elsewhere: Elsewhere | None = None
 
     @property
     def state(self) -> StepState:
@@ -72,18 +71,19 @@ class StepView(Working[bool]):
             self.aside(lambda: self.session.judge_step(name), self.judged, "judge")
             return
         self.query_one(Findings).show(self.step.check, None, "comparing with the model … (Esc stops it)")
-        self.elsewhere = elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
+        elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
+        self.stop = elsewhere.cancel
         self.send(lambda: self.session.judge_step(name, elsewhere.judge), self.judged, "comparing", self.not_judged)
 
     def judged(self, judgement: StepJudgement) -> None:
-        if self.elsewhere is not None:
-            self.elsewhere = None
+        if self.stop is not None:
+            self.stop = None
             self.say("done", "good")
         self.show()
 
     def not_judged(self, words: str) -> None:
         """Stopped, or refused: the reason stands at the foot of the screen."""
-        self.elsewhere = None
+        self.stop = None
         self.show()
 
     def action_note(self) -> None:
@@ -102,10 +102,7 @@ class StepView(Working[bool]):
 
     def action_leave(self) -> None:
         """Back; what takes long is stopped first."""
-        if self.elsewhere is not None:
-            self.elsewhere.cancel()
-        else:
-            self.leave(True)
+        self.stop_or(lambda: self.leave(True))
 
     def help_text(self) -> str:
         asked = self.step.asked

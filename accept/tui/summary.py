@@ -37,7 +37,6 @@ class Summary(Working[bool]):
         super().__init__()
         self.bench, self.session = bench, session
         self.report: Report | None = None
-        self._elsewhere: Elsewhere | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
 
@@ -63,17 +62,18 @@ class Summary(Working[bool]):
     def _judge(self) -> None:
         """Where a model takes part, in a process of its own: the keys keep answering."""
         if any(step.check.model for step in self.session.steps):
-            self._elsewhere = elsewhere = Elsewhere()
+            elsewhere = Elsewhere()
+            self.stop = elsewhere.cancel
             self.send(lambda: self.session.judge(elsewhere.judge), self._judged, "judging the unit", self._not_judged)
         else:
             self.send(self.session.judge, self._judged, "judging the unit")
 
     def _not_judged(self, words: str) -> None:
-        self._elsewhere = None
+        self.stop = None
         self.query_one("#verdict", Static).update("not judged")
 
     def _judged(self, result: UnitResult) -> None:
-        self._elsewhere = None
+        self.stop = None
         entry = result.to_json()
         verdict = str(result.verdict)
         self.query_one("#verdict", Static).update(_verdict(verdict, entry["findings"]))
@@ -112,6 +112,8 @@ class Summary(Working[bool]):
     def action_sign(self) -> None:
         if self.session.result is None:
             self.say("one moment: the unit is being judged")
+            if self.idle:  # something was stored since: what is signed is what is shown
+                self._judge()
         elif self.session.attempt.certificate is not None:
             self.say("this result is signed already; F3 countersigns", "bad")
         elif keys.exist(self.bench.home):
@@ -162,10 +164,7 @@ class Summary(Working[bool]):
         self.leave(True)
 
     def action_leave(self) -> None:
-        if self._elsewhere is not None:
-            self._elsewhere.cancel()
-        else:
-            self.leave(False)
+        self.stop_or(lambda: self.leave(False))
 
     def help_text(self) -> str:
         return (

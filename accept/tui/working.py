@@ -29,6 +29,7 @@ class Working(Screen[T]):
         self._doing: tuple[str, float] | None = None
         self._clock: Timer | None = None
         self.progress = ""  # what a slow step says of itself, set from its thread
+        self.stop: Callable[[], None] | None = None  # ends a computation that is under way
 
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
@@ -59,6 +60,14 @@ class Working(Screen[T]):
         for status in self.query("#status").results(Label):
             status.set_classes(role)
             status.update(f"{mark}{words}".replace("[", r"\["))
+
+    def stop_or(self, otherwise: Callable[[], None]) -> None:
+        """Stop what is under way; without that, the other."""
+        (self.stop or otherwise)()
+
+    def on_unmount(self) -> None:
+        """Nobody waits for the answer any more, and the program must be able to end."""
+        self.stop_or(lambda: None)
 
     def leave(self, result: T | None = None) -> None:
         """Dismiss, with whatever stands in front; a key that comes twice leaves once."""
