@@ -50,7 +50,8 @@ def main() -> None:
 def built(model: Model) -> Table:
     plan = Plan.of(model)
     all_cores = seconds(lambda: build(plan, lambda words: None), 1, time.perf_counter)
-    one_row = seconds(lambda: plan.row(0), 3)
+    others = iter(range(3))  # a row that was computed just now is remembered
+    one_row = seconds(lambda: plan.row(next(others)), 3)
     row("41 x 41 places on all cores", f"{all_cores:.1f} s", "<= 20 s")
     row("  processor time of its rows", f"{one_row * plan.dx.size:.1f} s")
     row("  opening the stored table, its hash checked", f"{seconds(lambda: read_table(plan), 3) * 1e3:.0f} ms")
