@@ -29,6 +29,8 @@ def show(name: str) -> Exit:
         for quantity, limit in section.limits.items():
             table.add_row(check + needed, quantity, interval(limit), limit.rule, _source(limit))
     stdout.print(table)
+    if spec.gap is not None:
+        stdout.print(f"responses are compared with model '{spec.gap.model}'; what it lacks bears on no verdict")
     return Exit.ACCEPTED
 
 
