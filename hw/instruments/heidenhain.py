@@ -15,15 +15,16 @@ from typing import Annotated
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused, WrongInstrument
+from hw.instruments.length import METRES, LengthInstrument, LengthSettings
 from hw.instruments.reading import Identity, Reading
-from hw.instruments.serial_instrument import Positive, SerialInstrument, SerialSettings, text_of
-from hw.link import Deadline, Link
+from hw.instruments.serial_instrument import text_of
+from hw.link import Deadline
 
 STX, ENQ, ACK, DC1, DC3, NAK, ESC = b"\x02", b"\x05", b"\x06", b"\x11", b"\x13", b"\x15", b"\x1b"
 END = b"\r\n"
 FRAME = re.compile(r"(?P<sign>[+\- ])(?P<number> *\d+\.\d+) (?P<unit>.)(?P<sorting>[<=>? ])(?P<series>[ SAGD12F])")
 FRAME_LENGTH, NUMBER_LENGTH = 15, 10  # without CR LF
-METRES = {" ": 1e-3, '"': 25.4e-3}
+UNITS = {" ": "mm", '"': "in"}
 IDENTITY_LINES, IDENTITY_LENGTH = 3, 10
 ACTUAL = {"A", " "}  # series status of a value that is what the probe shows now; S, G and D are extremes of a series
 KEYS = {str(d): f"T000{d}" for d in range(10)} | {"CL": "T0100", "-": "T0101", ".": "T0102", "NAV": "T0103"}
@@ -31,29 +32,14 @@ FUNCTIONS = {"REF": "F0000", "SERIES": "F0100", "PRINT": "F0200", "RESET": "S000
 TEXTS = {"displayed": "A0100", "position": "A0200", "error": "A0301", "software": "A0400", "status": "A0800"}
 
 
-class HeidenhainSettings(SerialSettings):
-    """Settings of a readout. range_mm : plausible readings. agreement_um : how far two answers in a row may differ.
-    identification : words that its identification must hold."""
+class HeidenhainSettings(LengthSettings):
+    """Settings of a readout. identification : words that its identification must hold."""
 
-    range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
-    agreement_um: Positive = 0.5
     identification: Annotated[str, Field(min_length=1)] | None = None
 
 
-class Heidenhain(SerialInstrument):
+class Heidenhain(LengthInstrument[HeidenhainSettings]):
     """Position [m] of the probe."""
-
-    unit = "m"
-
-    def __init__(
-        self, name: str, link: Link, settings: HeidenhainSettings, model: str | None = None, serial: str | None = None
-    ) -> None:
-        super().__init__(name, link, settings, model, serial)
-        self.settings = settings
-
-    @property
-    def _within(self) -> float:
-        return self.settings.agreement_um * 1e-6
 
     def _begin(self, deadline: Deadline) -> None:
         """Nothing is set: the readout's own settings are the technician's."""
@@ -140,12 +126,9 @@ def parse_frame(who: str, line: bytes, settings: HeidenhainSettings) -> float:
         raise Garbled(f"{who}: {line!r}, expected {FRAME_LENGTH} characters: {words}")
     if found["unit"] == "?":
         raise OverRange(f"{who}: the readout reports a fault of the gauge ({line!r})")
-    if found["unit"] not in METRES:
+    if found["unit"] not in UNITS:
         raise Implausible(f"{who}: {line!r} has the unit {found['unit']!r}, expected a length in mm or inch")
     if found["series"] not in ACTUAL:
         raise Implausible(f"{who}: {line!r} is not the actual value (series status {found['series']!r})")
-    metres = float(found["number"]) * METRES[found["unit"]] * (-1.0 if found["sign"] == "-" else 1.0)
-    lo, hi = settings.range_mm
-    if not lo <= metres * 1e3 <= hi:
-        raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
-    return metres
+    metres = float(found["number"]) * METRES[UNITS[found["unit"]]] * (-1.0 if found["sign"] == "-" else 1.0)
+    return settings.plausible(who, line, metres)

@@ -53,7 +53,7 @@ class Lcr800Settings(SerialSettings):
     result_s: Seconds = 2.5
 
 
-class Lcr800(SerialInstrument):
+class Lcr800(SerialInstrument[Lcr800Settings]):
     """Capacitance [F] and dissipation of a stack at 1 kHz, small signal."""
 
     unit = "F"
@@ -63,7 +63,6 @@ class Lcr800(SerialInstrument):
         self, name: str, link: Link, settings: Lcr800Settings, model: str | None = None, serial: str | None = None
     ) -> None:
         super().__init__(name, link, settings, model, serial)
-        self.settings = settings
         self._last_F = 0.0  # the agreement is a percentage of what was measured
 
     @property

@@ -9,14 +9,15 @@ the point where they are known to be fixed (`integer_digits`, `decimals`); the r
 """
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, TypeVar
 
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
-from hw.instruments.serial_instrument import Positive, SerialSettings
+from hw.instruments.length import METRES, LengthInstrument, LengthSettings
+from hw.instruments.serial_instrument import text_of
+from hw.link import Deadline
 
-METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
 _NUMBER = r"(?P<number>[+-]? *(?P<whole>\d+)\.(?P<fraction>\d+))"
 VALUE = re.compile(_NUMBER + r"(?P<unit>[a-zA-Z\x80-\xff]+)")
 BARE_VALUE = re.compile(_NUMBER)
@@ -31,19 +32,16 @@ ERRORS = {  # Opto-RS; the C1202 gives 3, 5 and 6 other meanings
 }
 
 
-class MillimarSettings(SerialSettings):
+class MillimarSettings(LengthSettings):
     """Settings of a Millimar.
 
     protocol : as chosen in its menu (PROTOCL). unit : of the display, which the driver sets where the protocol can.
-    range_mm : plausible readings. agreement_um : how far two answers in a row may differ. formula : connection formula
-    to hold it to (`+1`, `-1-2`...), OPTORSD only. integer_digits, decimals : of the display, if they are fixed.
-    micrometre : how the wire spells it.
+    formula : connection formula to hold it to (`+1`, `-1-2`...), OPTORSD only. integer_digits, decimals : of the
+    display, if they are fixed. micrometre : how the wire spells it.
     """
 
     protocol: Literal["OPTORSD", "OPTORSS", "M1240"]
     unit: Literal["mm", "in", "um"]
-    range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
-    agreement_um: Positive = 0.5
     formula: Literal["+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2"] | None = None
     integer_digits: Annotated[int, Field(ge=1, le=6)] | None = None
     decimals: Annotated[int, Field(ge=1, le=6)] | None = None
@@ -91,12 +89,27 @@ def _metres(who: str, line: bytes, found: re.Match[str], settings: MillimarSetti
         if expected is not None and len(digits) != expected:
             raise Garbled(f"{who}: {line!r} has {len(digits)} digits {what} the point, the display has {expected}")
     metres = float(found["number"].replace(" ", "")) * METRES[settings.unit]
-    lo, hi = settings.range_mm
-    if not lo <= metres * 1e3 <= hi:
-        raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
-    return metres
+    return settings.plausible(who, line, metres)
 
 
-def silence(who: str, error: NoReply) -> NoReply:
-    """Silence has a usual cause: the manual says that nothing is sent then."""
-    return NoReply(f"{who}: no reply; {MENU} Else check cable, protocol and line settings ({error})")
+M = TypeVar("M", bound=MillimarSettings)
+
+
+class Millimar(LengthInstrument[M]):
+    """Displacement [m] of a Millimar: messages end CR, replies as the protocol has it."""
+
+    end: ClassVar[bytes]
+
+    def _line(self, message: str, deadline: Deadline) -> bytes:
+        """The reply to a message, without its end. Raises InstrumentError; silence has a usual cause."""
+        try:
+            return self._ask(message.encode("ascii") + b"\r", self.end, deadline).removesuffix(self.end)
+        except NoReply as e:
+            words = f"{self.name}: no reply; {MENU} Else check cable, protocol and line settings ({e})"
+            raise NoReply(words) from e
+
+    def _text(self, message: str, deadline: Deadline) -> str:
+        """The reply as text, when it is no error."""
+        line = self._line(message, deadline)
+        check_error(self.name, line)
+        return text_of(self.name, line)

@@ -10,13 +10,13 @@ again before every value: someone may have changed it at the instrument.
 """
 
 import re
-from typing import Literal
+from typing import ClassVar, Literal
 
 from hw.errors import Garbled, NoReply, Refused
-from hw.instruments.millimar import MillimarSettings, check_error, parse_bare, silence
+from hw.instruments.millimar import Millimar, MillimarSettings, parse_bare
 from hw.instruments.reading import Identity, Reading
-from hw.instruments.serial_instrument import SerialInstrument, text_of
-from hw.link import Deadline, Link
+from hw.instruments.serial_instrument import text_of
+from hw.link import Deadline
 
 END = b"\r"
 UNIT_CODES = {"mm": "P86,1", "in": "P86,2", "um": "P86,3"}
@@ -33,26 +33,16 @@ class M1240Settings(MillimarSettings):
     acknowledged: Literal["cr", "echo", "none"] = "cr"
 
 
-class MillimarM1240(SerialInstrument):
+class MillimarM1240(Millimar[M1240Settings]):
     """Displacement [m] of a Millimar."""
 
-    unit = "m"
-
-    def __init__(
-        self, name: str, link: Link, settings: M1240Settings, model: str | None = None, serial: str | None = None
-    ) -> None:
-        super().__init__(name, link, settings, model, serial)
-        self.settings = settings
-
-    @property
-    def _within(self) -> float:
-        return self.settings.agreement_um * 1e-6
+    end: ClassVar[bytes] = END
 
     def _begin(self, deadline: Deadline) -> None:
         """Nothing lasts: the unit is set before every value."""
 
     def _identify(self, deadline: Deadline) -> Identity:
-        said = self._exchange("I", deadline)
+        said = self._text("I", deadline)
         found = IDENTITY.fullmatch(said)
         if not found:
             raise Garbled(f"{self.name}: I gave {said!r}, expected I,MAHRGMBH,model,version")
@@ -60,7 +50,7 @@ class MillimarM1240(SerialInstrument):
 
     def _measure(self, deadline: Deadline) -> Reading:
         self._set_unit(deadline)
-        line = self._exchange("M", deadline)
+        line = self._text("M", deadline)
         found = VALUE.fullmatch(line)
         if not found:
             raise Garbled(f"{self.name}: M gave {line!r}, expected 'M1, ' and a number")
@@ -73,7 +63,7 @@ class MillimarM1240(SerialInstrument):
             self._say(code.encode("ascii") + END)
             return
         expected = "" if self.settings.acknowledged == "cr" else code
-        if (said := self._exchange(code, deadline)) != expected:
+        if (said := self._text(code, deadline)) != expected:
             raise Refused(f"{self.name}: {code} was answered {said!r}, expected {expected!r}: the unit is not known")
 
     def start(self, timed: bool = False) -> None:
@@ -114,13 +104,5 @@ class MillimarM1240(SerialInstrument):
         return int(found["feature"]), parse_bare(self.name, found["number"].lstrip(), self.settings), line
 
     def _echoed(self, command: str) -> None:
-        if (said := self._exchange(command, Deadline(self.deadline_s))) != command:
+        if (said := self._text(command, Deadline(self.deadline_s))) != command:
             raise Refused(f"{self.name}: {command} was answered {said!r}, expected its echo")
-
-    def _exchange(self, message: str, deadline: Deadline) -> str:
-        try:
-            line = self._ask(message.encode("ascii") + END, END, deadline).removesuffix(END)
-        except NoReply as e:
-            raise silence(self.name, e) from e
-        check_error(self.name, line)
-        return text_of(self.name, line)

@@ -8,15 +8,13 @@ timeout (`acknowledged = false`: none is waited for); what was set is read back,
 """
 
 import re
-from typing import Literal
+from typing import ClassVar, Literal
 
-from hw.errors import Garbled, Implausible, NoReply
-from hw.instruments.millimar import MillimarSettings, check_error, parse_value, silence
+from hw.errors import Garbled, Implausible
+from hw.instruments.millimar import Millimar, MillimarSettings, check_error, parse_value
 from hw.instruments.reading import Identity, Reading
-from hw.instruments.serial_instrument import SerialInstrument, text_of
-from hw.link import Deadline, Link
+from hw.link import Deadline
 
-END = b"\r\n"
 MAX_DISPLAY = 7
 
 
@@ -27,21 +25,14 @@ class OptorsSettings(MillimarSettings):
     acknowledged: bool = True
 
 
-class MillimarOptors(SerialInstrument):
+class MillimarOptors(Millimar[OptorsSettings]):
     """Displacement [m] of a Millimar."""
 
-    unit = "m"
-
-    def __init__(
-        self, name: str, link: Link, settings: OptorsSettings, model: str | None = None, serial: str | None = None
-    ) -> None:
-        super().__init__(name, link, settings, model, serial)
-        self.settings = settings
-        self._duplex = settings.protocol == "OPTORSD"
+    end: ClassVar[bytes] = b"\r\n"
 
     @property
-    def _within(self) -> float:
-        return self.settings.agreement_um * 1e-6
+    def _duplex(self) -> bool:
+        return self.settings.protocol == "OPTORSD"
 
     def _begin(self, deadline: Deadline) -> None:
         if not self._duplex:
@@ -85,22 +76,14 @@ class MillimarOptors(SerialInstrument):
 
     def question(self, message: str, deadline: Deadline) -> str:
         """The reply to `ID?` and its like, without blanks. Raises InstrumentError."""
-        line = self._exchange(message.encode("ascii"), deadline)
-        check_error(self.name, line)
-        return text_of(self.name, line).strip(" _")
+        return self._text(message, deadline).strip(" _")
 
     def _measure(self, deadline: Deadline) -> Reading:
-        line = self._exchange(b"?", deadline)
+        line = self._line("?", deadline)
         return Reading(parse_value(self.name, line, self.settings), self.unit, self._now(), (line,))
-
-    def _exchange(self, message: bytes, deadline: Deadline) -> bytes:
-        try:
-            return self._ask(message + b"\r", END, deadline).removesuffix(END)
-        except NoReply as e:
-            raise silence(self.name, e) from e
 
     def _set(self, message: str, deadline: Deadline) -> None:
         if self.settings.acknowledged:
-            check_error(self.name, self._exchange(message.encode("ascii"), deadline))
+            check_error(self.name, self._line(message, deadline))
         else:
             self._say(message.encode("ascii") + b"\r")

@@ -36,31 +36,33 @@ class Instrument(Protocol):
     def close(self) -> None: ...
 
 
+Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
+
+
 def _millimar(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
     if entry.settings.get("protocol") == "M1240":
-        settings = _settings(name, M1240Settings, entry)
-        return MillimarM1240(name, _link(name, entry), settings, entry.model, entry.serial)
-    return MillimarOptors(name, _link(name, entry), _settings(name, OptorsSettings, entry), entry.model, entry.serial)
+        return _serial(MillimarM1240, M1240Settings)(name, entry, ask)
+    return _serial(MillimarOptors, OptorsSettings)(name, entry, ask)
 
 
-def _lcr800(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
-    return Lcr800(name, _link(name, entry), _settings(name, Lcr800Settings, entry), entry.model, entry.serial)
+def _serial(driver: Callable[..., Instrument], settings: type[Strict]) -> Opener:
+    """How a driver on a serial line is made of an entry: all of them are made alike."""
 
+    def opened(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
+        return driver(name, _link(name, entry), _settings(name, settings, entry), entry.model, entry.serial)
 
-def _heidenhain(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
-    settings = _settings(name, HeidenhainSettings, entry)
-    return Heidenhain(name, _link(name, entry), settings, entry.model, entry.serial)
+    return opened
 
 
 def _manual(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
     return Manual(name, _settings(name, ManualSettings, entry), ask, entry.model, entry.serial)
 
 
-DRIVERS: dict[str, Callable[[str, InstrumentEntry, Ask], Instrument]] = {
+DRIVERS: dict[str, Opener] = {
     "millimar": _millimar,
-    "lcr800": _lcr800,
-    "nd287": _heidenhain,
-    "nd281b": _heidenhain,
+    "lcr800": _serial(Lcr800, Lcr800Settings),
+    "nd287": _serial(Heidenhain, HeidenhainSettings),
+    "nd281b": _serial(Heidenhain, HeidenhainSettings),
     "manual": _manual,
 }
 

@@ -4,7 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import Annotated, Generic, TypeVar
 
 from pydantic import Field
 
@@ -29,7 +29,10 @@ class SerialSettings(Strict):
     deadline_s: Seconds = 10.0
 
 
-class SerialInstrument(ABC):
+S = TypeVar("S", bound=SerialSettings)
+
+
+class SerialInstrument(ABC, Generic[S]):
     """A driver: `read` gives a value or raises InstrumentError within `deadline_s` (plus one look at the port).
 
     After any error the next reading starts a new session: silent line, identity, settings.
@@ -38,16 +41,13 @@ class SerialInstrument(ABC):
     unit: str
     reminders: tuple[str, ...] = ()
 
-    def __init__(
-        self, name: str, link: Link, common: SerialSettings, model: str | None = None, serial: str | None = None
-    ) -> None:
-        self.name, self.link, self.model, self.serial = name, link, model, serial
-        self._common = common
+    def __init__(self, name: str, link: Link, settings: S, model: str | None = None, serial: str | None = None) -> None:
+        self.name, self.link, self.settings, self.model, self.serial = name, link, settings, model, serial
         self._session = 0  # value of link.opened when the session began; 0: none
 
     @property
     def deadline_s(self) -> float:
-        return self._common.deadline_s
+        return self.settings.deadline_s
 
     def connect(self) -> Identity:
         """Start a session; who answers. Raises InstrumentError."""
@@ -70,7 +70,7 @@ class SerialInstrument(ABC):
         self.link.close()
 
     def _start(self, deadline: Deadline) -> None:
-        self.link.drop_until_quiet(self._common.quiet_s, deadline)
+        self.link.drop_until_quiet(self.settings.quiet_s, deadline)
         self._begin(deadline)
         self._session = self.link.opened
 
@@ -109,7 +109,7 @@ class SerialInstrument(ABC):
         """Send a message and return the reply with its end. Raises Garbled when bytes lay on the line before it: they
         could be taken for the answer. harmless : bytes that an instrument may leave behind."""
         self._say(message, harmless)
-        return self.link.read_until(end, deadline.within(self._common.timeout_s))
+        return self.link.read_until(end, deadline.within(self.settings.timeout_s))
 
     def _say(self, message: bytes, harmless: bytes = b"") -> None:
         if left := self.link.drop().strip(harmless):

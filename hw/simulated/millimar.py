@@ -1,10 +1,12 @@
-"""A Millimar that speaks OPTORSD or OPTORSS (manual pages 69, 70; blanks before CR as printed there).
+"""A Millimar: what it shows, and its answers by OPTORSD or OPTORSS (manual pages 69, 70; blanks before CR as printed
+there).
 
 Assumed, and a parameter: the acknowledgement `OK`, `ERR1` for an unknown command, `ERR5` without a probe, `ERR3` out of
 range, and that the display keeps three decimals in every unit.
 """
 
 import re
+from abc import abstractmethod
 
 from hw.simulated.device import Device, Source
 
@@ -12,8 +14,39 @@ UNITS = {"mm": 1e3, "in": 1 / 25.4e-3, "um": 1e6}
 FORMULAS = {f: re.sub(r"([+-])", r"\1C", f) for f in ("+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2")}
 
 
-class OptorsDevice(Device):
-    """source: displacement [m]."""
+class MillimarDevice(Device):
+    """source: displacement [m]. unit: of its display, until somebody changes it at the instrument."""
+
+    def __init__(self, source: Source, model: str, unit: str) -> None:
+        super().__init__(source)
+        self.model, self.unit = model, unit
+
+    @property
+    def shown_unit(self) -> str:
+        return "in" if self.other_unit else self.unit
+
+    def set_unit(self, unit: str) -> None:
+        self.unit, self.other_unit = unit, False
+
+    def _messages(self) -> list[bytes]:
+        return self._lines(b"\r")
+
+    def _value(self) -> bytes:
+        """What it answers when asked for its value."""
+        if self.overrange:
+            return b"ERR3"
+        metres = self.source()
+        if metres is None:
+            return b"ERR5"
+        return self._of_number(f"{metres * UNITS[self.shown_unit]:.3f}").encode("ascii")
+
+    @abstractmethod
+    def _of_number(self, number: str) -> str:
+        """The reply that holds a number."""
+
+
+class OptorsDevice(MillimarDevice):
+    """duplex: OPTORSD, else OPTORSS."""
 
     def __init__(
         self,
@@ -25,13 +58,10 @@ class OptorsDevice(Device):
         duplex: bool = True,
         acknowledgement: bytes | None = b"OK",
     ) -> None:
-        super().__init__(source)
-        self.model, self.serial, self.unit, self.duplex = model, serial, unit, duplex
+        super().__init__(source, model, unit)
+        self.serial, self.duplex = serial, duplex
         self.formula, self.display = "-1-2", ""
         self._acknowledgement = acknowledgement
-
-    def _messages(self) -> list[bytes]:
-        return self._lines(b"\r")
 
     def answer(self, message: bytes) -> list[bytes]:
         if message == b"?":
@@ -45,21 +75,14 @@ class OptorsDevice(Device):
             return [b"ERR1\r\n"]
         return [] if self._acknowledgement is None else [self._acknowledgement + b"\r\n"]
 
-    def _value(self) -> bytes:
-        if self.overrange:
-            return b"ERR3"
-        metres = self.source()
-        if metres is None:
-            return b"ERR5"
-        unit = "in" if self.other_unit else self.unit
-        return f"{metres * UNITS[unit]:.3f}{unit}".encode("ascii")
+    def _of_number(self, number: str) -> str:
+        return number + self.shown_unit
 
     def _question(self, message: bytes) -> bytes | None:
-        unit = "in" if self.other_unit else self.unit
         known = {
             b"ID?": f"MAHR GMBH,{self.model} ",
             b"VER?": "1.02 ",
-            b"UNI?": f"{unit} ",
+            b"UNI?": f"{self.shown_unit} ",
             b"SER?": self.serial,
             b"CHA?": FORMULAS[self.formula],
         }
@@ -67,7 +90,7 @@ class OptorsDevice(Device):
 
     def _set(self, message: str) -> bool:
         if message in UNITS:
-            self.unit, self.other_unit = message, False
+            self.set_unit(message)
         elif message.removeprefix("CHA") in FORMULAS and message.startswith("CHA"):
             self.formula = message.removeprefix("CHA")
         elif re.fullmatch(r"DIS .{0,7}", message):

@@ -1,14 +1,14 @@
 """A Millimar that speaks M1240 (manual page 67). Assumed, and a parameter: `P86` is answered by a bare CR; `ERR1` for
 what it does not know."""
 
-from hw.simulated.device import Device, Source
-from hw.simulated.millimar import UNITS
+from hw.simulated.device import Source
+from hw.simulated.millimar import UNITS, MillimarDevice
 
 CODES = {b"P86,1": "mm", b"P86,2": "in", b"P86,3": "um"}
 
 
-class M1240Device(Device):
-    """source: displacement [m]. stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent
+class M1240Device(MillimarDevice):
+    """stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent
     until `key` is pressed."""
 
     def __init__(
@@ -20,16 +20,13 @@ class M1240Device(Device):
         acknowledgement: str = "cr",
         stored: tuple[float, ...] = (),
     ) -> None:
-        super().__init__(source)
-        self.model, self.unit, self.stored = model, unit, list(stored)
+        super().__init__(source, model, unit)
+        self.stored = list(stored)
         self.mastering = self.running = False
         self._acknowledgement = acknowledgement
 
     def press_key(self) -> None:
         self.mastering = False
-
-    def _messages(self) -> list[bytes]:
-        return self._lines(b"\r")
 
     def answer(self, message: bytes) -> list[bytes]:
         if self.mastering:
@@ -53,14 +50,8 @@ class M1240Device(Device):
         return [b"ERR1"]
 
     def _set_unit(self, message: bytes) -> list[bytes]:
-        self.unit, self.other_unit = CODES[message], False
+        self.set_unit(CODES[message])
         return {"cr": [b""], "echo": [message], "none": []}[self._acknowledgement]
 
-    def _value(self) -> bytes:
-        if self.overrange:
-            return b"ERR3"
-        metres = self.source()
-        if metres is None:
-            return b"ERR5"
-        unit = "in" if self.other_unit else self.unit
-        return f"M1, {metres * UNITS[unit]:.3f}".encode("ascii")
+    def _of_number(self, number: str) -> str:
+        return f"M1, {number}"

@@ -1,0 +1,37 @@
+"""What instruments that read a length have in common: settings, agreement of two readings, the plausible range."""
+
+from typing import Annotated, TypeVar
+
+from pydantic import Field
+
+from hw.errors import Implausible
+from hw.instruments.serial_instrument import Positive, SerialInstrument, SerialSettings
+
+METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
+
+
+class LengthSettings(SerialSettings):
+    """range_mm : plausible readings. agreement_um : how far two answers in a row may differ."""
+
+    range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
+    agreement_um: Positive = 0.5
+
+    def plausible(self, who: str, line: bytes, metres: float) -> float:
+        """The length, when it is within the range. Raises Implausible."""
+        lo, hi = self.range_mm
+        if not lo <= metres * 1e3 <= hi:
+            raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
+        return metres
+
+
+L = TypeVar("L", bound=LengthSettings)
+
+
+class LengthInstrument(SerialInstrument[L]):
+    """A driver whose readings are lengths [m]."""
+
+    unit = "m"
+
+    @property
+    def _within(self) -> float:
+        return self.settings.agreement_um * 1e-6
