@@ -1,0 +1,55 @@
+"""The base model fitted to what was measured, before anything may be called missing (gap-method, step 3)."""
+
+from dataclasses import replace
+
+from checks.gap.augmented import Augmented, Member
+from checks.gap.effects import EFFECTS
+from checks.gap.inputs import Inputs, Prepared
+from checks.gap.naming import is_bent
+from checks.gap.search import BEYOND_DOUBT, Candidate, Say, Search
+from checks.gap.slow import Slow
+from checks.gap.thresholds import Thresholds
+from checks.gap.unnamed import levels, stand_ins
+from checks.model.model import Model
+from checks.model.superelement import ModelError
+
+BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
+SECOND = {"full": "modal", "modal": "full"}
+
+
+def searching(p: Prepared, channels: tuple[str, ...], say: Say) -> Search:
+    """A search on some channels, thinned, with what the library holds for them."""
+    A, B = (d.select(channels).thinned(p.table.search_bins) for d in (p.A, p.B))
+    return Search(A, B, _library(p.inputs, channels), p.table, say)
+
+
+def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
+    named = [e for e in EFFECTS.values() if e.name not in inputs.without and e.fits(inputs.model)]
+    seen = [e for e in named if set(e.channels) & set(channels)]
+    return (*seen, *stand_ins(channels))
+
+
+def calibrated(search: Search, p: Prepared) -> Candidate:
+    """The base model fitted to A, with the form of damping that the data ask for."""
+    members: tuple[Member, ...] = ()
+    width = _level_dependence(p.slow, p.loops, p.table)
+    if width:
+        members = (levels(p.inputs.merge_Hz, width),)
+    own = search.fitted(Augmented(p.inputs.model, members), {})
+    try:
+        other = search.fitted(Augmented(_other_damping(p.inputs.model), members), own.at)
+    except ModelError:
+        return own
+    return other if other.cost < own.cost - BEYOND_DOUBT else own
+
+
+def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:
+    """By how much two levels of drive may differ, as the slow sines show: loops that open, a curve that bends."""
+    if slow is None:
+        return 0.0
+    bends = BENT * abs(slow.bends.value) if is_bent(slow, table) else 0.0
+    return max(slow.grows.value if loops else 0.0, bends)
+
+
+def _other_damping(model: Model) -> Model:
+    return replace(model, damping=SECOND[model.damping])
