@@ -32,6 +32,9 @@ FOUND = {
 _F = np.geomspace(10.0, 1000.0, 200)
 
 
+_BUMP = 12.0 * np.exp(-((np.linspace(1.0, 3.0, 60) - 2.3) ** 2) / 0.02)
+
+
 def _mode(f0: float) -> np.ndarray:
     return np.abs(1.0 / (1.0 - (_F / f0) ** 2 + 0.02j * _F / f0))
 
@@ -50,7 +53,7 @@ PANELS = {
         "Chance of the residual before (channels: 0 Vs, 1 de, 2 da)",
         "log10 of frequency [Hz]",
         "",
-        (Image(np.linspace(1.0, 3.0, 60), np.arange(3.0), np.outer([0.1, 1.0, 0.2], np.log(_mode(95.0)[:60] + 1.0))),),
+        (Image(np.linspace(1.0, 3.0, 60), np.arange(3.0), np.outer([0.1, 1.0, 0.2], _BUMP)),),
     ),
     "de magnitude": _magnitude("de"),
     "de residual": Panel(

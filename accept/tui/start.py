@@ -209,7 +209,7 @@ class Start(Working[Begin | None]):
             shown.highlighted = 0
             shown.focus()
         self._kinds = {unit.serial: unit.kind for unit in units}
-        self.say(f"{len(units)} units are known" if units else "no unit is known yet")
+        self.say("these units are known" if units else "no unit is known yet")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         serial = str(event.option.id)

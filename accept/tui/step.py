@@ -128,7 +128,8 @@ class StepScreen(StepView):
             else:
                 place = field.place
                 limit = self.step.asked.limits.get(place.declared.name)
-                gauge.follow(self._instrument(place), place.unit, limit, self._stored_value(place))
+                stored = None if self.complete else self._stored_value(place)  # its finding shows it then
+                gauge.follow(self._instrument(place), place.unit, limit, stored)
 
     def _stored_value(self, place: Place) -> Measured | None:
         name = place.declared.name

@@ -14,6 +14,7 @@ from accept.tui.derived import DerivedScreen
 from accept.tui.explain import TITLE, Explain, headline
 from accept.tui.findings import COLOURS
 from accept.tui.notes import ask_note
+from accept.tui.pictures import TWO_FROM
 from accept.tui.step import StepScreen
 from accept.tui.strip import numbers
 from accept.tui.working import Working
@@ -24,7 +25,7 @@ from accept.workflow.status import Status
 from accept.workflow.steps import Step
 
 GAP = "gap"  # the row that no check stands behind
-_OTHER_COLUMNS = 1 + 32 + 11 + 2 * 4  # mark, title, status, and the padding of all four
+_OTHER_COLUMNS = 1 + 11 + 2 * 4  # mark, status, and the padding of all four
 
 
 class Steps(Working[bool]):
@@ -59,7 +60,7 @@ class Steps(Working[bool]):
             return
         table = self.query_one(DataTable)
         table.add_column("", key="mark", width=1)
-        table.add_column("step", key="title", width=32)
+        table.add_column("step", key="title", width=self._for_titles())
         table.add_column("status", key="status", width=11)
         table.add_column("what it showed", key="more", width=self._room())
         for step in self.session.steps:
@@ -83,7 +84,7 @@ class Steps(Working[bool]):
             colour = COLOURS[status]
             required = "" if step.required else " (not required)"
             table.update_cell(step.name, "mark", Text(status.mark, colour))
-            table.update_cell(step.name, "title", _cut(Text(step.title + required), 32))
+            table.update_cell(step.name, "title", _cut(Text(step.title + required), self._for_titles()))
             table.update_cell(step.name, "status", Text(status.word, colour))
             table.update_cell(step.name, "more", _cut(Text(self._more(step, status), "dim"), self._room()))
         self._show_gap(table)
@@ -98,15 +99,18 @@ class Steps(Working[bool]):
         table.update_cell(GAP, "status", Text("not asked" if found is None else "looked", COLOURS[status]))
         table.update_cell(GAP, "more", Text("") if found is None else _cut(headline(found), self._room()))
 
+    def _for_titles(self) -> int:
+        return 32 if self.app.size.width < TWO_FROM else 64
+
     def _room(self) -> int:
         """Columns for what a step showed: what is longer is cut there and stands below in full."""
-        return max(16, self.app.size.width - _OTHER_COLUMNS)
+        return max(16, self.app.size.width - self._for_titles() - _OTHER_COLUMNS)
 
     def on_resize(self) -> None:
         for table in self.query(DataTable):
             for column in table.ordered_columns:
-                if column.key.value == "more":
-                    column.width = self._room()
+                widths = {"more": self._room(), "title": self._for_titles()}
+                column.width = widths.get(str(column.key.value), column.width)
         self._show()
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:

@@ -21,7 +21,7 @@ class KnownUnit:
     @property
     def words(self) -> str:
         end = {0: "not signed", 1: "signed", 2: "signed and countersigned"}[min(self.signed, 2)]
-        state = f"{self.verdict}, {end}" if self.verdict else f"{self.taken} steps begun"
+        state = f"{self.verdict}, {end}" if self.verdict else f"{self.taken} step{'s' if self.taken != 1 else ''} begun"
         return f"attempt {self.attempt}: {state}"
 
 
