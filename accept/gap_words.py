@@ -4,6 +4,7 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from checks.gap.effects import EFFECTS
 from checks.gap.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
 
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
@@ -94,7 +95,9 @@ def one_line(document: Mapping[str, Any]) -> str:
     parts += [f"{' or '.join(a['effects'])}, not told apart" for a in document["ambiguous"]]
     parts += [f"something without a name on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
     words = document["verdict"].replace("_", " ")
-    return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; gap {gap_of(document)}"
+    told = document["named"] or document["ambiguous"]
+    left = f"gap {gap_of(document)}" if told else f"gap left open, {_left(document)}"
+    return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; {left}"
 
 
 def gap_of(document: Mapping[str, Any]) -> str:
@@ -104,9 +107,22 @@ def gap_of(document: Mapping[str, Any]) -> str:
     return f"{worst} {gap_number(before[worst])} -> {gap_number(after[worst])}"
 
 
+def _left(document: Mapping[str, Any]) -> str:
+    """`Vs 5.7`: the channel that is explained worst in the end."""
+    after = document["gap_after"]["channels"]
+    worst = max(after, key=lambda c: after[c])
+    return f"{worst} {gap_number(after[worst])}"
+
+
 def _named(n: Mapping[str, Any]) -> str:
-    values = " ".join(f"{k} {p['value']:.3g}" for k, p in n["parameters"].items())
+    values = " ".join(f"{k} {n['parameters'][k]['value']:.3g}" for k in in_order(n))
     return f"{n['effect']} {values}".rstrip()
+
+
+def in_order(n: Mapping[str, Any]) -> list[str]:
+    """The parameters of an entry of `named` as its effect declares them: JSON that was stored has them by letter."""
+    declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
+    return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
 
 
 def without_a_name(u: Mapping[str, Any]) -> str:

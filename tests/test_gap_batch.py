@@ -115,12 +115,13 @@ class TestAgain:
     def test_unchanged_and_resumed(self, judged: SimpleNamespace, units: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         """The finding is stored with the verdict; only what is lost is searched for again."""
         monkeypatch.setenv("ACCEPT_HOME", str(judged.home))
-        before = (judged.out / "results.json").read_bytes()
+        files = [judged.out / name for name in ("results.json", "results.csv", "junit.xml")]
+        before = [file.read_bytes() for file in files]
         order = ("batch", units, "--spec", judged.spec, "--out", judged.out, "--workers", 1)
         with monkeypatch.context() as patch:
             patch.setattr(explain.gap, "analyse", forbidden)
             assert "3 of 3 units unchanged" in accept(*order).stderr
-        assert (judged.out / "results.json").read_bytes() == before
+        assert [file.read_bytes() for file in files] == before
         (judged.out / "models" / "X-1.toml").unlink()
         assert "2 of 3 units unchanged" in accept(*order).stderr
         assert (judged.out / "models" / "X-1.toml").is_file()

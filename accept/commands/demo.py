@@ -12,7 +12,7 @@ from accept.certificate import Report as Verification
 from accept.commands.signing import DEMO, demo_credential
 from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
-from accept.gap_words import gap_of, one_line
+from accept.gap_words import gap_of, in_order, one_line
 from accept.home import home
 from accept.rejudge import verify_file
 from accept.simulate import write
@@ -77,8 +77,9 @@ def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -
 
 
 def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
-    values = ", ".join(f"{k} {p['value']:.0f}" for k, p in named["parameters"].items())
-    true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in named["parameters"])
+    names = in_order(named)
+    values = ", ".join(f"{k} {named['parameters'][k]['value']:.0f}" for k in names)
+    true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
     return f"{named['effect']} {values} named (truth {true})"
 
 
