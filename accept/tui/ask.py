@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
-from accept.tui.entry import Entry
+from accept.tui.entry import Entry, when_typed
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,8 @@ class Ask(ModalScreen[list[str] | None]):
     """Dismisses with what was typed, None after Escape."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        # Before the line itself gets it: what is typed behind Enter belongs to the next line.
+        Binding("enter", "next", show=False, priority=True),
         Binding("escape", "leave", "Leave"),
         Binding("up", "app.focus_previous", show=False),
     ]
@@ -43,12 +45,13 @@ class Ask(ModalScreen[list[str] | None]):
                 yield Entry(line.value, secret=line.secret)
             yield Label("Enter: next, then done    Esc: leave", classes="quiet")
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
+    def action_next(self) -> None:
         fields = list(self.query(Input))
-        if event.input is fields[-1]:
-            self._leave([field.value for field in fields])
+        at = next((n for n, field in enumerate(fields) if field is self.focused), len(fields) - 1)
+        if at + 1 < len(fields):
+            self.set_focus(fields[at + 1])
         else:
-            self.focus_next()
+            when_typed(fields, lambda: self._leave([field.value for field in fields]))
 
     def action_leave(self) -> None:
         self._leave(None)

@@ -1,5 +1,7 @@
 """The line that is typed into."""
 
+from collections.abc import Callable, Sequence
+
 from textual.widgets import Input
 
 
@@ -11,3 +13,12 @@ class Entry(Input):
             value, placeholder=placeholder, password=secret, compact=True, max_length=1000, select_on_focus=True, id=id
         )
         self.cursor_blink = False
+
+
+def when_typed(fields: Sequence[Input], then: Callable[[], None]) -> None:
+    """Call `then` when every key that was typed into these fields stands in them: each takes its keys in its own
+    time."""
+    if fields:
+        fields[0].call_later(when_typed, fields[1:], then)
+    else:
+        then()

@@ -106,7 +106,7 @@ class Summary(Working[bool]):
             by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
             words = f"certificate: {attempt.certificate}\nsigned by: {by}"
         if self.report is not None:
-            words += f"\n{'✓ verified' if self.report.valid else '✗ NOT VALID'}: {self.report.reason}"
+            words = f"{'✓ verified' if self.report.valid else '✗ NOT VALID'}: {self.report.reason}\n{words}"
         self.query_one("#certificate", Static).update(words)
 
     def action_sign(self) -> None:
