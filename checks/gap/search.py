@@ -117,10 +117,13 @@ class Search:
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
 
     def _starts(self, base: Candidate, score: Score) -> list[Refit]:
-        response = base.response.with_member(score.member)
-        out = self._coarse_start(base, score)
+        return [*self._coarse_start(base, score), *self._from_screen(base.response, base.at, score)]
+
+    def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Refit]:
+        response = base.with_member(score.member)
+        out = []
         taken = _stood_for(score.member, response)
-        kept = {k: v for k, v in base.at.items() if k not in taken}
+        kept = {k: v for k, v in at.items() if k not in taken}
         for values in score.starts:
             start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
             try:
@@ -156,6 +159,20 @@ class Search:
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.pruned(simpler)
         return c
+
+    def swapped(self, c: Candidate) -> list[Candidate]:
+        """Candidates in which an effect takes the place of a stand-in: with more freedom than the effect, one may have
+        come in first (a lag whose gain turns round is nearly a delay)."""
+        out = []
+        for u in c.response.stand_ins:
+            less = c.response.without(u.name)
+            at = {k: v for k, v in c.at.items() if not k.startswith(f"{u.name}.")}
+            on_A = project(less, self.A, at)
+            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in less.names]
+            scores = [screen(on_A, m) for m in absent if set(m.channels) & set(u.channels)]
+            started = [r for s in scores if s.p < WORTH_A_FIT for r in self._from_screen(less, at, s)]
+            out += self._raced(started)
+        return out
 
     def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
         """The best few fitted once more, from the priors, their members beginning where they are."""
@@ -239,7 +256,9 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> Found:
 
 
 def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> Found:
-    best = search.damped_best(search.pruned(_preferred(adequate)))
+    best = search.pruned(_preferred(adequate))
+    named = [c for c in search.swapped(best) if c.adequate]
+    best = search.damped_best(search.pruned(_preferred([*named, best])))
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return Found(best, best, (), tuple(tried))
     return Found(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
