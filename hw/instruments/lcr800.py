@@ -6,15 +6,19 @@ characters, the sign's place blank when positive), and that the unit of the prim
 Known from drivers (three that agree): `COMU?` -> `COMU:ON..`; every setting is echoed as its acknowledgement;
 `MAIN:STAR` is not echoed; kHz with 5 decimals, V with 3; 38400 8N1; no `*IDN?`, so the serial number cannot be read.
 Assumed, so set in the bench file: five digits of C and four of D; series circuit; a new session after a change of the
-voltage is not needed (`reopen_after_voltage`, one driver does it); the time a measurement may take (`result_s`).
+voltage is not needed (`reopen_after_voltage`, one driver does it); the time that a measurement and a zeroing may take
+(`result_s`, `zeroing_s`). What else it can be set to: `lcr800_commands`.
 """
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
+from hw.instruments.lcr800_commands import QUESTIONS, ZEROINGS, setting
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import Positive, Seconds, SerialInstrument, SerialSettings, text_of
 from hw.link import Deadline, Link
@@ -51,6 +55,7 @@ class Lcr800Settings(SerialSettings):
     primary_digits: Annotated[int, Field(ge=3, le=6)] = 5
     secondary_digits: Annotated[int, Field(ge=2, le=5)] = 4
     result_s: Seconds = 2.5
+    zeroing_s: Seconds = 30.0
 
 
 class Lcr800(SerialInstrument[Lcr800Settings]):
@@ -108,6 +113,44 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             raise Implausible(f"{self.name}: its mode is {mode!r}, expected CD")
         return Identity()
 
+    def set_to(self, function: str, value: str | float | bool) -> None:
+        """Set one of `lcr800_commands`; the next reading sets what it needs. Raises ValueError, InstrumentError."""
+        message = setting(function, value)
+        with self._aside() as deadline:
+            self._set(message, deadline)
+
+    def asked(self, function: str) -> str:
+        """What one of `lcr800_commands.QUESTIONS` is set to, in its words. Raises ValueError, InstrumentError."""
+        if function not in QUESTIONS:
+            raise ValueError(f"{function!r}: expected one of {', '.join(QUESTIONS)}; nothing sent")
+        header = QUESTIONS[function]
+        with self._aside() as deadline:
+            said = self._command(f"{header}?", deadline)
+        if not (said.startswith(header) and said[len(header) :][:1] in (":", " ")):
+            raise Garbled(f"{self.name}: {header}? gave {said!r}, expected {header} and its value")
+        return said[len(header) + 1 :].strip()
+
+    def zero(self, which: str) -> None:
+        """Zero the meter with its leads "OPEN" or short ("SHOR"). Raises ValueError, Refused when it fails,
+        InstrumentError."""
+        if which not in ZEROINGS:
+            raise ValueError(f"{which!r}: expected one of {', '.join(ZEROINGS)}; nothing sent")
+        with self._aside(self.settings.zeroing_s) as deadline:
+            said = self._command(f"OFFS:{which}", deadline, self.settings.zeroing_s)
+        if said != f"{which}:OK":
+            raise Refused(f"{self.name}: OFFS:{which} was answered {said!r}, expected '{which}:OK': not zeroed")
+
+    @contextmanager
+    def _aside(self, at_least_s: float = 0.0) -> Iterator[Deadline]:
+        """A session for something other than a measurement, which leaves the meter otherwise than a measurement needs
+        it: the next reading begins anew."""
+        deadline = Deadline(max(self.deadline_s, at_least_s))
+        with self._session_ends_on_error():
+            self.link.drop_until_quiet(self.settings.quiet_s, deadline)
+            self._open_session(deadline)
+            yield deadline
+        self._session = 0
+
     def finish(self) -> None:
         """Give the meter back to its keys. Raises InstrumentError."""
         self._set("COMU:OFF.", Deadline(self.deadline_s))
@@ -138,11 +181,12 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         if said != message:
             raise Refused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
 
-    def _command(self, message: str, deadline: Deadline) -> str:
-        """Reply to a message; results that a self-triggering meter sent before it are passed over."""
+    def _command(self, message: str, deadline: Deadline, timeout_s: float = 0.0) -> str:
+        """Reply to a message; results that a self-triggering meter sent before it are passed over. timeout_s: where it
+        takes longer than others."""
         self.link.drop()
         self.link.send(message.encode("ascii") + b"\n\r")
-        within = deadline.within(self.settings.timeout_s)
+        within = deadline.within(max(self.settings.timeout_s, timeout_s))
         try:
             for _ in range(MAX_STREAMED):
                 line = self.link.read_until(END, within).removesuffix(END).strip(b"\r")

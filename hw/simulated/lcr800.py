@@ -23,7 +23,8 @@ class Lcr800Device(Device):
         self.dissipation, self.online, self.secondary_over = dissipation, False, False
         self.settings = {"SPEE": "SPEE:FAST", "MODE": "MODE:RQ", "CIRC": "CIRC:PARA", "FREQ": "FREQ 1.00000"}
         self.settings |= {"VOLT": "VOLT 1.000", "TRIG": "TRIG:AUTO", "INTB": "INTB:OFF.", "EXTB": "EXTB:OFF."}
-        self.settings |= {"BIAS": "BIAS:OFF."}
+        self.settings |= {"BIAS": "BIAS:OFF.", "DISP": "DISP:VALU", "R.H.": "R.H.:OFF.", "C.V.": "C.V.:OFF."}
+        self.settings |= {"PPM.": "PPM.:OFF.", "STEP:AVER": "STEP:AVER 1.00", "SORT:NOMV": "SORT:NOMV +0.00000"}
         self._asked, self._clock, self._sent = False, clock, 0.0
 
     def unsolicited(self) -> list[bytes]:
@@ -54,7 +55,9 @@ class Lcr800Device(Device):
         if text == "MAIN:STAR":
             return self._results()
         if text in ("OFFS:OPEN", "OFFS:SHOR"):
-            return [f"{text[5:]}:OK\n".encode("ascii")]
+            return [f"{text[5:]}:{'FAIL' if self.overrange else 'OK'}\n".encode("ascii")]
+        if text in ("STEP:AVER?", "SORT:NOMV?"):
+            return [f"{self.settings[text[:-1]]}\n".encode("ascii")]
         if found := re.fullmatch(r"MAIN:([A-Z.]{4})\?", text):
             key = found[1]
             return [f"MAIN:{self.settings[key]}\n".encode("ascii")] if key in self.settings else []
@@ -62,6 +65,8 @@ class Lcr800Device(Device):
             return []
         if text.startswith("MAIN:"):
             self.settings[text[5:9]] = text[5:]
+        elif text[:9] in self.settings:
+            self.settings[text[:9]] = text
         return [text.encode("ascii") + b"\n"]
 
     def _results(self) -> list[bytes]:
