@@ -46,6 +46,7 @@ pictures: $(STAMP)
 	$(BIN)/accept demo --out build/pictures
 	mkdir -p docs/img
 	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
+	$(BIN)/python tests/picture_screens.py docs/img
 
 # Renew the lock after a change of pyproject.toml (needs uv).
 lock:

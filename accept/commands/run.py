@@ -1,5 +1,6 @@
 """`accept run`."""
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,6 +49,9 @@ class Wanted:
 
 def run(wanted: Wanted) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open."""
+    if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
+        print("accept: run shows screens and needs a terminal; without one: accept run --web", file=sys.stderr)
+        return Exit.BAD_INPUT
     app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), "" if wanted.folder else wanted.unit or ""))
     try:
         app.run()

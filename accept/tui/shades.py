@@ -1,6 +1,7 @@
 """A map in the terminal: shades, which tell without colour too, and upon them an estimate and its region."""
 
 import math
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +25,8 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
     text = Text()
     for n, row in enumerate(cells):
         text.append(f"{_y_label(item, n, height):>{_LEFT - 1}} ", "dim")
-        for cell in row:
-            text.append(cell, "bold yellow" if cell in (REGION, PLACE) else "bright_blue")
+        for marked, cells_alike in groupby(row, key=(REGION, PLACE).__contains__):
+            text.append("".join(cells_alike), "bold yellow" if marked else "bright_blue")
         text.append("\n")
     text.append(" " * _LEFT + _x_labels(item, width) + "\n", "dim")
     text.append(" " * _LEFT + f"{panel.x_label}; up: {panel.y_label}; {item.label}", "dim")
