@@ -14,6 +14,7 @@ from checks.gap.projected import Projected
 
 Array = NDArray[np.float64]
 WIDTHS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512)
+ALIKE = 6.0  # ratio of mean energies of windows that make one band
 OVERLAP = 2.0  # windows that lie half over each other: tests that are not independent, counted as if they were
 
 
@@ -93,9 +94,32 @@ def _scan(e: Array, f: Array, channel: str, channels: int) -> list[Window]:
 
 
 def _apart(windows: list[Window]) -> tuple[Window, ...]:
-    """By rising p, then the narrowest, as long as they lie in no place that one before has claimed."""
+    """By rising p, as long as they lie in no place that one before has claimed. Of those whose p is too small to be
+    compared, first what stands out most: the mean energy times the root of the width, its distance from chance."""
     kept: list[Window] = []
-    for w in sorted(windows, key=lambda w: (w.p, w.last - w.first, -w.excess)):
+    for w in sorted(windows, key=lambda w: (w.p, -w.excess * np.sqrt(w.last - w.first + 1))):
         if all(w.channel != k.channel or w.last < k.first or w.first > k.last for k in kept):
             kept.append(w)
-    return tuple(kept)
+    return _joined(kept)
+
+
+def _joined(windows: list[Window]) -> tuple[Window, ...]:
+    """Windows side by side that stand out about as far are one band. By rising p, then by what stands out most."""
+    bands: list[Window] = []
+    for w in sorted(windows, key=lambda w: (w.channel, w.first)):
+        last = bands[-1] if bands else None
+        if last is not None and last.channel == w.channel and w.first == last.last + 1 and _alike(last, w):
+            bands[-1] = _both(last, w)
+        else:
+            bands.append(w)
+    return tuple(sorted(bands, key=lambda w: (w.p, -w.excess)))
+
+
+def _alike(a: Window, b: Window) -> bool:
+    return max(a.excess, b.excess) <= ALIKE * min(a.excess, b.excess)
+
+
+def _both(a: Window, b: Window) -> Window:
+    n, m = a.last - a.first + 1, b.last - b.first + 1
+    excess = (n * a.excess + m * b.excess) / (n + m)
+    return Window(a.channel, a.first, b.last, a.f_lo_Hz, b.f_hi_Hz, min(a.p, b.p), excess)

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from checks.gap.adequacy import judge
 from checks.gap.effects import EFFECTS
 from checks.gap.inputs import Prepared
 from checks.gap.limits import detection_limits
 from checks.gap.naming import Claim, claims, from_window, kept, nameless
+from checks.gap.projected import Projected, at_known
 from checks.gap.result import NO_MISSING, Gaps, ModeGap, Result, Tried
 from checks.gap.search import Candidate, Found, Search
 from checks.gap.verdict import bent, named_effects, not_told_apart, word
@@ -36,19 +38,20 @@ def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Resul
     everything = replace(full, unseen=p.B)
     missing = (*missing, *(from_window(everything, c, False) for c in left_out), *bent(slow, table))
     after = _named_only(everything, good)
+    before = _without_members(base, full, p.B) if best.response.counted and full.adequate else whole.seen
     verdict = word(full.adequate, named, rivals, missing)
     return Result(
         model=p.inputs.model.name,
         verdict=verdict,
         gap_before=_gaps(whole),
         gap_after=_gaps(after),
-        where=whole.adequacy.windows,
+        where=judge(before, table.p_global).windows,
         named=named,
         ambiguous=rivals,
         unnamed=missing,
         detection_limits=_limits(p, search, base) if verdict == NO_MISSING else {},
         tried=_tried(found),
-        before=whole.seen,
+        before=before,
         after=after.seen,
         fit=final,
         p_before=whole.adequacy.p,
@@ -58,6 +61,13 @@ def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Resul
         notes=(*p.inputs.notes, *_notes(full)),
         damping=best.response.model.damping,
     )
+
+
+def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
+    """What is missing, with the calibration that the whole explanation has: the one without it has gone after what it
+    cannot explain, and shows it everywhere."""
+    at = {q.name: full.at.get(q.name, q.begin) for q in base.response.free()}
+    return at_known(base.response, B, at)
 
 
 def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str, float]]:

@@ -5,7 +5,7 @@ parameters. What is left by J, r - Q Q' r with Q R = J, does not change with any
 is standard normal whenever noise, tolerance and priors are what the model says: no refit is needed to know its null.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -77,12 +77,20 @@ def project(response: Augmented, data: Dataset, at: Values) -> Projected:
     names = tuple(p.name for p in free)
     priors = [p for p in free if np.isfinite(p.sd)]
     unit = np.array([p.unit for p in free])
-    residual = data.H - response.frf(data.f, at, data.channels)
     D = response.jacobian(data.f, names, at, data.channels) * unit[:, None, None]
     rows = np.zeros((len(priors), len(free)))
     for k, p in enumerate(priors):
         rows[k, names.index(p.name)] = unit[names.index(p.name)] / p.sd
     J = np.vstack([data.whitener(D).T, -rows])
-    r = np.concatenate([data.whitener(residual), [(at[p.name] - p.prior) / p.sd for p in priors]])
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
-    return Projected(data, response, at, r, U[:, s > 1e-9 * s[0]], names, tuple(p.name for p in priors))
+    known = at_known(response, data, at)
+    return replace(known, Q=U[:, s > 1e-9 * s[0]], names=names)
+
+
+def at_known(response: Augmented, data: Dataset, at: Values) -> Projected:
+    """At values that something else has settled: nothing is taken out. Where a channel holds something that has no
+    place in the response, taking out what the parameters could explain of it would spread it over all channels."""
+    priors = [p for p in response.free() if np.isfinite(p.sd)]
+    residual = data.H - response.frf(data.f, at, data.channels)
+    r = np.concatenate([data.whitener(residual), [(at[p.name] - p.prior) / p.sd for p in priors]])
+    return Projected(data, response, at, r, np.zeros((r.size, 0)), (), tuple(p.name for p in priors))
