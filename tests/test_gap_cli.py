@@ -21,6 +21,7 @@ from checks.gap.augmented import Augmented
 from checks.gap.effects import EFFECTS
 from tests.gap_units import CROSSTALK, make_strut
 from tests.units import GOOD, make_unit
+from tests.units_model import DATA, needs_data, truth
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 F = np.geomspace(8.0, 1900.0, 60)
@@ -179,6 +180,47 @@ class TestImprovedModel:
         if name == "sensor_polarity":  # found before the fit, which saw Vs turned back
             expected = expected * np.array([-1.0 if c == "Vs" else 1.0 for c in given.model.channels])
         np.testing.assert_allclose(again, expected, rtol=1e-9)
+
+
+def estimated(unit: Path, model: object, place: Path) -> dict[str, tuple[float, float]] | None:
+    """Axis -> (value, U) by `accept misalign`, None for no result."""
+    done = accept("misalign", unit, "--model", model, "--json", place / "m.json")
+    found = json.loads((place / "m.json").read_text())
+    assert (done.exit_code == 0) == (found["verdict"] == "pass")
+    axes = {axis: (found[axis]["value"], found[axis]["U"]) for axis in ("dx_um", "dy_um")}
+    return axes if done.exit_code == 0 else None
+
+
+def test_misalignment_is_estimated_again_on_the_improved_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The effect's values are replaced, not added to: what `gap` named and what `misalign` finds are one thing."""
+    monkeypatch.setattr(misalign, "table_for", lambda m, say: table_for(m, say, 9, 13, 1))
+    true = {"dx_um": 25.0, "dy_um": -140.0}
+    unit = make_strut(tmp_path / "M-1", "M-1", ("misalignment", true), repeats=False)
+    assert accept("gap", unit, "--out", tmp_path / "out").exit_code == 0
+    named = json.loads((tmp_path / "out" / "gap.json").read_text())["named"]
+    assert [n["effect"] for n in named] == ["misalignment"]
+    found = estimated(unit, tmp_path / "out" / "model.toml", tmp_path)
+    assert found is not None
+    for axis, (value, U) in found.items():
+        lo, hi = named[0]["parameters"][axis]["ci95"]
+        assert abs(value - named[0]["parameters"][axis]["value"]) <= max(U, hi - lo)
+        assert abs(value - true[axis]) <= 1.5 * U  # three standard uncertainties
+
+
+@needs_data
+@pytest.mark.skipif(not SOAK, reason="heavy: ACCEPT_SOAK=1 runs it")
+@pytest.mark.parametrize("model", ["strut", DATA / "units" / "model.toml"], ids=["built-in", "finite elements"])
+@pytest.mark.parametrize("serial", ["S-02", "S-04", "S-05"])
+def test_recorded_misalignment_on_the_improved_model(serial: str, model: object, tmp_path: Path) -> None:
+    """On S-04 a mode of the bench allows no estimate before it is in the model."""
+    unit = DATA / "units" / serial
+    true = {"dx_um": 0.0, "dy_um": 0.0} | truth(serial)["effects"].get("misalignment", {})
+    assert accept("gap", unit, "--model", model, "--out", tmp_path).exit_code == 0
+    before, after = (estimated(unit, m, tmp_path) for m in (model, tmp_path / "model.toml"))
+    assert (before is None) == (serial == "S-04")
+    assert after is not None
+    for axis, (value, U) in after.items():
+        assert abs(value - true[axis]) <= 1.5 * U + 0.5
 
 
 class TestRefused:
