@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accept import toplevel
+from accept.evidence import vet_twins
 from checks.acceptance import CHECKS
 from checks.declare import Check, Form, Input, Measured, Scalar, Series, Table, Values, Vector
 from checks.record import RecordError
@@ -240,6 +241,7 @@ def load(unit: UnitFolder, section: Section, hashes: Mapping[str, str]) -> Value
     values: dict[str, Any] = {}
     for name, entry in section.entries.items():
         values[name] = _read_file(unit, entry, hashes) if isinstance(entry, FileEntry) else entry
+    vet_twins(values)
     return values
 
 
@@ -268,7 +270,10 @@ def inside(folder: Path, name: str) -> Path:
 
 def _hash(folder: Path, name: str) -> str | None:
     try:
-        with open(inside(folder, name), "rb") as file:
+        path = inside(folder, name)
+        if not path.is_file():  # opening a pipe would wait for ever
+            return None
+        with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (OSError, RecordError, ValueError):
         return None

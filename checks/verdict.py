@@ -89,7 +89,10 @@ def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, str | None]:
         return Verdict.NO_RESULT, f"the value is in {quantity.unit}, the limit in {limit.unit}"
     if U is not None and (math.isnan(U) or U < 0):
         return Verdict.NO_RESULT, f"the uncertainty is {U}"
-    return _apply_rule(value, math.inf if U is None else U, limit)
+    applied, reason = _apply_rule(value, math.inf if U is None else U, limit)
+    if applied is Verdict.CONDITIONAL and U is None and quantity.note:
+        reason = f"{reason}: {quantity.note}"
+    return applied, reason
 
 
 def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, str | None]:

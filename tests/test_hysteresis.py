@@ -14,7 +14,7 @@ from checks.acceptance import hysteresis
 from checks.quantity import NoResult, Quantity
 from checks.record import Record
 from checks.signals.cycles import last_cycles
-from specs.spec import CheckSpec
+from specs.spec import CheckSpec, load
 from tests.play_model import Plays
 
 UNITS = Path(__file__).parents[2] / "shared" / "data" / "units"
@@ -203,3 +203,26 @@ def test_panels(response: np.ndarray) -> None:
     outcome = hysteresis.measure({"record": record(sines(), response)}, BARE)
     assert set(outcome.panels) == {"displacement_loops", "displacement_width"}
     assert len(outcome.panels["displacement_loops"].items) == len(AMPLITUDES)
+
+
+def test_a_response_ahead_of_its_drive_is_no_result(response: np.ndarray) -> None:
+    backwards = record(sines()[::-1], response[::-1])
+    with pytest.raises(NoResult, match="ahead of Va"):
+        hysteresis.measure({"record": backwards}, BARE)
+    # A straight line stored one sample early is still a line: 2 pi / 1000 of the loop, not taken for hysteresis turned
+    early = record(sines(), np.roll(24e-6 * sines(), -1))
+    assert math.isfinite(measured(early)["hysteresis_percent"].value)
+
+
+def test_a_clipped_response_is_no_result(response: np.ndarray) -> None:
+    top = 0.7 * response.max()  # a polynomial centre line would follow so flat a top
+    with pytest.raises(NoResult, match="held, or clipped"):
+        hysteresis.measure({"record": record(sines(), np.minimum(response, top), noise=0.0)}, BARE)
+
+
+@pytest.mark.parametrize("spec", ["apa", "strut", "strut-basic"])
+def test_the_built_in_limits_are_for_a_stated_amplitude(spec: str, response: np.ndarray) -> None:
+    """A limit at full drive says nothing on a record of small sines."""
+    small = record(sines()[:6000], response[:6000])
+    with pytest.raises(NoResult, match="asked for"):
+        hysteresis.measure({"record": small}, load(spec).checks["hysteresis"])

@@ -188,3 +188,21 @@ def test_notes_say_whether_R_and_C_agree() -> None:
     assert ", as expected" in good.notes[0]
     assert "not as expected" in bad.notes[0]
     assert set(good.panels) == {"magnitude", "phase"}
+
+
+@pytest.mark.parametrize(("ohm", "known"), [(80600.0, True), (None, True), (80.6, False), (161200.0, False)])
+def test_a_corner_of_another_resistor_has_no_uncertainty(ohm: float | None, known: bool) -> None:
+    """0.39 Hz is the corner of 80.6 kOhm: with another one it shows no sound stack, though it lies inside the limit."""
+    given: dict[str, object] = {"with_resistor": Bench().record(5)}
+    q = measured(given if ohm is None else given | {"resistor_ohm": Measured(ohm)})["sensor_highpass_Hz"]
+    assert (q.U is not None) == known
+    assert known or "ohm make with a sound stack" in (q.note or "")
+
+
+def test_a_clipped_sensor_is_no_result() -> None:
+    t, u, y = Bench(offset=0.0).clean()
+    y = np.round(y / 2.5e-5) * 2.5e-5
+    clipped = np.clip(y, -0.7 * y.max(), 0.7 * y.max())
+    assert measured({"with_resistor": noisy(t, u, y, 0.0, np.random.default_rng(1))})["sensor_highpass_Hz"].U
+    with pytest.raises(NoResult, match="clipped"):
+        measured({"with_resistor": noisy(t, u, clipped, 0.0, np.random.default_rng(1))})

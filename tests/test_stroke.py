@@ -187,3 +187,44 @@ def test_panel_shows_both_loops(sine_response: np.ndarray) -> None:
     given = record(SINE, sine_response)
     panel = stroke.measure({"one_stack": given, "two_stacks": given}, SPEC).panels["loops"]
     assert [item.label for item in panel.items[:2]] == ["one stack", "two stacks"]
+
+
+def spoiled() -> dict[str, tuple[np.ndarray, str]]:
+    d = ONE.response(SINE)
+    rng = np.random.default_rng(3)
+    held = gauge(d, rng)
+    held[4000:4400] = held[4000]  # 0.8 s of a period of 6.7 s
+    return {
+        "in mm": (gauge(1e3 * d, rng), "not in m"),
+        "two stacks, not one": (gauge(2 * d, rng), "other stacks were driven"),
+        "probe stuck": (held, "the gauge sticks"),
+        "drifting": (gauge(d + 4e-5 * T / T[-1], rng), "drifts or slipped"),
+        "slipped": (gauge(d + np.where(T > 5.0, -3e-5, 0.0), rng), "drifts or slipped"),
+    }
+
+
+@pytest.mark.parametrize("case", spoiled())
+def test_what_could_only_be_a_wrong_record_is_no_result(case: str) -> None:
+    """Each of these would lie inside a limit that has no upper bound."""
+    d, words = spoiled()[case]
+    spec = SPEC.model_copy(update={"settings": {"stroke_max_um": 456.0}})
+    q = measured(record(SINE, d), record(SINE, TWO.response(SINE)), spec)
+    assert words in (q["stroke_um"].reason or "")
+
+
+def test_a_typed_stroke_that_no_actuator_makes_is_no_result() -> None:
+    spec = SPEC.model_copy(update={"settings": {"stroke_max_um": 456.0}})
+    found = {q.name: q for q in stroke.measure({"stroke_um": Measured(900.0)}, spec).quantities}["stroke_um"]
+    assert "not plausible" in (found.reason or "")
+
+
+@pytest.mark.parametrize("total_um", [3.0, 10.0])
+def test_a_little_drift_is_in_the_uncertainty(total_um: float, sine_response: np.ndarray) -> None:
+    """A linear drift moves the largest reading by no more than all of it; U must cover what it moved."""
+    clean = measured(record(SINE, sine_response), None)["stroke_one_stack_um"]
+    found = measured(record(SINE, sine_response + total_um * 1e-6 * T / T[-1]), None)["stroke_one_stack_um"]
+    moved = found.value - clean.value
+    assert moved > 0.3 * total_um
+    assert found.U is not None
+    assert clean.U is not None
+    assert math.hypot(clean.U, moved) <= found.U < 3 * total_um

@@ -1,9 +1,11 @@
 """Unit folders: hostile input ends in a clear refusal or a reasoned no_result, never in a verdict or a traceback."""
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -143,19 +145,19 @@ def test_a_spec_of_another_kind_refuses(tmp_path: Path) -> None:
 def records_unit(folder: Path, **stroke: np.ndarray) -> Path:
     make_unit(folder, text=GOOD.replace("stroke_um = 373.2", 'one_stack = "one.mat"\ntwo_stacks = "two.mat"'))
     save_mat(folder / "one.mat", **stroke)
-    save_mat(folder / "two.mat", **stroke)
+    save_mat(folder / "two.mat", **stroke | {"d": 2.01 * stroke["d"]})
     return folder
 
 
 def good_stroke() -> dict[str, np.ndarray]:
     t = np.arange(20000) * 1e-3
     V = 65 - 85 * np.cos(2 * np.pi * 0.1 * t)
-    return {"t": t, "V": V, "d": (V + 20) * 1e-6}
+    return {"t": t, "V": V, "d": (V + 20) * 0.65e-6}
 
 
 def test_a_unit_of_records_is_judged(tmp_path: Path) -> None:
     found = findings(records_unit(tmp_path, **good_stroke()))
-    assert found["stroke_um"].value == pytest.approx(340, rel=1e-3)
+    assert found["stroke_um"].value == pytest.approx(332.6, rel=1e-3)
 
 
 @pytest.mark.parametrize("fault", ["truncated", "nan", "missing channel", "unequal", "text"])
@@ -204,3 +206,19 @@ def test_any_content_is_refused_or_judged_without_passing_on_nothing(tmp_path: P
         if finding.verdict is Verdict.PASS:
             assert finding.value is not None
             assert finding.U is not None
+
+
+def test_one_recording_is_not_two(tmp_path: Path) -> None:
+    """Neither as the same bytes nor saved again in another form: noise never repeats itself."""
+    folder = records_unit(tmp_path / "R-1", **good_stroke())
+    data = scipy.io.loadmat(folder / "one.mat")
+    for compressed in (False, True):
+        scipy.io.savemat(folder / "two.mat", {k: data[k] for k in ("t", "V", "d")}, do_compression=compressed)
+        assert "hold the same recording" in (findings(folder)["stroke_um"].reason or "")
+
+
+def test_a_pipe_is_no_record_and_is_not_waited_for(tmp_path: Path) -> None:
+    folder = records_unit(tmp_path / "R-1", **good_stroke())
+    (folder / "one.mat").unlink()
+    os.mkfifo(folder / "one.mat")
+    assert "one.mat" in (findings(folder)["stroke_um"].reason or "")

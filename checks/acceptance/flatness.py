@@ -163,8 +163,6 @@ CHECK = Check(
     ),
     quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),
     measure=measure,
-    settings=(
-        Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),
-    ),
+    settings=(Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),),
     stated=("z_um",),
 )

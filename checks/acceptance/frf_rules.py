@@ -11,6 +11,7 @@ from checks.declare import Setting
 from checks.quantity import NoResult
 from checks.record import Record
 from checks.signals.frf import Frf
+from checks.signals.overload import overload
 from checks.signals.timechecks import Delay, Expected, delay, mismatches, responds
 from specs.spec import CheckSpec
 
@@ -87,6 +88,9 @@ def vet_records(records: Mapping[str, Record], rules: Rules) -> None:
         odd = mismatches(columns, LOOKS)
         if odd:
             raise NoResult(f"{key}: {record.name}: " + "; ".join(m.words for m in odd))
+        clipped = [words for c in OUTPUTS if c in record.channels and (words := overload(c, record[c]))]
+        if clipped:
+            raise NoResult(f"{key}: {record.name}: " + "; ".join(clipped))
 
 
 def vet_responses(key: str, frf: Frf) -> None:

@@ -11,7 +11,7 @@ from checks.picture import Band, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from checks.signals.cycles import Cycle, last_cycles
-from checks.signals.loops import Estimate, thin
+from checks.signals.loops import Estimate, longest_stand, thin
 from checks.signals.regression import least_squares
 from specs.spec import CheckSpec
 
@@ -21,6 +21,7 @@ UM = 1e-6
 CENTRE_LINE_DEGREE = 5
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
 MIN_AMPLITUDE_V = 0.0
+STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,9 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     cycles = _cycles(record, float(spec.settings.get("min_amplitude_V", MIN_AMPLITUDE_V)))
     loops = _loops(record, "de", cycles)
     notes = [f"loops at {', '.join(f'{loop.amplitude:.3g}' for loop in loops)} V about {cycles[-1].centre:.3g} V of Va"]
-    if loops[-1].width.value < -3 * loops[-1].width.u:
-        notes.append("de runs ahead of Va: channels swapped, or a delay in Va")
+    _check_order(loops[-1], cycles[-1])
+    if _falls(loops[-1]):
+        notes.append("de falls while Va rises: the encoder counts the other way")
     quantities = [_width("hysteresis_percent", loops[-1], spec), _small(loops, spec), _amplitude(loops)]
     panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
     if "Vs" in record.channels:
@@ -71,7 +73,29 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
     return cycles
 
 
+def _check_order(loop: Loop, cycle: Cycle) -> None:
+    """Raises NoResult where de runs ahead of Va by more than the sample by which the two may have been stored apart:
+    a loop cannot open that way."""
+    ahead, one_sample = -loop.width.value, 2 * np.pi / (cycle.stop - cycle.start)
+    if ahead > one_sample + 3 * loop.width.u:
+        percent = f"{100 * ahead:.3g} percent at {loop.amplitude:.3g} V"
+        raise NoResult(f"de runs ahead of Va ({percent}): stored with an offset, turned in time, or of another record")
+
+
+def _falls(loop: Loop) -> bool:
+    return float(loop.drive @ loop.response) < 0.0
+
+
+def _check_moving(record: Record, channel: str, cycle: Cycle) -> None:
+    """Raises NoResult where a channel repeats one value while Va runs on: it is held, or the end of its range."""
+    at, passed = longest_stand(record["Va"][cycle.samples], record[channel][cycle.samples])
+    if passed > STUCK * 2 * cycle.amplitude:
+        words = f"{channel} stands still from sample {cycle.start + at} on while Va runs through {passed:.3g} V"
+        raise NoResult(f"{words}: held, or clipped")
+
+
 def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
+    _check_moving(record, channel, cycles[-1])
     loops = [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
     if not loops[-1].misfit <= MAX_MISFIT:
         raise NoResult(f"{channel} does not follow Va in a loop at {cycles[-1].amplitude:.3g} V")

@@ -1,6 +1,7 @@
 """Corner of the high-pass that the resistor across the sensor stack makes with its capacitance (seed 3.1.9)."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from checks.picture import Line, Mark, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from checks.signals.highpass import HighPass, fit_highpass
+from checks.signals.overload import overload
 from specs.spec import CheckSpec
 
 Array = NDArray[np.float64]
@@ -21,6 +23,7 @@ TOP_HZ = 5.0
 CAPACITANCE_UF = [4.4, 5.5]
 MAX_UNEXPLAINED = 0.02
 MAX_RELATIVE_U = 0.1
+RESISTOR_OHM = 80600.0  # seed 3.1.9
 SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 
 
@@ -38,12 +41,20 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     free = _try_without(values, top_Hz)
     without = free if isinstance(free, Quantity) else _corner_without(free)
     implied = _capacitance(corner, without, values, spec)
-    quantities = (corner, without, implied, Quantity.of("sensor_gain_V_per_V", fitted.terms[0]))
+    quantities = (
+        _held_against_resistor(corner, values, spec),
+        without,
+        implied,
+        Quantity.of("sensor_gain_V_per_V", fitted.terms[0]),
+    )
     return Outcome(quantities, _notes(corner, values, spec), _panels(values, fitted, top_Hz))
 
 
 def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
     """High-pass of a record that describes it. Raises NoResult otherwise."""
+    clipped = overload("Vs", record["Vs"])
+    if clipped:
+        raise NoResult(f"{name}: {clipped}")
     try:
         fitted = fit_highpass(record.t, record["Va"], record["Vs"], top_Hz)
     except ValueError as e:
@@ -105,19 +116,27 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
     return Quantity.of(name, C, *budget)
 
 
-def _expected(values: Values, spec: CheckSpec) -> tuple[float, float] | None:
+def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
+    """The limits of the corner are those of the spec's resistor: with another one a corner inside them shows another
+    capacitance. Its uncertainty is then unknown, so that it cannot pass; a corner outside them fails as before."""
+    lo, hi = _expected(values, spec)
+    R: Measured | None = values.get("resistor_ohm")
+    if R is None or lo <= corner.value <= hi:
+        return corner
+    words = f"not the corner that the stated {R.value:g} ohm make with a sound stack, {lo:.3g} to {hi:.3g} Hz"
+    return replace(corner, U=None, note=words)
+
+
+def _expected(values: Values, spec: CheckSpec) -> tuple[float, float]:
     """Corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
     R: Measured | None = values.get("resistor_ohm")
-    if R is None:
-        return None
+    ohm = float(spec.settings.get("resistor_ohm", RESISTOR_OHM)) if R is None else R.value
     lo, hi = sorted(float(c) for c in spec.settings.get("capacitance_uF", CAPACITANCE_UF))
-    return 1 / (2 * math.pi * R.value * hi * UF), 1 / (2 * math.pi * R.value * lo * UF)
+    return 1 / (2 * math.pi * ohm * hi * UF), 1 / (2 * math.pi * ohm * lo * UF)
 
 
 def _notes(corner: Quantity, values: Values, spec: CheckSpec) -> tuple[str, ...]:
     expected = _expected(values, spec)
-    if expected is None:
-        return ()
     inside = expected[0] <= corner.value <= expected[1]
     words = "as" if inside else "not as"
     return (f"corner {corner.value:.3g} Hz, {words} expected of R and C ({expected[0]:.3g} to {expected[1]:.3g} Hz)",)
@@ -175,6 +194,7 @@ CHECK = Check(
     measure=measure,
     settings=(
         Setting("top_Hz", TOP_HZ, "highest frequency used, well below the first zero of Vs"),
+        Setting("resistor_ohm", RESISTOR_OHM, "resistor where the unit does not state its own"),
         Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to"),
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),

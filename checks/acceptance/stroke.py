@@ -26,6 +26,10 @@ START_V, TOP_V, TOLERANCE_V = -20.0, 150.0, 1.0
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_SAMPLES = 12
 MIN_OVER_NOISE = 20.0
+MAX_UM = 2000.0
+SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
+STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
+MAX_RETURN = 0.15  # of the stroke: a first loop stays open by some percent, a gauge that slipped by more
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
 
@@ -36,6 +40,7 @@ class Range:
     start: float
     top: float
     tolerance: float
+    stroke_max: float = MAX_UM * UM  # of three stacks [m]
 
     @property
     def span(self) -> float:
@@ -48,12 +53,13 @@ class Range:
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """One record: stroke [m], what the voltage lacks of the range as a displacement [m], loop width at mid-voltage [m]
-    or the reason why there is none; settled: that loop does not contain the first rise; V, d : (N,) the record, d from
-    its start."""
+    """One record: stroke [m], what the voltage lacks of the range as a displacement [m], how far the gauge may have
+    drifted [m], loop width at mid-voltage [m] or the reason why there is none; settled: that loop does not contain the
+    first rise; V, d : (N,) the record, d from its start."""
 
     stroke: Estimate
     short: float
+    drift: float
     width: Estimate | str
     settled: bool
     V: Array
@@ -79,12 +85,17 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 def _from_value(values: Values, spec: CheckSpec) -> Outcome:
     others = [name for name in CHECK.quantities if name != "stroke_um"]
     missing = (Quantity.missing(name, "a typed stroke does not show it: the records are needed") for name in others)
-    return Outcome((typed_quantity(values, spec, "stroke_um"), *missing))
+    typed, most = typed_quantity(values, spec, "stroke_um"), _range(spec).stroke_max / UM
+    if typed.value > most:
+        words = f"stroke_um = {typed.value:.6g} um is not plausible (expected at most {most:g} um)"
+        typed = Quantity.missing("stroke_um", words)
+    return Outcome((typed, *missing))
 
 
 def _range(spec: CheckSpec) -> Range:
     get = spec.settings.get
-    return Range(get("start_V", START_V), get("top_V", TOP_V), get("voltage_tolerance_V", TOLERANCE_V))
+    most = get("stroke_max_um", MAX_UM) * UM
+    return Range(get("start_V", START_V), get("top_V", TOP_V), get("voltage_tolerance_V", TOLERANCE_V), most)
 
 
 def _try_record(values: Values, key: str, wanted: Range) -> Stroke | str:
@@ -92,9 +103,20 @@ def _try_record(values: Values, key: str, wanted: Range) -> Stroke | str:
     if key not in values:
         return f"{key}: not measured"
     try:
-        return stroke_of(values[key], wanted)
+        found = stroke_of(values[key], wanted)
+        _check_plausible(found.stroke.value, SHARE[key], wanted)
+        return found
     except (NoResult, ValueError) as e:
         return f"{key}: {e}"
+
+
+def _check_plausible(stroke: float, share: float, wanted: Range) -> None:
+    """Raises NoResult for a stroke [m] that no such share of three alike stacks can make."""
+    if stroke > share * wanted.stroke_max:
+        raise NoResult(
+            f"d rises by {stroke / UM:.4g} um, three stacks would then move {stroke / share / UM:.4g} um of at most "
+            f"{wanted.stroke_max / UM:g}: d is not in m, the gauge's range is wrong, or other stacks were driven"
+        )
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:
@@ -102,6 +124,7 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     start to the wanted top or the displacement does not follow it."""
     V, d = record["V"], record["d"]
     short = _check_range(V, wanted)
+    _check_moving(V, d, wanted)
     smooth = max(1, V.size // 1000)  # samples averaged, only to find where the ends are
     V_smooth, d_smooth = _running_mean(V, smooth), _running_mean(d, smooth)
     top = int(np.argmax(d_smooth))
@@ -115,9 +138,10 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
         raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
+    drift = _drift(V, d, np.abs(V_smooth - V_smooth[0]) <= reach, start, stroke, reach)
     found = loops.branches(V, wanted.middle, wanted.span / 2)
     width = _width(V, d, found, wanted)
-    return Stroke(stroke, short * stroke.value / wanted.span, width, len(found) > 2, V, d - start.value)
+    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, len(found) > 2, V, d - start.value)
 
 
 def _check_range(V: Array, wanted: Range) -> float:
@@ -130,6 +154,50 @@ def _check_range(V: Array, wanted: Range) -> float:
     return abs(first - wanted.start) + abs(highest - wanted.top)
 
 
+def _check_moving(V: Array, d: Array, wanted: Range) -> None:
+    """Raises NoResult where d repeats one value while V runs on: the probe sticks, or the reading was held."""
+    at, passed = loops.longest_stand(V, d)
+    if passed > STUCK * wanted.span:
+        raise NoResult(f"d stands still from sample {at} on while V runs through {passed:.3g} V: the gauge sticks")
+
+
+def _drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, stroke: Estimate, reach: float) -> float:
+    """How far the gauge may have drifted over the record [m], by what d reads each time V is back at its start.
+
+    Settled loops close: what later returns differ by is drift. After one loop only, drift cannot be told from what the
+    first rise leaves behind; the top lies midway, so half of it counts. What the scatter explains does not count.
+    Raises NoResult where d does not come back.
+    """
+    returns = [
+        (lo, _level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
+        for lo, hi in _stays(bottom)
+        if lo > 0
+    ]
+    for _, level in returns:
+        left = level.value - start.value
+        if abs(left) > MAX_RETURN * stroke.value:
+            raise NoResult(
+                f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
+                f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
+            )
+    if not returns:
+        return 0.0
+    if len(returns) == 1:
+        return _beyond_scatter(returns[0][1], start) / 2
+    (first, a), (last, b) = returns[0], returns[-1]
+    return _beyond_scatter(a, b) * V.size / (last - first)
+
+
+def _beyond_scatter(a: Estimate, b: Estimate) -> float:
+    return max(0.0, abs(a.value - b.value) - 3 * math.hypot(a.u, b.u))
+
+
+def _stays(zone: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(first, behind the last) sample of each unbroken stretch of `zone` that is long enough for a fit."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
+    return [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
+
+
 def _running_mean(x: Array, n: int) -> Array:
     """Mean over n samples about each one; the ends repeat the first and the last sample."""
     padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
@@ -139,8 +207,7 @@ def _running_mean(x: Array, n: int) -> Array:
 def _highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estimate:
     """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
     the largest of them would be too high."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
-    stays = [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
+    stays = _stays(zone)
     if not stays:
         raise NoResult(f"fewer than {MIN_SAMPLES} samples at the top of the voltage range")
     levels = [_level(V - V[lo:hi].max(), d, lo + int(np.argmax(V[lo:hi])), zone, reach) for lo, hi in stays]
@@ -184,6 +251,8 @@ def _stroke_quantity(name: str, found: Stroke | str, spec: CheckSpec) -> Quantit
     scatter = [Contribution("scatter of the record", found.stroke.u / UM, "A")]
     if found.short > 0:
         scatter.append(Contribution("voltage off its range", found.short / UM))
+    if found.drift > 0:
+        scatter.append(Contribution("drift of the gauge", found.drift / UM / math.sqrt(3)))
     return with_stated(name, value, scatter, stated(spec, value, "d_um", "stroke_um"))
 
 
@@ -258,6 +327,7 @@ CHECK = Check(
         Setting("start_V", START_V, "voltage on the stacks where a record must start"),
         Setting("top_V", TOP_V, "voltage on the stacks that a record must reach"),
         Setting("voltage_tolerance_V", TOLERANCE_V, "how far both may be off"),
+        Setting("stroke_max_um", MAX_UM, "stroke of three stacks above which the data, not the unit, must be wrong"),
     ),
     stated=("stroke_um", "d_um"),
 )

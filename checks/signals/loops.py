@@ -79,6 +79,15 @@ def last_pair(found: list[Branch]) -> tuple[Branch, Branch] | None:
     return (found[-2], found[-1]) if len(found) >= 2 else None
 
 
+def longest_stand(drive: Array, response: Array) -> tuple[int, float]:
+    """(first sample, range of the drive in its unit) of the stretch over which a response (N,) repeats one value while
+    the drive (N,) runs furthest: of a response that is held, stuck or clipped."""
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(response)) + 1])
+    passed = np.maximum.reduceat(drive, starts) - np.minimum.reduceat(drive, starts)
+    worst = int(np.argmax(passed))
+    return int(starts[worst]), float(passed[worst])
+
+
 def thin(values: Array) -> Array:
     """At most about `MAX_DRAWN` of the values (N,), evenly taken: a picture needs no more."""
     return values[:: max(1, values.size // MAX_DRAWN)]

@@ -43,6 +43,8 @@ def find_steps(t: Array, y: Array) -> list[Step]:
     """
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too few to hold a step, {MIN_SAMPLES} are needed")
+    if (step := float(t[-1] - t[0]) / (t.size - 1)) > GAP_S:
+        raise ValueError(f"sampled every {step:.3g} s, too slowly to see a step (every {GAP_S:g} s is needed)")
     per_grid = max(1, round(GRID_S * (t.size - 1) / (t[-1] - t[0])))
     used = t.size // per_grid * per_grid
     level = np.median(y[:used].reshape(-1, per_grid), axis=1)
