@@ -70,11 +70,14 @@ def simulate_bench(
     out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     seconds: Annotated[float | None, typer.Option(min=0.0, help="End by itself after so long [s].")] = None,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
+    ] = None,
 ) -> None:
     """Simulated instruments on pseudo-terminals: prints the ports and a ready bench.toml, runs until stopped."""
     from accept.commands import simulate_bench as command
 
-    raise typer.Exit(command.run(unit, out, seed, seconds))
+    raise typer.Exit(command.run(unit, out, seed, seconds, fault or ()))
 
 
 def recall(

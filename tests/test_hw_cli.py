@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli import app
+from accept.commands.simulate_bench import Struck
 from accept.world import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
@@ -129,6 +130,56 @@ def test_simulate_bench_as_a_program_of_its_own(tmp_path):
     assert set(printed) == {"gauge", "lcr", "probe", "bench"}
     assert done.exit_code == 0, done.output
     assert not (tmp_path / "b" / "gauge").exists()
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("gauge:menu_open", "is a menu open"),
+        ("lcr:overrange", "PRIM:OVER"),
+        ("probe:half_line", "only b"),
+        ("lcr:half_line:3", "not acknowledged"),
+        ("gauge:swapped:probe", "gauge: no reply"),
+    ],
+)
+def test_a_fault_to_practise_with(bench, fault, words):
+    Struck.of(fault).strike(bench.servers)
+    done = run("hw", "test", fault.split(":")[0], "--bench", bench.bench_file)
+    assert done.exit_code == 5, done.output
+    assert words in done.output
+
+
+def test_a_fault_asked_for_on_the_command_line(tmp_path):
+    make_unit(tmp_path / "U", "U-7")
+    words = ["simulate", "bench", "--unit", tmp_path / "U", "--fault", "lcr:overrange"]
+    command = [sys.executable, "-m", "accept", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=dict(os.environ)) as process:
+        assert process.stdout is not None
+        try:
+            printed = dict(process.stdout.readline().split() for _ in range(4))
+            assert run("hw", "test", "probe", "--bench", printed["bench"]).exit_code == 0
+            done = run("hw", "test", "lcr", "--bench", printed["bench"])
+        finally:
+            process.send_signal(signal.SIGTERM)
+    assert done.exit_code == 5
+    assert "PRIM:OVER" in done.output
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("scale:garbage", "one of gauge, lcr, probe"),
+        ("gauge:broken", "menu_open"),
+        ("gauge:swapped", "gauge:swapped:lcr"),
+        ("gauge:swapped:gauge", "gauge:swapped:lcr"),
+        ("lcr:slow:soon", "'soon' is no number"),
+    ],
+)
+def test_a_fault_that_is_none(tmp_path, fault, words):
+    make_unit(tmp_path / "U", "U-7")
+    done = run("simulate", "bench", "--unit", tmp_path / "U", "--seconds", 0, "--fault", fault)
+    assert done.exit_code == 6
+    assert words in done.output
 
 
 def test_the_world_is_the_unit_s(tmp_path):

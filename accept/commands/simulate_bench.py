@@ -3,28 +3,75 @@
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
+from accept.simulate.order import OrderError
 from accept.world import world_of
-from hw.simulated import SimulatedBench
+from hw.simulated import Fault, FaultKind, Server, SimulatedBench
+from hw.simulated.server import swap
 
 BYTE_S = 0.0002  # about 38400 baud
+NAMES = ("gauge", "lcr", "probe")
+AT = 4  # bytes of a reply before it is cut
+
+
+@dataclass(frozen=True)
+class Struck:
+    """A fault of an instrument, or the instrument that it is exchanged with."""
+
+    name: str
+    kind: FaultKind
+    after: int = 0
+    other: str = ""
+
+    @classmethod
+    def of(cls, words: str) -> "Struck":
+        """`gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises OrderError."""
+        name, _, rest = words.partition(":")
+        kind, _, more = rest.partition(":")
+        kinds = [k.value for k in FaultKind]
+        if name not in NAMES or kind not in kinds:
+            raise OrderError(
+                f"--fault {words}: expected INSTRUMENT:FAULT with one of {', '.join(NAMES)} and of {', '.join(kinds)}"
+            )
+        if kind == FaultKind.SWAPPED:
+            if more not in NAMES or more == name:
+                raise OrderError(f"--fault {words}: expected what it is exchanged with, as in gauge:swapped:lcr")
+            return cls(name, FaultKind.SWAPPED, other=more)
+        if more and not more.isdecimal():
+            raise OrderError(f"--fault {words}: '{more}' is no number of replies that go by before it")
+        return cls(name, FaultKind(kind), int(more or 0))
+
+    def strike(self, servers: Mapping[str, Server]) -> None:
+        if self.kind is FaultKind.SWAPPED:
+            swap(servers[self.name], servers[self.other])
+        else:
+            servers[self.name].inject(Fault(self.kind, after=self.after, at=AT))
 
 
 @clear_errors
-def run(unit: Path, out: Path | None, seed: int, seconds: float | None) -> Exit:
-    """Run simulated instruments that measure a unit, until stopped or for `seconds`; prints the ports."""
+def run(unit: Path, out: Path | None, seed: int, seconds: float | None, faults: Sequence[str] = ()) -> Exit:
+    """Run simulated instruments that measure a unit, until stopped or for `seconds`; prints the ports. faults: as
+    `Struck.of` reads them."""
+    try:
+        struck = [Struck.of(words) for words in faults]
+    except OrderError as e:
+        say(f"accept: {e}")
+        return Exit.BAD_INPUT
     world = world_of(unit)
     with (
         _stopped_by_signal() as stop,
         tempfile.TemporaryDirectory(prefix="accept-bench-") as temporary,
         SimulatedBench(world, out or Path(temporary), seed=seed, byte_s=BYTE_S) as bench,
     ):
+        for fault in struck:
+            fault.strike(bench.servers)
         for name, server in bench.servers.items():
             print(f"{name}  {server.path}")
         print(f"bench  {bench.bench_file}", flush=True)
