@@ -2,6 +2,7 @@
 come from and by one that is another, which has more freedom to bend."""
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from tests.units_model import needs_data
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 DRAWS = 15 if SOAK else 1
+UNKNOWN = "is not known from"
 PAIRS = ["builtin by itself", pytest.param("finite elements by the frame", marks=needs_data)]
 
 
@@ -72,18 +74,18 @@ def test_a_wrong_payload(pair: str, kg: float) -> None:
         (turned(-1.0, 1.0), "de moves against da"),
         (turned(1.0, -1.0), "de moves against da"),
         (turned(-1.0, -1.0), "is the drive turned"),  # the ratio is the same, but the drive pushes where it should pull
-        (turned(-2.0, -1.0), "is the drive turned"),
-        (exchanged, "does not explain"),
-        (without(10.0, 40.0), "is not known from"),
-        (without(60.0, 90.0), "is not known from"),
-        (without(150.0, 240.0), "is not known from"),
-        (without(270.0, 300.0), "is not known from"),
-        (without(300.0, 1100.0), "is not known from"),
-        (noisy, "is not known from"),
+        (turned(-2.0, -1.0), f"is the drive turned|{UNKNOWN}"),  # twice the noise, too
+        (exchanged, f"does not explain|the data fit only with|{UNKNOWN}"),  # where de had a zero, da now has one
+        (without(10.0, 40.0), UNKNOWN),
+        (without(60.0, 90.0), UNKNOWN),
+        (without(150.0, 240.0), UNKNOWN),
+        (without(270.0, 300.0), UNKNOWN),
+        (without(300.0, 1100.0), UNKNOWN),
+        (noisy, UNKNOWN),
     ],
 )
 def test_turned_exchanged_or_missing(pair: str, wrong: Callable[[Dataset], Dataset], words: str) -> None:
     for seed in range(1000, 1000 + DRAWS):
         reason = answer(pair, seed, wrong)
         assert reason is not None, seed
-        assert words in reason or (words == "does not explain" and "the data fit only with" in reason)
+        assert re.search(words, reason), reason
