@@ -198,6 +198,18 @@ def test_a_rough_model_has_its_modes_free(builtin: Model) -> None:
     assert not np.allclose(stiffer, builtin.frf(f), rtol=1e-2)
 
 
+def test_the_derivatives_by_free_modes_away_from_the_start(builtin: Model) -> None:
+    """What enters the stiffness in proportion has a derivative that is remembered, wherever the other values are."""
+    soft, f = softened(builtin), np.array([70.0, 150.0, 330.0, 600.0])
+    at = {"apa.mode_1": 1.08, "apa.mode_3": 0.93, "misalignment.dx_um": 60.0, "joint.kz_N_per_um": 80.0}
+    J = soft.jacobian(f, tuple(at), at, CHANNELS)
+    for i, name in enumerate(at):
+        h = 1e-4 * abs(at[name])
+        above, below = (soft.frf(f, {**at, name: at[name] + d}, CHANNELS) for d in (h, -h))
+        slope = (above - below) / (2 * h)
+        assert np.abs(J[i] - slope).max() < 1e-5 * np.abs(slope).max()  # the difference's own error
+
+
 def test_an_apa_is_lopsided_along_x_only(builtin: Model) -> None:
     """Its stacks stand beside a spacer along x; a mirrored encoder and a straight start change nothing of that."""
     dx, dy = own_offsets(builtin)
