@@ -38,6 +38,7 @@ def seen(watch_on: Fake, count: int) -> list:
     watch = Watch(watch_on, "uF", told.put)
     found = [told.get(timeout=TIMEOUT_S) for _ in range(count)]
     watch.stop()
+    watch.join(TIMEOUT_S)
     return found
 
 

@@ -20,10 +20,9 @@ def run(arguments: Sequence[str], port: int) -> Exit:
         return Exit.BAD_INPUT
     from accept.commands.loopback import Loopback, template_without_strangers
 
-    command = shlex.join([sys.executable, "-m", "accept", "run", *arguments])
     with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
         template_without_strangers(Path(folder))
-        server = Loopback(command, HOST, port, "accept", templates_path=folder)
+        server = Loopback(command(arguments), HOST, port, "accept", templates_path=folder)
         print(f"accept: http://{HOST}:{port} on this machine; Ctrl+C ends it", file=sys.stderr, flush=True)
         try:
             server.serve()
@@ -31,3 +30,8 @@ def run(arguments: Sequence[str], port: int) -> Exit:
             print(f"accept: {HOST}:{port}: {e.strerror or e}", file=sys.stderr)
             return Exit.BAD_INPUT
     return Exit.ACCEPTED
+
+
+def command(arguments: Sequence[str]) -> str:
+    """What is started for every window."""
+    return shlex.join([sys.executable, "-m", "accept", "run", *arguments])
