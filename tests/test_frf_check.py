@@ -20,6 +20,7 @@ from checks.record import Record
 from checks.signals.poles import Transforms, fit_poles
 from checks.signals.resonance import CHANCE, candidate, evidence, find, find_beside
 from checks.signals.zeros import find_zero
+from checks.verdict import judge
 from hw import records
 from hw.model import open_model
 from specs import load
@@ -204,6 +205,8 @@ BAD = {
     "dead": (changed("high", Vs=noise_of("Vs")), ["Vs nowhere follows Va"]),
     "another record": (changed("low", da=noise_of("da")), ["da nowhere follows Va"]),
     "exchanged": (changed("low", Vs=lambda r: r["de"], de=lambda r: r["Vs"]), ["Vs", "de", "exchanged"]),
+    "scaled": (changed("low", de=lambda r: 1.3 * r["de"]), ["de moves 1.3 times as far as da"]),
+    "clipped": (changed("low", da=lambda r: np.minimum(r["da"], 0.5 * r["da"].max())), ["da is clipped"]),
     "noisy": (
         changed("high", da=lambda r: r["da"] + 0.3 * noise_of("da")(r)),
         ["coherence is below 0.9", "da", "Hz (median"],
@@ -257,6 +260,16 @@ def test_payload_of_the_unit_goes_before_the_specs():
     assert "payload 6 kg, stated with the unit" in k.note
     unknown, _ = measured(good_unit(), BARE)
     assert unknown["k_resonance_N_per_um"].U is None  # nobody stated how well the payload is known
+
+
+def test_a_resonance_with_another_payload_cannot_pass():
+    """The limits are for 5 kg; inside them with 8 kg stated, the actuator would be far too stiff."""
+    limit = APA.limits["axial_resonance_Hz"]
+    for kg, verdict in ((5.0, "pass"), (5.7, "pass"), (8.0, "conditional"), (0.5, "conditional")):
+        found, _ = measured({**good_unit(), "payload_kg": Measured(kg, 0.05)})
+        finding = judge("frf", found["axial_resonance_Hz"], limit)
+        assert finding.verdict.value == verdict
+        assert verdict == "pass" or f"{kg:g} kg are stated" in finding.reason
 
 
 def test_second_realisation_and_first_record_and_without_encoder():

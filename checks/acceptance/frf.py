@@ -32,6 +32,7 @@ from checks.acceptance.frf_rules import (
     vet_delays,
     vet_records,
     vet_responses,
+    vet_scales,
     vet_signs,
 )
 from checks.declare import Check, Form, Measured, Scalar, Series, Values
@@ -82,6 +83,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
     quantities = [*_modal_quantities(found, spec)]
+    quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules)
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
     quantities += gains.gain_quantities(curves.whole, spec)
     quantities.append(gains.stiffness(quantities[0], mass, u_mass, words))
@@ -132,6 +134,7 @@ def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
     vet_responses(low.name, below.band(1.0, merge_Hz))
     vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
     vet_signs(below, rules)
+    vet_scales(below, rules)
     delays = vet_delays(above, high.fs, rules)
     return Curves(below, whole, merge_Hz, tuple(delays))
 

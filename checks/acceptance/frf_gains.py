@@ -1,6 +1,7 @@
 """What the merged curves say beside their resonances: gains, mass line, stiffness, constants, coherence."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -67,6 +68,15 @@ def payload(given: Measured | None, rules: Rules, spec: CheckSpec) -> tuple[floa
         return given.value, Contribution("payload, stated with it", given.U / COVERAGE_FACTOR), "stated with the unit"
     mass, words = (given.value, "stated with the unit") if given is not None else (rules.payload_kg, "as the spec says")
     return mass, stated(spec, mass, "payload_kg"), words
+
+
+def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rules) -> Quantity:
+    """The limits of the resonance are those of the spec's payload: with another one a resonance inside them shows
+    another stiffness. Its uncertainty is then unknown, so that it cannot pass; one outside them fails as before."""
+    if given is None or abs(given.value / rules.payload_kg - 1) <= rules.payload_within:
+        return resonance
+    words = f"the limits are for a payload of {rules.payload_kg:g} kg, {given.value:g} kg are stated"
+    return replace(resonance, U=None, note=words)
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:

@@ -37,6 +37,8 @@ class Rules:
     """Settings of the check; see SETTINGS for their meaning."""
 
     payload_kg: float
+    payload_within: float
+    scale_within: float
     segment_s: float
     duration_min_s: float
     resonance_Hz: tuple[float, float]
@@ -57,6 +59,8 @@ def rules_of(spec: CheckSpec) -> Rules:
     get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
     return Rules(
         payload_kg=float(get["payload_kg"]),
+        payload_within=float(get["payload_within"]),
+        scale_within=float(get["scale_within"]),
         segment_s=float(get["segment_s"]),
         duration_min_s=float(get["duration_min_s"]),
         resonance_Hz=_pair(get["resonance_Hz"]),
@@ -113,6 +117,22 @@ def vet_signs(frf: Frf, rules: Rules) -> None:
                 f"{c} moves {words[-wanted]} {frf.input} below the resonance, expected {words[wanted]} it: "
                 "polarity turned, or channels exchanged"
             )
+
+
+def vet_scales(frf: Frf, rules: Rules) -> None:
+    """Raises NoResult where the static gains of de and da are apart: both measure one payload's motion, and what an
+    encoder's arm or its scale adds to that is percents."""
+    low = frf.band(*STATIC_HZ)
+    de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
+    known = low.usable & (da > 0)
+    if not known.any():
+        return
+    ratio = float(np.median(de[known] / da[known]))
+    if abs(ratio - 1) > rules.scale_within:
+        raise NoResult(
+            f"de moves {ratio:.3g} times as far as da below the resonance, expected 1 ± {rules.scale_within:g}: "
+            "the scale of one of them is wrong"
+        )
 
 
 def vet_delays(frf: Frf, fs: float, rules: Rules) -> list[Delay]:
@@ -185,6 +205,8 @@ def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], r
 
 SETTINGS = (
     Setting("payload_kg", 5.7, "payload of the bench where the unit does not state its own"),
+    Setting("payload_within", 0.2, "part by which the unit's payload may differ from that of the limits"),
+    Setting("scale_within", 0.2, "part by which the static gains of de and da may differ"),
     Setting("segment_s", 0.5, "length of the Hann segments of the curves and the coherence"),
     Setting("duration_min_s", 10.0, "shortest record that is used"),
     Setting("resonance_Hz", [70.0, 130.0], "where the axial resonance is searched"),
