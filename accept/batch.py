@@ -28,7 +28,6 @@ from specs import Spec
 from specs.bench import Bench
 
 Say = Callable[[str], None]
-Kept = Callable[[dict[str, Any]], None]
 CERTIFICATES = "certificates"
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
 
@@ -36,7 +35,9 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 @dataclass(frozen=True)
 class Order:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
-    calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's."""
+    calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
+    here: the longest unit is judged by this process, which is running already; for units that are known not to break
+    it."""
 
     paths: Sequence[Path]
     out: Path
@@ -47,6 +48,7 @@ class Order:
     bench: Bench | None = None
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
+    here: bool = False
     _starts: dict[str, Start | None] = field(default_factory=dict, init=False, repr=False)
 
     def calibration(self, folder: UnitFolder) -> Statement | None:
@@ -78,10 +80,9 @@ class Report:
         return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
 
 
-def run(order: Order, store: Store, say: Say, kept: Kept = lambda entry: None) -> Report:
+def run(order: Order, store: Store, say: Say) -> Report:
     """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
     where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
-    kept: is handed the entry of every unit that was judged, once it is stored and certified.
 
     Raises OSError when `out` cannot be written, StoreError when the store cannot.
     """
@@ -101,11 +102,8 @@ def run(order: Order, store: Store, say: Say, kept: Kept = lambda entry: None) -
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
             jobs.append(_job(folder, order))
-    for number, judged in enumerate(_judge_all(jobs, order.workers), 1):
-        before = len(report.units)
+    for number, judged in enumerate(_judge_all(jobs, order.workers, order.here), 1):
         _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
-        for entry in report.units[before:]:
-            kept(entry)
     report.units.sort(key=lambda u: u["serial"])
     _write_results(order, report)
     counts = Counter(u["verdict"] for u in report.units)
@@ -201,7 +199,7 @@ def _job(folder: UnitFolder, order: Order) -> Job:
     return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
 
 
-def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
+def _judge_all(jobs: list[Job], workers: int | None, here: bool = False) -> Iterator[Judged]:
     """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit."""
     wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
     if wanted <= 1 or len(jobs) <= 1:
@@ -209,8 +207,11 @@ def _judge_all(jobs: list[Job], workers: int | None) -> Iterator[Judged]:
         return
     left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
-        with ProcessPoolExecutor(min(wanted, len(jobs)), mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(min(wanted, len(jobs)) - here, mp_context=get_context("spawn")) as pool:
+            own = left.pop(0) if here else None
             pending = {pool.submit(judge_folder, job): key for key, job in left.items()}
+            if own is not None:
+                yield judge_folder(own)
             for future in as_completed(pending):
                 judged = future.result()
                 del left[pending[future]]

@@ -40,6 +40,15 @@ def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Report:
     return verify(path.read_bytes(), trust, rejudge)
 
 
+def is_valid(path: Path, ca_pem: bytes) -> bool:
+    """Whether a certificate file verifies under a CA; plain data, so that another process can be asked."""
+    return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)]).valid
+
+
+def ready() -> None:
+    """Asked of a process, it makes it start and import this module."""
+
+
 def rejudge_demo(attached: Attachments) -> dict[str, Any]:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""

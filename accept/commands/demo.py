@@ -3,18 +3,21 @@
 import json
 import time
 from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from cryptography.hazmat.primitives.serialization import Encoding
+
 from accept import batch, seed
 from accept.campaign import load_spec
-from accept.certificate import Report as Verification
 from accept.commands.signing import DEMO, demo_credential
 from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
 from accept.gap_words import gap_of, in_order, one_line
 from accept.home import home
-from accept.rejudge import verify_file
+from accept.rejudge import is_valid, ready
 from accept.simulate import write
 from accept.simulate.demo import MODEL, demo_strut
 from accept.simulate.unit import TRUTH_FILE
@@ -31,23 +34,20 @@ def run(out: Path, operator: str | None) -> Exit:
     credential = demo_credential(home())
     units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
     specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-    order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL)
-    checked: dict[str, Verification] = {}
-
-    def check(unit: dict[str, Any]) -> None:
-        """While other units are still judged elsewhere."""
-        checked[unit["serial"]] = verify_file(out / unit["certificate"], [credential.ca])
-
-    with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
-        report = batch.run(order, store, say, check)
-    for known in report.units:
-        if known["serial"] not in checked:
-            check(known)
+    order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, here=True)
+    ca = credential.ca.public_bytes(Encoding.PEM)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:
+        elsewhere.submit(ready)  # it starts while the first units are judged
+        with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
+            report = batch.run(order, store, say)
+        files = {u["serial"]: out / u["certificate"] for u in report.units}
+        pending = [elsewhere.submit(is_valid, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
+        valid = [is_valid(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
+        valid += [answer.result() for answer in pending]
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))
     print(*reasons(report.units), sep="\n")
-    valid = [c.valid for c in checked.values()]
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / batch.CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden(units[-1])
