@@ -99,7 +99,7 @@ def read(folder: Path) -> UnitFolder:
     path = folder / UNIT_FILE
     text = _read_text(path)
     try:
-        data = tomllib.loads(text.decode("utf-8"))
+        data = tomllib.loads(text.decode("utf-8-sig"))  # editors on Windows put a mark in front
     except UnicodeDecodeError as e:
         raise UnitError(path, [f"is not UTF-8: byte {e.start} is 0x{text[e.start]:02x}"]) from e
     except (tomllib.TOMLDecodeError, RecursionError) as e:

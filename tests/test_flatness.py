@@ -121,3 +121,18 @@ def test_points_on_a_line_are_no_result() -> None:
 def test_without_a_stated_accuracy_the_uncertainty_is_unknown() -> None:
     found = measure({"z_um": np.arange(8.0)}, CheckSpec(required=False)).quantities
     assert all(q.U is None for q in found)
+
+
+@pytest.mark.parametrize("heights", [np.zeros(8), np.full(8, 12.5), np.array(SEED_APAS[0].heights_um) * 1e-3])
+def test_heights_more_alike_than_the_probe_reads_are_no_result(heights: np.ndarray) -> None:
+    """A probe that was never read, or heights in mm, would else be the flattest of parts."""
+    with pytest.raises(NoResult, match="not read, or not in um"):
+        quantities(heights)
+
+
+def test_a_position_read_twice_is_no_result() -> None:
+    x, y = np.array(POSITIONS_MM, dtype=float).T
+    x[7], y[7] = x[6], y[6]
+    table = {"x_mm": x, "y_mm": y, "z_um": np.array(SEED_APAS[0].heights_um, dtype=float)}
+    with pytest.raises(NoResult, match="points 7 and 8 are the same position"):
+        measure({"points": table}, SPEC)

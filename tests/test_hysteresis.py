@@ -226,3 +226,9 @@ def test_the_built_in_limits_are_for_a_stated_amplitude(spec: str, response: np.
     small = record(sines()[:6000], response[:6000])
     with pytest.raises(NoResult, match="asked for"):
         hysteresis.measure({"record": small}, load(spec).checks["hysteresis"])
+
+
+def test_a_drive_measured_behind_the_amplifier_is_no_result(response: np.ndarray) -> None:
+    """0.2 V at the DAC would else be taken for the 4 V that are asked for."""
+    with pytest.raises(NoResult, match="behind the amplifier"):
+        hysteresis.measure({"record": record(20 * sines(), response)}, BARE)

@@ -222,3 +222,9 @@ def test_a_pipe_is_no_record_and_is_not_waited_for(tmp_path: Path) -> None:
     (folder / "one.mat").unlink()
     os.mkfifo(folder / "one.mat")
     assert "one.mat" in (findings(folder)["stroke_um"].reason or "")
+
+
+def test_a_byte_order_mark_is_no_fault(tmp_path: Path) -> None:
+    folder = make_unit(tmp_path / "B-1")
+    (folder / "unit.toml").write_bytes(b"\xef\xbb\xbf" + (folder / "unit.toml").read_bytes())
+    assert unit.read(folder).serial == unit.read(make_unit(tmp_path / "B-2")).serial

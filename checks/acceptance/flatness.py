@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
 MIN_POINTS_PER_INTERFACE = 4  # three points always lie in a plane: they would show a flatness of zero
+APART_MM = 0.1  # closer than a probe is placed: one position read twice
 MM = 1e-3
 UM = 1e-6
 
@@ -72,16 +73,17 @@ def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Half-width of the minimum zone, its peak-to-valley and the least-squares one [um], tilt between interfaces."""
     x, y, z = _points(values, spec)
+    reading = spec.uncertainty.get("z_um")
     left, right = x < 0, x > 0
     for name, side in (("x < 0", left), ("x > 0", right)):
         if side.sum() < MIN_POINTS_PER_INTERFACE:
             raise NoResult(f"{side.sum()} points on the interface at {name}, {MIN_POINTS_PER_INTERFACE} are needed")
+    _vet_points(x, y, z, reading)
     try:
         zone = minimum_zone(x, y, z)
         planes = [_plane_of(x[side], y[side], z[side]) for side in (left, right)]
     except ValueError as e:
         raise NoResult(str(e)) from e
-    reading = spec.uncertainty.get("z_um")
     residual = z - zone.slope[0] * x - zone.slope[1] * y - zone.offset
     quantities = (
         _scaled("flatness_um", zone.half_width / UM, float(np.linalg.norm(zone.weights)), reading),
@@ -90,6 +92,20 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         _tilt(planes, reading),
     )
     return Outcome(quantities, panels=_panels(x, y, residual, zone.half_width))
+
+
+def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
+    """Raises NoResult for a position that is there twice, and for heights more alike than the probe can read: no part
+    lies so level on the table, so they were not read, or are in another unit than um."""
+    distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
+    first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
+    if distance[first, second] < APART_MM * MM:
+        where = f"x = {x[first] / MM:g} mm, y = {y[first] / MM:g} mm"
+        raise NoResult(f"points {first + 1} and {second + 1} are the same position ({where}): one was read twice")
+    floor = reading.U if reading is not None and reading.U is not None else 0.0
+    if np.ptp(z) / UM <= floor:
+        words = f"all heights lie within {np.ptp(z) / UM:.3g} um, the probe is good for {floor:g} um"
+        raise NoResult(f"{words}: not read, or not in um")
 
 
 def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:

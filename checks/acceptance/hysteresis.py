@@ -21,6 +21,7 @@ UM = 1e-6
 CENTRE_LINE_DEGREE = 5
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
 MIN_AMPLITUDE_V = 0.0
+DAC_V = 10.5  # end of the converter's range, with overrange
 STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn
 
 
@@ -65,6 +66,9 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _cycles(record: Record, at_least: float) -> list[Cycle]:
+    largest = float(np.abs(record["Va"]).max())
+    if largest > DAC_V:
+        raise NoResult(f"Va reaches {largest:.3g} V, a DAC at most {DAC_V:g} V: it was measured behind the amplifier")
     cycles = last_cycles(record["Va"])
     if not cycles:
         raise NoResult("Va holds no whole period of a steady sine")
