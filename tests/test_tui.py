@@ -302,3 +302,28 @@ async def test_the_operator_and_the_serial_come_from_the_command_line():
         events = list(store.events("APA-02"))
         assert events[0].who == "Bob"
         assert fold_run("APA-02", events).attempt.number == 1
+
+
+async def test_arrows_go_from_line_to_line_where_the_form_is_longer_than_the_screen():
+    async with running(loader("strut-basic")) as pilot:
+        await type_line(pilot, "ST-01")
+        for _ in range(6):
+            if screen(pilot) == "Start":
+                await press(pilot, "enter")
+        await press(pilot, "enter")
+        assert pilot.app.screen.query_one("#body").max_scroll_y > 0
+        lines = [field.input for field in pilot.app.screen.query(Field)]
+        assert lines[0].has_focus
+        await press(pilot, "down")
+        assert lines[1].has_focus
+        await press(pilot, "up")
+        assert lines[0].has_focus
+
+
+async def test_what_is_scanned_into_the_list_of_steps_undoes_nothing():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        await type_line(pilot, "365")
+        await press(pilot, "escape", *"u")
+    assert not stored("entry_undone")

@@ -40,8 +40,9 @@ class StepScreen(StepView):
         Binding("f7", "picture", "Plot"),
         Binding("f8", "anew", "Anew"),
         Binding("ctrl+z", "undo", "Undo"),
-        Binding("up", "app.focus_previous", show=False),
-        Binding("down", "app.focus_next", show=False),
+        # before the page gets them: it would scroll where the form is longer than the screen
+        Binding("up", "app.focus_previous", show=False, priority=True),
+        Binding("down", "app.focus_next", show=False, priority=True),
         Binding("escape", "leave", "Back"),
     ]
 

@@ -33,7 +33,7 @@ class Steps(Working[bool]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f5", "note", "Note"),
-        Binding("ctrl+z,u", "undo", "Undo"),
+        Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9,s", "summary", "Summary"),
         Binding("escape", "leave", "Other unit"),
         Binding("home", "to_row(0)", show=False, priority=True),  # a table's own go to the first and last column
