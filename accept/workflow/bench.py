@@ -13,7 +13,8 @@ from accept.workflow.adopted import adopt
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instruments, NoInstruments
 from accept.workflow.known import KnownUnit, known_unit, known_units
-from accept.workflow.session import Session, serial_problem
+from accept.workflow.session import Session
+from accept.workflow.typed import serial_problem
 from specs import Spec
 from specs.bench import Bench as StatedBench
 from specs.bench import load_bench

@@ -9,9 +9,13 @@ from accept import campaign, gap, unit
 from accept.calibration import Statement
 from accept.explain import NO_ANSWER, Start
 from accept.gap_words import REFUSED
-from accept.result import UnitResult
+from accept.result import UnitResult, finding_json, information_json
 from accept.unit import UnitError
+from accept.version import code_sha256
 from accept.workflow.apart import Apart, Say
+from accept.workflow.judgement import StepJudgement
+from accept.workflow.section import note_lines
+from accept.workflow.state import StepState
 from checks.gap.panels import panels
 from checks.model.superelement import ModelError
 from checks.picture import Panel
@@ -78,3 +82,16 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
     gap.write(done, folder / "gap")
     document = {key: value for key, value in done.document.items() if key != "serial"}
     return Explained(document | about | {"reason": None}, panels(done.result))
+
+
+def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
+    """What is stored of a step's result; the technician's own notes are stored already."""
+    own = {f"{name}: {line}" for line in note_lines(state)}
+    return StepJudgement(
+        state.upto,
+        spec_name,
+        code_sha256(),
+        tuple(finding_json(f) for f in result.findings),
+        tuple(information_json(check, q) for check, q in result.information),
+        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
+    )

@@ -3,7 +3,6 @@
 Each method may block (disk, lock, physics): screens call them from thread workers. One lock keeps entries in order.
 """
 
-import re
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,33 +12,23 @@ from typing import Any
 
 from accept import ledger
 from accept.calibration import Statement, statement
-from accept.result import UnitResult, finding_json, information_json
+from accept.result import UnitResult
 from accept.store import Entry, Event, Store
-from accept.unit import SERIAL
 from accept.version import code_sha256
 from accept.workflow import drawn, entries, folder, section
 from accept.workflow.instruments import Instrument, reading
 from accept.workflow.judgement import StepJudgement
-from accept.workflow.judging import Explained, Judge, judge_here
+from accept.workflow.judging import Explained, Judge, judge_here, judgement_of_result
 from accept.workflow.lock import UnitLock
 from accept.workflow.state import Attempt, Given, StepState, UnitRun, fold_run, folder_name
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import Step, steps_of
-from accept.workflow.typed import EntryError, check_plausible
+from accept.workflow.typed import EntryError, check_plausible, plain_words, serial_problem
 from checks.declare import Input, Measured, Scalar, Series, Table
 from checks.picture import Panel
 from hw.errors import InstrumentError
 from specs import Spec
 from specs.bench import Bench
-
-
-def serial_problem(serial: str, spec: Spec) -> str | None:
-    """Why a serial cannot be that of a unit of this spec, None when it can."""
-    if not SERIAL.fullmatch(serial):
-        return "1 to 64 letters, digits, '.', '_' or '-', the first not a mark"
-    if not re.fullmatch(spec.serial_pattern, serial):
-        return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
-    return None
 
 
 class Session:
@@ -176,11 +165,11 @@ class Session:
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
         """Keep words about a step. Raises EntryError for none."""
-        return self._append(entries.noted(self.serial, step, _words(text, "a note"), nonconformance))
+        return self._append(entries.noted(self.serial, step, plain_words(text, "a note"), nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
         """Begin a step anew; what was taken before stays in the store. Raises EntryError without a reason."""
-        return self._append(entries.remeasured(self.serial, step, _words(reason, "the reason")))
+        return self._append(entries.remeasured(self.serial, step, plain_words(reason, "the reason")))
 
     def undo(self) -> Event:
         """Take back the last entry of this attempt, by an event. Raises EntryError when there is none."""
@@ -213,7 +202,7 @@ class Session:
         self._panels[name, state.upto] = panels
         if self.step(name).check.model is not None:
             drawn.save(self.folder, name, state.upto, panels)
-        judged = _judgement(name, result, state, self.spec_name)
+        judged = judgement_of_result(name, result, state, self.spec_name)
         if self.judgement(name) != judged:
             self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
         return judged
@@ -302,25 +291,3 @@ class Session:
 def _state_of(attempt: Attempt, step: Step) -> StepState:
     own = attempt.step(step.name)
     return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own
-
-
-def _judgement(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
-    """What is stored of a step's result; the technician's own notes are stored already."""
-    own = {f"{name}: {line}" for line in section.note_lines(state)}
-    return StepJudgement(
-        state.upto,
-        spec_name,
-        code_sha256(),
-        tuple(finding_json(f) for f in result.findings),
-        tuple(information_json(check, q) for check, q in result.information),
-        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
-    )
-
-
-def _words(text: str, what: str) -> str:
-    words = " ".join(text.split())
-    if not words:
-        raise EntryError(f"{what} is empty")
-    if not words.isprintable() or len(words) > 2000:
-        raise EntryError(f"{what} is too long or holds characters that cannot be printed")
-    return words

@@ -3,8 +3,10 @@
 import math
 import re
 
+from accept.unit import SERIAL
 from accept.workflow.scale import UnitMismatch, factor
 from checks.declare import Measured, Scalar, Vector
+from specs import Spec
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
 _ENTRY = re.compile(
@@ -60,3 +62,22 @@ def parse_list(text: str, declared: Vector) -> list[float]:
 
 def _number(text: str) -> float:
     return float(text.replace(",", "."))
+
+
+def serial_problem(serial: str, spec: Spec) -> str | None:
+    """Why a serial cannot be that of a unit of this spec, None when it can."""
+    if not SERIAL.fullmatch(serial):
+        return "1 to 64 letters, digits, '.', '_' or '-', the first not a mark"
+    if not re.fullmatch(spec.serial_pattern, serial):
+        return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
+    return None
+
+
+def plain_words(text: str, what: str) -> str:
+    """Text on one line. Raises EntryError for none, for too much, and for what cannot be printed."""
+    words = " ".join(text.split())
+    if not words:
+        raise EntryError(f"{what} is empty")
+    if not words.isprintable() or len(words) > 2000:
+        raise EntryError(f"{what} is too long or holds characters that cannot be printed")
+    return words
