@@ -13,7 +13,7 @@ from checks.gap.naming import Claim, claims, from_window, kept, nameless
 from checks.gap.projected import Projected, at_known
 from checks.gap.result import NO_MISSING, Gaps, ModeGap, Result, Tried
 from checks.gap.search import Candidate, Found, Search
-from checks.gap.verdict import bent, named_effects, not_told_apart, word
+from checks.gap.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.model.dataset import Dataset
 from checks.model.fit import fit
 from checks.model.goodness import gaps, overall
@@ -31,7 +31,7 @@ def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Resul
     full = Candidate(best.response, final.at, final.cost, p.B.select(told), table)
     made = claims(search, found, final, full, slow, left_out) if best is not base else ()
     good = kept(made)
-    rivals = not_told_apart(found, good, table)
+    rivals = (*not_told_apart(found, good, table), *imitated(full, good))
     named = named_effects(good, final, p.early, slow if p.loops else None)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()

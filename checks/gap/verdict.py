@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
+from checks.gap.aliases import imitation
 from checks.gap.before import Early
 from checks.gap.effects import EFFECTS
 from checks.gap.experiments import experiment
@@ -20,7 +21,7 @@ from checks.gap.result import (
     NamedValue,
     Nameless,
 )
-from checks.gap.search import Found
+from checks.gap.search import Candidate, Found
 from checks.gap.slow import Slow
 from checks.gap.thresholds import Thresholds
 from checks.model.fit import Fit
@@ -69,6 +70,12 @@ def not_told_apart(found: Found, good: Sequence[Claim], table: Thresholds) -> tu
         if len(alike) > 1:
             out.append(Ambiguous(tuple(sorted(alike)), experiment(sorted(alike))))
     return tuple(out)
+
+
+def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Named effects that calibrated parameters imitate: only their priors speak for the effect."""
+    found = ((c.effect.name, imitation(full, c.effect)) for c in good)
+    return tuple(Ambiguous((name, f"other values of {', '.join(by)}"), experiment([name])) for name, by in found if by)
 
 
 def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
