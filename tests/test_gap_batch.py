@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from accept import explain
 from accept.cli import app
 from accept.model_file import open_model
-from tests.gap_units import CROSSTALK, make_strut
+from tests.gap_units import HIGHPASS, make_strut
 from tests.units_model import DATA, needs_data
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
@@ -44,10 +44,10 @@ def entries(out: Path) -> dict[str, dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def units(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two struts, one of them with cross-talk, and one without responses."""
+    """Two struts, one of them with a high-pass, and one without responses."""
     place = tmp_path_factory.mktemp("units")
     make_strut(place / "S-1", "S-1")
-    make_strut(place / "X-1", "X-1", CROSSTALK)
+    make_strut(place / "X-1", "X-1", HIGHPASS)
     make_strut(place / "N-1", "N-1")
     text = (place / "N-1" / "unit.toml").read_text()
     (place / "N-1" / "unit.toml").write_text(text.split("[frf]")[0])
@@ -69,11 +69,11 @@ class TestResults:
     def test_found_and_named(self, judged: SimpleNamespace) -> None:
         found = entries(judged.out)
         assert found["S-1"]["gap"]["verdict"] == "no_missing_effect"
-        assert [n["effect"] for n in found["X-1"]["gap"]["named"]] == ["crosstalk"]
+        assert [n["effect"] for n in found["X-1"]["gap"]["named"]] == ["sensor_highpass"]
         assert found["X-1"]["gap"]["start"] == "strut"
         assert found["X-1"]["gap"]["model_sha256"] == open_model("strut").sha256
         assert "gap" not in found["N-1"]
-        assert "X-1: does not fit model strut, explained: crosstalk" in judged.run.stdout
+        assert "X-1: does not fit model strut, explained: sensor_highpass" in judged.run.stdout
 
     def test_no_verdict_comes_of_it(self, judged: SimpleNamespace) -> None:
         found = entries(judged.out)
@@ -84,16 +84,16 @@ class TestResults:
 
     def test_table_and_build_server(self, judged: SimpleNamespace) -> None:
         rows = list(csv.DictReader(io.StringIO((judged.out / "results.csv").read_text())))
-        assert all(("crosstalk" in row["gap"]) == (row["serial"] == "X-1") for row in rows)
+        assert all(("sensor_highpass" in row["gap"]) == (row["serial"] == "X-1") for row in rows)
         suites = {s.get("name"): s for s in ET.parse(judged.out / "junit.xml").getroot()}
-        assert "crosstalk" in (suites["X-1"].findtext("system-out") or "")
+        assert "sensor_highpass" in (suites["X-1"].findtext("system-out") or "")
         assert suites["N-1"].find("system-out") is None
         assert (suites["X-1"].get("failures"), suites["X-1"].get("errors")) == ("0", "0")
 
     def test_improved_model(self, judged: SimpleNamespace) -> None:
         assert entries(judged.out)["X-1"]["gap"]["improved"] == "models/X-1.toml"
-        assert open_model(judged.out / "models" / "X-1.toml").values["sensor.crosstalk_V_per_V"] == pytest.approx(
-            0.02, rel=0.2
+        assert open_model(judged.out / "models" / "X-1.toml").values["sensor.highpass_Hz"] == pytest.approx(
+            4.0, rel=0.1
         )
         assert not (judged.out / "models" / "S-1.toml").exists()
 

@@ -19,7 +19,7 @@ from accept.lookup import table_for
 from accept.model_file import open_model, opened
 from checks.gap.augmented import Augmented
 from checks.gap.effects import EFFECTS
-from tests.gap_units import CROSSTALK, make_strut
+from tests.gap_units import HIGHPASS, make_strut
 from tests.units import GOOD, make_unit
 from tests.units_model import DATA, needs_data, truth
 
@@ -35,9 +35,9 @@ def accept(*arguments: object):
 
 @pytest.fixture(scope="module")
 def crossed(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
-    """A strut with cross-talk through `accept gap`: its folder, what was written, what was found."""
+    """A strut with a high-pass through `accept gap`: its folder, what was written, what was found."""
     place = tmp_path_factory.mktemp("gap")
-    unit, out = make_strut(place / "X-1", "X-1", CROSSTALK), place / "out"
+    unit, out = make_strut(place / "X-1", "X-1", HIGHPASS), place / "out"
     found: list[gap.Done] = []
     analyse = gap.analyse
     with pytest.MonkeyPatch.context() as patch:
@@ -59,9 +59,9 @@ class TestFiles:
         assert crossed.run.exit_code == 0
         assert {p.name for p in crossed.out.iterdir()} == {"gap.json", "gap.pdf", "model.toml"}
         document = json.loads((crossed.out / "gap.json").read_text())
-        assert [n["effect"] for n in document["named"]] == ["crosstalk"]
-        found = document["named"][0]["parameters"]["V_per_V"]
-        assert abs(found["value"] - 0.02) < found["ci95"][1] - found["ci95"][0]  # twice its half-width: 1 in 10,000
+        assert [n["effect"] for n in document["named"]] == ["sensor_highpass"]
+        found = document["named"][0]["parameters"]["f_Hz"]
+        assert abs(found["value"] - 4.0) < found["ci95"][1] - found["ci95"][0]  # twice its half-width: 1 in 10,000
         lines = crossed.run.stdout.splitlines()
         assert len(lines) <= 24
         assert max(map(len, lines)) <= 80
@@ -131,11 +131,11 @@ class TestImprovedModel:
 
     def test_where_it_comes_from(self, crossed: SimpleNamespace) -> None:
         spec = opened(crossed.out / "model.toml").spec
-        assert [e.name for e in spec.effects] == ["crosstalk"]
+        assert [e.name for e in spec.effects] == ["sensor_highpass"]
         assert spec.fit is not None
         assert spec.fit.serial == "X-1"
         assert spec.fit.model == "strut"
-        assert "crosstalk.V_per_V" in spec.fit.names
+        assert "sensor_highpass.f_Hz" in spec.fit.names
         assert "frf_noise.mat" in spec.fit.inputs
         assert spec.name == "strut-X-1"
 

@@ -64,17 +64,17 @@ class TestCommon:
 
 
 def test_fleet_of_simulated_struts(tmp_path: Path) -> None:
-    """The cross-talk of the bench is in both, the high-pass in one."""
-    shared = ("crosstalk", {"V_per_V": 0.02})
+    """The bench's high-pass is in both, a delay in one."""
+    shared = ("sensor_highpass", {"f_Hz": 4.0})
     make_strut(tmp_path / "units" / "F-1", "F-1", shared, seed=1)
     make_strut(tmp_path / "units" / "F-2", "F-2", shared, *([("loop_delay", {"tau_us": 150.0})] * SOAK), seed=2)
     done = CliRunner().invoke(app, ["gap", "--fleet", str(tmp_path / "units"), "--out", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output
     found = json.loads((tmp_path / "out" / "fleet.json").read_text())
     assert found["units"] == ["F-1", "F-2"]
-    assert names(found["common"]) == ["crosstalk"]
-    shown = found["common"][0]["parameters"]["V_per_V"]
-    assert shown["lo"] <= 0.02 <= shown["hi"] or abs(shown["value"] - 0.02) < shown["hi"] - shown["lo"]
+    assert names(found["common"]) == ["sensor_highpass"]
+    shown = found["common"][0]["parameters"]["f_Hz"]
+    assert shown["lo"] <= 4.0 <= shown["hi"] or abs(shown["value"] - 4.0) < shown["hi"] - shown["lo"]
     assert names(found["single"]) == (["loop_delay"] if SOAK else [])
-    assert "of the bench: crosstalk" in done.stdout
+    assert "of the bench: sensor_highpass" in done.stdout
     assert (tmp_path / "out" / "F-2" / "model.toml").is_file()

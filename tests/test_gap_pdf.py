@@ -11,7 +11,7 @@ from accept import gap
 from accept.gap_pdf import render
 from accept.gap_words import COLUMNS, LINES, gap_number, one_line, plain, summary
 from checks.gap.result import Ambiguous, Nameless, Result
-from tests.gap_units import CROSSTALK, make_strut
+from tests.gap_units import HIGHPASS, make_strut
 
 AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
 NAMELESS = Nameless("Vs", (750.4,), (762.8,), False, "Vs times a mode would explain it")
@@ -19,7 +19,7 @@ NAMELESS = Nameless("Vs", (750.4,), (762.8,), False, "Vs times a mode would expl
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", CROSSTALK)
+    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", HIGHPASS)
     return gap.analyse(unit, "strut").result
 
 
@@ -49,7 +49,7 @@ def test_one_page_with_sentence_and_numbers(result: Result) -> None:
     for key in ("gap_before", "gap_after"):
         for G in document[key]["channels"].values():
             assert gap_number(G) in text
-    found = document["named"][0]["parameters"]["V_per_V"]
+    found = document["named"][0]["parameters"]["f_Hz"]
     for value in (found["value"], *found["ci95"]):
         assert f"{value:.4g}" in text
     assert plain(result.tried[0].names[0]) in text  # the candidates, the best first
@@ -79,7 +79,7 @@ def test_terminal(result: Result, crowded: Result) -> None:
 
 def test_one_line_says_it_all(crowded: Result, result: Result) -> None:
     line = one_line(gap.to_json("X-1", crowded) | {"reason": None})
-    for words in ("crosstalk V_per_V 0.02", "amplifier_bandwidth or loop_delay, not told apart", "on Vs (750.4 Hz)"):
+    for words in ("sensor_highpass f_Hz", "amplifier_bandwidth or loop_delay, not told apart", "on Vs (750.4 Hz)"):
         assert words in line
     assert "->" in line
     refused = {"verdict": "refused", "start": "strut", "reason": "coherence is too low"}
