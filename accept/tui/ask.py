@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
-from accept.tui.entry import Entry, when_typed
+from accept.tui.entry import Entry, typed
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,14 @@ class Ask(ModalScreen[list[str] | None]):
                 yield Entry(line.value, secret=line.secret)
             yield Label("Enter: next, then done    Esc: leave", classes="quiet")
 
-    def action_next(self) -> None:
+    async def action_next(self) -> None:
         fields = list(self.query(Input))
+        await typed(*fields)
         at = next((n for n, field in enumerate(fields) if field is self.focused), len(fields) - 1)
         if at + 1 < len(fields):
             self.set_focus(fields[at + 1])
         else:
-            when_typed(fields, lambda: self._leave([field.value for field in fields]))
+            self._leave([field.value for field in fields])
 
     def action_leave(self) -> None:
         self._leave(None)

@@ -1,7 +1,8 @@
 """The line that is typed into."""
 
-from collections.abc import Callable, Sequence
+import asyncio
 
+from textual.message_pump import MessagePump
 from textual.widgets import Input
 
 
@@ -15,10 +16,10 @@ class Entry(Input):
         self.cursor_blink = False
 
 
-def when_typed(fields: Sequence[Input], then: Callable[[], None]) -> None:
-    """Call `then` when every key that was typed into these fields stands in them: each takes its keys in its own
-    time."""
-    if fields:
-        fields[0].call_later(when_typed, fields[1:], then)
-    else:
-        then()
+async def typed(*widgets: MessagePump) -> None:
+    """Until every key that was typed is in its field: each takes its keys in its own time, and what is asked for before
+    that would be cut short. Awaited in the action of a priority binding it holds back the keys behind."""
+    for widget in widgets:
+        taken = asyncio.Event()
+        if widget.call_later(taken.set):
+            await taken.wait()

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, ClassVar
 
+from textual.actions import SkipAction
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
@@ -13,7 +14,7 @@ from textual.widgets import Footer, Input, Label, OptionList
 from textual.widgets.option_list import Option
 
 from accept.tui.ask import Ask, Line
-from accept.tui.entry import Entry
+from accept.tui.entry import Entry, typed
 from accept.tui.working import Working
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ class Start(Working[Begin | None]):
             self.bench = bench
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "next", show=False, priority=True),
         Binding("f2", "known", "Known units"),
         Binding("f8", "anew", "New attempt"),
         Binding("up", "app.focus_previous", show=False),
@@ -163,12 +165,17 @@ class Start(Working[Begin | None]):
             words = f"{serial} is known: {known.words}. Enter goes on with it, F8 begins a new attempt."
         self.query_one("#about", Label).update(words)
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
+    async def action_next(self) -> None:
+        """To the next line; a serial that is known goes on where it stands."""
+        await typed(*self.query(Input), self)  # the screen last: it looks up the serial that was typed
         shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
-        if event.input is shown[-1] or (event.input.id == "serial" and self._known):
+        if self.focused not in shown:
+            raise SkipAction
+        at = shown.index(self.focused)
+        if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
             self._begin(None)
         else:
-            shown[shown.index(event.input) + 1].focus()
+            self.set_focus(shown[at + 1])
 
     def action_anew(self) -> None:
         if self._known is None:
