@@ -199,7 +199,7 @@ def spoiled() -> dict[str, tuple[np.ndarray, str]]:
         "two stacks, not one": (gauge(2 * d, rng), "other stacks were driven"),
         "probe stuck": (held, "the gauge sticks"),
         "drifting": (gauge(d + 4e-5 * T / T[-1], rng), "drifts or slipped"),
-        "slipped": (gauge(d + np.where(T > 5.0, -3e-5, 0.0), rng), "drifts or slipped"),
+        "slipped": (gauge(d + np.where(T > 10.0, -3e-5, 0.0), rng), "drifts or slipped"),
     }
 
 

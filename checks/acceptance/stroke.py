@@ -29,7 +29,8 @@ MIN_OVER_NOISE = 20.0
 MAX_UM = 2000.0
 SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
-MAX_RETURN = 0.15  # of the stroke: a first loop stays open by some percent, a gauge that slipped by more
+MAX_FIRST = 0.3  # of the stroke: what the first rise leaves open; Rayleigh loops of 12 percent leave 17
+MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
 
@@ -174,8 +175,8 @@ def _drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, strok
         if lo > 0
     ]
     for _, level in returns:
-        left = level.value - start.value
-        if abs(left) > MAX_RETURN * stroke.value:
+        left, later = level.value - start.value, level.value - returns[0][1].value
+        if abs(left) > MAX_FIRST * stroke.value or abs(later) > MAX_RETURN * stroke.value:
             raise NoResult(
                 f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
                 f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
