@@ -22,6 +22,7 @@ from checks.model.superelement import ModelError
 Array = NDArray[np.float64]
 LOOKED = 300  # places tried by a search, for the chance of a gain
 CREEP_WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite one number per decade
+AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -52,6 +53,9 @@ def claims(
         reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
         if effect.name == "creep" and slow is not None and not _creeps(slow, full.response.of(final.at, effect.name)):
             reasons.append("would open the loops of the slow sines otherwise than they are")
+        unseen = set(effect.channels) - set(search.A.channels) - set(left_out)
+        if unseen and len(effect.channels) - len(unseen) < AT_LEAST:
+            reasons.append(f"must show on {', '.join(sorted(unseen))}, which was not measured")
         if set(left_out) & set(effect.channels):
             reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
         out.append(Claim(effect, gain, p, tuple(reasons)))
