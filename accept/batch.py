@@ -22,6 +22,7 @@ from accept.files import write_atomic
 from accept.gap_words import one_line
 from accept.judged import Job, Judged, judge_folder
 from accept.store import BenchState, Store, fold
+from accept.twins import same_records
 from accept.unit import UnitError, UnitFolder
 from accept.version import code_sha256
 from specs import Spec
@@ -105,6 +106,8 @@ def run(order: Order, store: Store, say: Say) -> Report:
     for number, judged in enumerate(_judge_all(jobs, order.workers, order.here), 1):
         _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
     report.units.sort(key=lambda u: u["serial"])
+    for words in same_records(report.units, (one.result for one in state.units.values())):
+        say(f"warning: {words}")
     _write_results(order, report)
     counts = Counter(u["verdict"] for u in report.units)
     store.append("batch_finished", "", {"verdicts": counts, "refused": len(report.refused)}, who=order.operator)
