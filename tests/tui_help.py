@@ -38,7 +38,9 @@ async def settled(pilot: Pilot[None]) -> None:
     while True:
         await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
         await pilot.pause()
-        if all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
+        at_work = [w for w in pilot.app.workers if not w.is_finished]  # begun by what was handled meanwhile
+        if not at_work and all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
+            await pilot.pause()
             return
 
 

@@ -6,10 +6,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Label
 
-from accept.tui.plot import PanelView
+from accept.tui.plot import WIDE_FROM, PanelView
 from checks.picture import Panel
-
-TWO_FROM = 110  # columns
 
 
 class Pictures(Vertical):
@@ -43,17 +41,21 @@ class Pictures(Vertical):
             self._draw()
 
     def _shown(self) -> list[Panel]:
-        many = 2 if self.app.size.width >= TWO_FROM else 1
+        many = 2 if self.app.size.width >= WIDE_FROM else 1
         count = len(self._panels)
         return [self._panels[(self._first + i) % count] for i in range(min(many, count))]
 
     def _draw(self) -> None:
-        if not self.is_attached or not self.query("#which"):
-            return
+        """One after the other: what is asked for while another is being drawn takes its place."""
+        if self.is_attached and self.query("#which"):
+            self.run_worker(self._redraw(), group="draw", exclusive=True)
+
+    async def _redraw(self) -> None:
         shown, count = self._shown(), len(self._panels)
         self.display = bool(shown)
         words = f"picture {self._first % count + 1} of {count}, F7: next" if count > len(shown) else ""
         self.query_one("#which", Label).update(words)
         holder = self.query_one(".panels")
-        holder.remove_children()
-        holder.mount(*(PanelView(panel) for panel in shown))
+        await holder.remove_children()
+        if self.is_attached:  # left while the old ones went
+            await holder.mount(*(PanelView(panel) for panel in shown))

@@ -26,6 +26,7 @@ ROLES = {
 }
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
 _MOST_POINTS = 600  # a terminal is no wider
+WIDE_FROM = 110  # columns, as in the app's breakpoints
 MAP_ROWS = {False: 10, True: 14}  # of a map, on a narrow and on a wide screen
 
 
@@ -139,7 +140,7 @@ class PanelView(Vertical):
         yield Static(panel_head(self._panel), classes="panel-head")
         drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
         if isinstance(drawn, Image):
-            yield Static(map_text(drawn, self._panel, height=MAP_ROWS["-wide" in self.app.screen.classes]))
+            yield Static(map_text(drawn, self._panel, height=MAP_ROWS[self.app.size.width >= WIDE_FROM]))
         elif drawn is not None:
             yield Static(plan(drawn), markup=False)
         else:

@@ -14,7 +14,7 @@ from accept.tui.derived import DerivedScreen
 from accept.tui.explain import TITLE, Explain, headline
 from accept.tui.findings import COLOURS
 from accept.tui.notes import ask_note
-from accept.tui.pictures import TWO_FROM
+from accept.tui.plot import WIDE_FROM
 from accept.tui.step import StepScreen
 from accept.tui.strip import numbers
 from accept.tui.working import Working
@@ -100,7 +100,7 @@ class Steps(Working[bool]):
         table.update_cell(GAP, "more", Text("") if found is None else _cut(headline(found), self._room()))
 
     def _for_titles(self) -> int:
-        return 32 if self.app.size.width < TWO_FROM else 64
+        return 32 if self.app.size.width < WIDE_FROM else 64
 
     def _room(self) -> int:
         """Columns for what a step showed: what is longer is cut there and stands below in full."""
