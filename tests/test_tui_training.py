@@ -1,7 +1,6 @@
 """Training: a whole simulated unit on simulated instruments, by keys, to a verified certificate and what was hidden."""
 
 import pytest
-from textual.widgets import DataTable
 
 from accept.home import home
 from accept.store import open_store
