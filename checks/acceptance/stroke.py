@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.acceptance import stroke_ends as ends
 from checks.acceptance.stated import stated, with_stated
 from checks.acceptance.typed import typed_quantity
 from checks.declare import Check, Form, Scalar, Series, Setting, Values
@@ -14,7 +15,6 @@ from checks.quantity import Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from checks.signals import loops
 from checks.signals.loops import Branch, Estimate
-from checks.signals.regression import least_squares
 from specs.spec import CheckSpec
 
 Array = NDArray[np.float64]
@@ -24,13 +24,10 @@ RECORDS = {"one_stack": "stroke_one_stack_um", "two_stacks": "stroke_two_stacks_
 WIDTHS = {"one_stack": "stroke_hysteresis_one_stack_percent", "two_stacks": "stroke_hysteresis_two_stacks_percent"}
 START_V, TOP_V, TOLERANCE_V = -20.0, 150.0, 1.0
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
-MIN_SAMPLES = 12
 MIN_OVER_NOISE = 20.0
 MAX_UM = 2000.0
 SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
-MAX_FIRST = 0.3  # of the stroke: what the first rise leaves open; Rayleigh loops of 12 percent leave 17
-MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
 
@@ -127,19 +124,19 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     short = _check_range(V, wanted)
     _check_moving(V, d, wanted)
     smooth = max(1, V.size // 1000)  # samples averaged, only to find where the ends are
-    V_smooth, d_smooth = _running_mean(V, smooth), _running_mean(d, smooth)
+    V_smooth, d_smooth = ends.running_mean(V, smooth), ends.running_mean(d, smooth)
     top = int(np.argmax(d_smooth))
     if V_smooth[top] < wanted.top - 0.05 * wanted.span:
         words = f"d is largest at {V_smooth[top]:.1f} V, expected near {wanted.top:g} V"
         raise NoResult(f"{words}: it does not follow the voltage, or the gauge's sign is turned")
     reach = END_ZONE * wanted.span
-    start = _level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
-    tip = _highest(V, d, V_smooth >= V_smooth[top] - reach, reach)
+    start = ends.level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
+    tip = ends.highest(V, d, V_smooth >= V_smooth[top] - reach, reach)
     stroke = Estimate(tip.value - start.value, math.hypot(tip.u, start.u))
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
         raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
-    drift = _drift(V, d, np.abs(V_smooth - V_smooth[0]) <= reach, start, stroke, reach)
+    drift = ends.drift(V, d, np.abs(V_smooth - V_smooth[0]) <= reach, start, stroke, reach)
     found = loops.branches(V, wanted.middle, wanted.span / 2)
     width = _width(V, d, found, wanted)
     return Stroke(stroke, short * stroke.value / wanted.span, drift, width, len(found) > 2, V, d - start.value)
@@ -160,79 +157,6 @@ def _check_moving(V: Array, d: Array, wanted: Range) -> None:
     at, passed = loops.longest_stand(V, d)
     if passed > STUCK * wanted.span:
         raise NoResult(f"d stands still from sample {at} on while V runs through {passed:.3g} V: the gauge sticks")
-
-
-def _drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, stroke: Estimate, reach: float) -> float:
-    """How far the gauge may have drifted over the record [m], by what d reads each time V is back at its start.
-
-    Settled loops close: what later returns differ by is drift. After one loop only, drift cannot be told from what the
-    first rise leaves behind; the top lies midway, so half of it counts. What the scatter explains does not count.
-    Raises NoResult where d does not come back.
-    """
-    returns = [
-        (lo, _level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
-        for lo, hi in _stays(bottom)
-        if lo > 0
-    ]
-    for _, level in returns:
-        left, later = level.value - start.value, level.value - returns[0][1].value
-        if abs(left) > MAX_FIRST * stroke.value or abs(later) > MAX_RETURN * stroke.value:
-            raise NoResult(
-                f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
-                f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
-            )
-    if not returns:
-        return 0.0
-    if len(returns) == 1:
-        return _beyond_scatter(returns[0][1], start) / 2
-    (first, a), (last, b) = returns[0], returns[-1]
-    return _beyond_scatter(a, b) * V.size / (last - first)
-
-
-def _beyond_scatter(a: Estimate, b: Estimate) -> float:
-    return max(0.0, abs(a.value - b.value) - 3 * math.hypot(a.u, b.u))
-
-
-def _stays(zone: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """(first, behind the last) sample of each unbroken stretch of `zone` that is long enough for a fit."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
-    return [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
-
-
-def _running_mean(x: Array, n: int) -> Array:
-    """Mean over n samples about each one; the ends repeat the first and the last sample."""
-    padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
-    return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
-
-
-def _highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estimate:
-    """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
-    the largest of them would be too high."""
-    stays = _stays(zone)
-    if not stays:
-        raise NoResult(f"fewer than {MIN_SAMPLES} samples at the top of the voltage range")
-    levels = [_level(V - V[lo:hi].max(), d, lo + int(np.argmax(V[lo:hi])), zone, reach) for lo, hi in stays]
-    best = max(levels, key=lambda level: level.value)
-    alike = [level for level in levels if best.value - level.value <= 3 * math.hypot(best.u, level.u)]
-    u = math.hypot(*(level.u for level in alike)) / len(alike)
-    return Estimate(sum(level.value for level in alike) / len(alike), u)
-
-
-def _level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> Estimate:
-    """d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch, which
-    meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or hold."""
-    out = np.flatnonzero(~zone)
-    lo = int(out[out < at].max(initial=-1)) + 1
-    hi = int(out[out > at].min(initial=zone.size))
-    if hi - lo < MIN_SAMPLES:
-        raise NoResult(f"only {hi - lo} samples at an end of the voltage range, {MIN_SAMPLES} are needed")
-    s, after = v[lo:hi] / reach, np.arange(lo, hi) > at
-    sides = [
-        x for x in (np.where(after, 0.0, s), np.where(after, s, 0.0)) if (np.abs(x) > 0.3).sum() >= MIN_SAMPLES / 3
-    ]
-    design = np.column_stack([np.ones_like(s), *(power for x in sides for power in (x, x * x))])
-    fit = least_squares(design, d[lo:hi])
-    return Estimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))
 
 
 def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> Estimate | str:

@@ -1,0 +1,90 @@
+"""What a displacement reads at the ends of its voltage range, and how far the gauge drifts between them."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.quantity import NoResult
+from checks.signals.loops import Estimate
+from checks.signals.regression import least_squares
+
+Array = NDArray[np.float64]
+
+UM = 1e-6
+MIN_SAMPLES = 12
+MAX_FIRST = 0.3  # of the stroke: what the first rise leaves open; Rayleigh loops of 12 percent leave 17
+MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
+
+
+def drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, stroke: Estimate, reach: float) -> float:
+    """How far the gauge may have drifted over the record [m], by what d reads each time V is back at its start.
+
+    Settled loops close: what later returns differ by is drift. After one loop only, drift cannot be told from what the
+    first rise leaves behind; the top lies midway, so half of it counts. What the scatter explains does not count.
+    Raises NoResult where d does not come back.
+    """
+    returns = [
+        (lo, level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
+        for lo, hi in stays(bottom)
+        if lo > 0
+    ]
+    for _, back in returns:
+        left, later = back.value - start.value, back.value - returns[0][1].value
+        if abs(left) > MAX_FIRST * stroke.value or abs(later) > MAX_RETURN * stroke.value:
+            raise NoResult(
+                f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
+                f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
+            )
+    if not returns:
+        return 0.0
+    if len(returns) == 1:
+        return _beyond_scatter(returns[0][1], start) / 2
+    (first, a), (last, b) = returns[0], returns[-1]
+    return _beyond_scatter(a, b) * V.size / (last - first)
+
+
+def _beyond_scatter(a: Estimate, b: Estimate) -> float:
+    return max(0.0, abs(a.value - b.value) - 3 * math.hypot(a.u, b.u))
+
+
+def stays(zone: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """(first, behind the last) sample of each unbroken stretch of `zone` that is long enough for a fit."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
+    return [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
+
+
+def running_mean(x: Array, n: int) -> Array:
+    """Mean over n samples about each one; the ends repeat the first and the last sample."""
+    padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
+    return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
+
+
+def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estimate:
+    """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
+    the largest of them would be too high."""
+    tops = stays(zone)
+    if not tops:
+        raise NoResult(f"fewer than {MIN_SAMPLES} samples at the top of the voltage range")
+    levels = [level(V - V[lo:hi].max(), d, lo + int(np.argmax(V[lo:hi])), zone, reach) for lo, hi in tops]
+    best = max(levels, key=lambda one: one.value)
+    alike = [one for one in levels if best.value - one.value <= 3 * math.hypot(best.u, one.u)]
+    u = math.hypot(*(one.u for one in alike)) / len(alike)
+    return Estimate(sum(one.value for one in alike) / len(alike), u)
+
+
+def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> Estimate:
+    """d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch, which
+    meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or hold."""
+    out = np.flatnonzero(~zone)
+    lo = int(out[out < at].max(initial=-1)) + 1
+    hi = int(out[out > at].min(initial=zone.size))
+    if hi - lo < MIN_SAMPLES:
+        raise NoResult(f"only {hi - lo} samples at an end of the voltage range, {MIN_SAMPLES} are needed")
+    s, after = v[lo:hi] / reach, np.arange(lo, hi) > at
+    sides = [
+        x for x in (np.where(after, 0.0, s), np.where(after, s, 0.0)) if (np.abs(x) > 0.3).sum() >= MIN_SAMPLES / 3
+    ]
+    design = np.column_stack([np.ones_like(s), *(power for x in sides for power in (x, x * x))])
+    fit = least_squares(design, d[lo:hi])
+    return Estimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))
