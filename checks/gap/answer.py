@@ -43,7 +43,7 @@ def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Resul
     return Result(
         model=p.inputs.model.name,
         verdict=verdict,
-        gap_before=_gaps(whole),
+        gap_before=_least([whole, *_at_other_values(base, full, p.B)]),
         gap_after=_gaps(after),
         where=judge(before, table.p_global).windows,
         named=named,
@@ -68,6 +68,19 @@ def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
     cannot explain, and shows it everywhere."""
     at = {q.name: full.at.get(q.name, q.begin) for q in base.response.free()}
     return at_known(base.response, B, at)
+
+
+def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candidate]:
+    """The base model as it was given, and with the calibration of the whole explanation."""
+    begin = {q.name: q.begin for q in base.response.free()}
+    both = (begin, {name: full.at.get(name, value) for name, value in begin.items()})
+    return [replace(base, at=at, unseen=B) for at in both]
+
+
+def _least(models: Sequence[Candidate]) -> Gaps:
+    """The gap of the one that is nearest: what an effect is said to close is never widened by a calibration that went
+    astray after it."""
+    return min(map(_gaps, models), key=lambda gap: gap.G)
 
 
 def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str, float]]:
