@@ -17,7 +17,6 @@ from textual.widgets import DataTable
 
 from accept.store import open_store
 from accept.workflow.state import fold_run
-from accept.workflow.status import next_step
 from tests.killing import SOAK
 from tests.tui_help import HEIGHTS, press, running, type_line
 
@@ -104,7 +103,7 @@ async def stands_at() -> str | None:
         await type_line(pilot, "APA-02")
         await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
         table = pilot.app.screen.query_one(DataTable)
-        expected = next_step(pilot.app.session.steps, pilot.app.session.attempt.steps)
+        expected = pilot.app.session.next_step()
         here = pilot.app.session.steps[table.cursor_row].name
         assert expected is None or here == expected.name
         return here

@@ -136,10 +136,12 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
         raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
-    drift = ends.drift(V, d, np.abs(V_smooth - V_smooth[0]) <= reach, start, stroke, reach)
     found = loops.branches(V, wanted.middle, wanted.span / 2)
-    width = _width(V, d, found, wanted)
-    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, len(found) > 2, V, d - start.value)
+    width, settled = _width(V, d, found, wanted), len(found) > 2
+    opening = abs(width.value) if isinstance(width, Estimate) else 0.0
+    bottom = np.abs(V_smooth - V_smooth[0]) <= reach
+    drift = ends.drift(V, d, bottom, start, stroke, reach, opening, settled)
+    return Stroke(stroke, short * stroke.value / wanted.span, drift, width, settled, V, d - start.value)
 
 
 def _check_range(V: Array, wanted: Range) -> float:

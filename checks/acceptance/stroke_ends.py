@@ -13,12 +13,27 @@ Array = NDArray[np.float64]
 
 UM = 1e-6
 MIN_SAMPLES = 12
-MAX_FIRST = 0.3  # of the stroke: what the first rise leaves open; Rayleigh loops of 12 percent leave 17
+MAX_FIRST = 0.05  # of the stroke, beside what the first rise leaves open
+# That is, of the opening at mid-voltage, 0.8 where the loop has the first rise in it and 2 where it is a settled one
+# (Rayleigh's law; Damjanovic, Rep. Prog. Phys. 61, 1998); half as much again for loops of another shape.
+LEFT_OPEN = {False: 1.2, True: 3.0}
 MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
 
 
-def drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, stroke: Estimate, reach: float) -> float:
+def drift(
+    V: Array,
+    d: Array,
+    bottom: NDArray[np.bool_],
+    start: Estimate,
+    stroke: Estimate,
+    reach: float,
+    opening: float,
+    settled: bool,
+) -> float:
     """How far the gauge may have drifted over the record [m], by what d reads each time V is back at its start.
+
+    bottom: (N,) where V is within `reach` [V] of its start; opening: of the last loop at mid-voltage [m]; settled: that
+    loop does not contain the first rise.
 
     Settled loops close: what later returns differ by is drift. After one loop only, drift cannot be told from what the
     first rise leaves behind; the top lies midway, so half of it counts. What the scatter explains does not count.
@@ -29,9 +44,10 @@ def drift(V: Array, d: Array, bottom: NDArray[np.bool_], start: Estimate, stroke
         for lo, hi in stays(bottom)
         if lo > 0
     ]
+    most = MAX_FIRST * stroke.value + LEFT_OPEN[settled] * opening
     for _, back in returns:
         left, later = back.value - start.value, back.value - returns[0][1].value
-        if abs(left) > MAX_FIRST * stroke.value or abs(later) > MAX_RETURN * stroke.value:
+        if abs(left) > most or abs(later) > MAX_RETURN * stroke.value:
             raise NoResult(
                 f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
                 f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
