@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from accept.exit import Exit
-from tests.killing import SOAK
 
 pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux (Debian: apt install tmux)")
 
@@ -34,8 +33,8 @@ class Terminal:
     def __init__(self, socket: Path, command: list[str], home: Path) -> None:
         self._tmux = ["tmux", "-S", str(socket), "-f", "/dev/null"]
         set_home = ["-e", f"ACCEPT_HOME={home}", "-e", "LANG=C.UTF-8"]
-        self._run("new-session", "-d", "-x", "80", "-y", "24", *set_home, "-s", "t", *command)
-        self._run("set-option", "-g", "remain-on-exit", "on")
+        shell = ["sh", "-c", '"$@"; echo exit code $?; read wait', "sh"]  # which stays to say how the program ended
+        self._run("new-session", "-d", "-x", "80", "-y", "24", *set_home, "-s", "t", *shell, *command)
 
     def _run(self, *words: str) -> str:
         return subprocess.run([*self._tmux, *words], check=True, capture_output=True, text=True).stdout
@@ -53,11 +52,7 @@ class Terminal:
 
     def ended(self) -> int:
         """The exit code, when the program has ended."""
-        deadline = time.monotonic() + TIMEOUT_S
-        while not (code := self._run("list-panes", "-t", "t", "-F", "#{pane_dead_status}").strip()):
-            assert time.monotonic() < deadline, f"the program goes on:\n{self.screen()}"
-            time.sleep(0.05)
-        return int(code)
+        return int(self.wait_for(r"exit code (\d+)")[1])
 
     def press(self, *keys: str) -> None:
         self._run("send-keys", "-t", "t", *keys)
@@ -176,7 +171,6 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(simulated_bench: 
     assert said.returncode == 0, said.stdout + said.stderr
 
 
-@pytest.mark.skipif(not SOAK, reason="a minute more of the same screens, on the records of a strut: ACCEPT_SOAK=1")
 def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[Terminal]) -> None:
     run = [*ACCEPT, "run", "--training", "--spec", "strut", "--seed", "6", "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home"))
