@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
 from multiprocessing import get_context
@@ -37,8 +38,8 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 class Order:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
-    here: the longest unit is judged by this process, which is running already; for units that are known not to break
-    it."""
+    pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
+    break it."""
 
     paths: Sequence[Path]
     out: Path
@@ -49,7 +50,7 @@ class Order:
     bench: Bench | None = None
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
-    here: bool = False
+    pool: ProcessPoolExecutor | None = None
     _starts: dict[str, Start | None] = field(default_factory=dict, init=False, repr=False)
 
     def calibration(self, folder: UnitFolder) -> Statement | None:
@@ -103,7 +104,7 @@ def run(order: Order, store: Store, say: Say) -> Report:
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
             jobs.append(_job(folder, order))
-    for number, judged in enumerate(_judge_all(jobs, order.workers, order.here), 1):
+    for number, judged in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
         _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
     report.units.sort(key=lambda u: u["serial"])
     for words in same_records(report.units, (one.result for one in state.units.values())):
@@ -202,17 +203,22 @@ def _job(folder: UnitFolder, order: Order) -> Job:
     return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
 
 
-def _judge_all(jobs: list[Job], workers: int | None, here: bool = False) -> Iterator[Judged]:
-    """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit."""
+def _processes(count: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def _judge_all(jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None) -> Iterator[Judged]:
+    """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
+    pool of its own the caller judges the longest unit here."""
     wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
     if wanted <= 1 or len(jobs) <= 1:
         yield from map(judge_folder, jobs)
         return
     left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
-        with ProcessPoolExecutor(min(wanted, len(jobs)) - here, mp_context=get_context("spawn")) as pool:
-            own = left.pop(0) if here else None
-            pending = {pool.submit(judge_folder, job): key for key, job in left.items()}
+        with nullcontext(pool) if pool else _processes(min(wanted, len(jobs))) as running:
+            own = left.pop(0) if pool else None
+            pending = {running.submit(judge_folder, job): key for key, job in left.items()}
             if own is not None:
                 yield judge_folder(own)
             for future in as_completed(pending):

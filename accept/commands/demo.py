@@ -31,13 +31,13 @@ def run(out: Path, operator: str | None) -> Exit:
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
-    credential = demo_credential(home())
-    units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
-    specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-    order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, here=True)
-    ca = credential.ca.public_bytes(Encoding.PEM)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:
-        elsewhere.submit(ready)  # it starts while the first units are judged
+        elsewhere.submit(ready)  # it starts while the units are made
+        credential = demo_credential(home())
+        units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
+        specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
+        order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere)
+        ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
             report = batch.run(order, store, say)
         files = {u["serial"]: out / u["certificate"] for u in report.units}
