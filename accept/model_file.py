@@ -20,6 +20,7 @@ from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import FitRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
+DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
 NOT_LINEAR = ("hysteresis", "creep")  # they change loops and slow records, and no parameter of a linear model is theirs
 _NO_VALUES: Mapping[str, float] = {}
 

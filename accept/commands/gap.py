@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from accept import gap
-from accept.commands.model import DEFAULT_MODEL
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
 from accept.files import write_atomic
 from accept.fleet import SETTLED, common, lines
 from accept.gap_words import REFUSED, summary
+from accept.model_file import DEFAULT_MODEL
 from accept.unit import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused

@@ -4,13 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from accept.commands.model import DEFAULT_MODEL, draw_to
+from accept.commands.model import draw_to
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
 from accept.files import write_atomic
 from accept.lookup import table_for
 from accept.measured import Responses, responses
-from accept.model_file import Opened, as_weighed, opened
+from accept.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
 from accept.unit import UNIT_FILE, UnitError, read
 from checks.model.lookup import Table
 from checks.model.misalign import CHANNELS, estimate

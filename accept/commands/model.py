@@ -11,7 +11,7 @@ from rich.table import Column, Table
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
 from accept.files import write_atomic
-from accept.model_file import Opened, opened
+from accept.model_file import DEFAULT_MODEL, Opened, opened
 from accept.pictures.draw import PictureError, picture
 from checks.model.fit_panels import UNITS, frf_panels
 from checks.model.model import Model, frequency_and_damping
@@ -21,7 +21,6 @@ from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.units import unit_of
 
-DEFAULT_MODEL = {"strut": "strut", "apa": "apa-frame"}
 HIGHEST_HZ = 2000.0
 
 

@@ -9,14 +9,13 @@ from rich.table import Table
 
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
-from accept.model_file import effects_of, opened
+from accept.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, Order, OrderError, simulate, write
 from accept.simulate.order import drawn
 from checks.model.converters import Converters
 from checks.model.model import Model
 from checks.signals.excitation import ExcitationError
 
-MODELS = {"apa": "apa-frame", "strut": "strut"}
 APA_PAYLOAD_KG = 5.0  # seed 3.1.7
 Effect = tuple[str, dict[str, float]]
 
@@ -73,8 +72,8 @@ def faults() -> Exit:
 
 def order_of(wanted: Wanted) -> Order:
     """Order of a command line. Raises OrderError, SpecError or ModelError."""
-    if wanted.kind not in MODELS:
-        raise OrderError(f"kind '{wanted.kind}': expected one of {', '.join(MODELS)}")
+    if wanted.kind not in DEFAULT_MODEL:
+        raise OrderError(f"kind '{wanted.kind}': expected one of {', '.join(DEFAULT_MODEL)}")
     model, effects = _model(wanted)
     effects += [effect_of(text) for text in wanted.effects]
     if wanted.dx_um or wanted.dy_um:
@@ -98,7 +97,7 @@ def order_of(wanted: Wanted) -> Order:
 
 def _model(wanted: Wanted) -> tuple[Model, list[Effect]]:
     """The model before any effect is added, and those of its file that are no parameter of it."""
-    it = opened(wanted.model or MODELS[wanted.kind])
+    it = opened(wanted.model or DEFAULT_MODEL[wanted.kind])
     model = it.model
     if wanted.model is None and wanted.kind == "apa":
         model = model.with_values({"bench.payload_kg": APA_PAYLOAD_KG})

@@ -1,18 +1,19 @@
-"""Judging and explaining a unit's folder: here, or in a process of its own that can be stopped."""
+"""Judging and explaining a unit's folder: here, or in another process, where it can be stopped."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from accept import campaign, gap, unit
 from accept.calibration import Statement
 from accept.explain import NO_ANSWER, Start
 from accept.gap_words import REFUSED
+from accept.model_file import DEFAULT_MODEL
 from accept.result import UnitResult, finding_json, information_json
 from accept.unit import UnitError
 from accept.version import code_sha256
-from accept.workflow.apart import Apart, Say
+from accept.workflow.apart import Apart, Say, Work
 from accept.workflow.judgement import StepJudgement
 from accept.workflow.section import note_lines
 from accept.workflow.state import StepState
@@ -22,8 +23,8 @@ from checks.picture import Panel
 from checks.record import RecordError
 from specs import Spec, SpecError
 
+T = TypeVar("T")
 Judge = Callable[[Path, Spec, Statement | None], UnitResult]
-MODELS = {"apa": "apa-frame", "strut": "strut"}  # by kind, where the spec names none to explain responses by
 EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 
@@ -41,28 +42,28 @@ def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult
 
 
 class Elsewhere:
-    """Judges and explains in a process of its own. One at a time; `cancel` stops what runs. say: is told, from the
-    thread that waits, what the computation says of itself."""
+    """Judges and explains in the other process, one thing; `cancel` stops it. say: is told, from the thread that waits,
+    what the computation says of itself."""
 
-    def __init__(self, say: Say = lambda words: None) -> None:
-        self._say = say
-        self._running: Apart[Any] | None = None
+    def __init__(self, apart: Apart, say: Say = lambda words: None) -> None:
+        self._apart, self._say = apart, say
+        self._work: Work[Any] | None = None
 
     def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
         """As `judge_here`; raises NotDone."""
-        work: Apart[UnitResult] = Apart(_judge, folder, spec, stated, expected=EXPECTED)
-        self._running = work
-        return work.run(self._say)
+        return self._run(Work(_judge, folder, spec, stated, expected=EXPECTED))
 
     def explain(self, folder: Path, spec: Spec) -> Explained:
         """The gap workflow from the spec's model. Raises NotDone."""
-        work: Apart[Explained] = Apart(_explain, folder, spec, expected=EXPECTED)
-        self._running = work
-        return work.run(self._say)
+        return self._run(Work(_explain, folder, spec, expected=EXPECTED))
 
     def cancel(self) -> None:
-        if self._running is not None:
-            self._running.cancel()
+        if self._work is not None:
+            self._apart.cancel(self._work)
+
+    def _run(self, work: Work[T]) -> T:
+        self._work = work
+        return self._apart.run(work, self._say)
 
 
 def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
@@ -71,7 +72,7 @@ def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> Unit
 
 def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
     """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
-    name = spec.gap.model if spec.gap else MODELS[spec.kind]
+    name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
     start = Start.of(spec, name)
     about = {"start": name, "model_sha256": start.sha256 if start else None}
     try:

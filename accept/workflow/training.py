@@ -11,7 +11,7 @@ from accept import unit
 from accept.campaign import DEFAULT_SPEC, load_spec
 from accept.files import write_atomic
 from accept.home import home
-from accept.model_file import open_model
+from accept.model_file import DEFAULT_MODEL, open_model
 from accept.simulate import FAULTS, Order, simulate
 from accept.simulate.order import drawn
 from accept.store import open_store
@@ -19,7 +19,6 @@ from accept.unit import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Bench
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instrument
-from accept.workflow.judging import MODELS
 from accept.workflow.steps import is_needed
 from accept.world import world_of
 from checks.declare import Measured
@@ -95,7 +94,7 @@ def training_order(kind: str, serial: str, seed: int) -> tuple[Order, str]:
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
-    model = open_model(MODELS[kind])
+    model = open_model(DEFAULT_MODEL[kind])
     model = drawn(model.with_values({"bench.payload_kg": PAYLOAD_KG}) if kind == "apa" else model, seed)
     if kind == "apa":
         model = model.with_values({"bench.payload_kg": PAYLOAD_KG})
