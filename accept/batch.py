@@ -203,7 +203,8 @@ def _job(folder: UnitFolder, order: Order) -> Job:
     return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
 
 
-def _processes(count: int) -> ProcessPoolExecutor:
+def processes(count: int) -> ProcessPoolExecutor:
+    """Fresh ones, which share nothing with this one."""
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
 
@@ -216,11 +217,13 @@ def _judge_all(jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor |
         return
     left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
-        with nullcontext(pool) if pool else _processes(min(wanted, len(jobs))) as running:
-            own = left.pop(0) if pool else None
-            pending = {running.submit(judge_folder, job): key for key, job in left.items()}
+        with nullcontext(pool) if pool else processes(min(wanted, len(jobs))) as running:
+            own = 0 if pool else None
+            pending = {running.submit(judge_folder, job): key for key, job in left.items() if key != own}
             if own is not None:
-                yield judge_folder(own)
+                judged = judge_folder(left[own])
+                del left[own]
+                yield judged
             for future in as_completed(pending):
                 judged = future.result()
                 del left[pending[future]]
@@ -237,7 +240,7 @@ def _bytes(job: Job) -> int:
 def _judge_apart(job: Job) -> Judged:
     """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
     try:
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        with processes(1) as pool:
             return pool.submit(judge_folder, job).result()
     except BrokenProcessPool:
         return Judged(job.folder, refused=f"{job.folder}: the process that judged it died (out of memory?)")

@@ -6,14 +6,23 @@ import os
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from concurrent.futures.process import BrokenProcessPool
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from accept import seed
+from accept import seed, unit
+from accept.batch import Order, processes, run
+from accept.campaign import judge_unit, load_spec
+from accept.certificate import dossier_of, render
+from accept.certificate.signing import sign
 from accept.cli import app
+from accept.commands.signing import demo_credential
+from accept.home import home
 from accept.store import open_store
+from specs import builtin
 from tests.units import DATA, GOOD, make_unit
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
@@ -69,15 +78,6 @@ def test_demo_certificates_are_trusted_as_a_demo_only(tmp_path: Path) -> None:
     accept("demo", "--out", tmp_path)
     for serial in ("APA-01", "SIM-STRUT-01"):
         assert accept("verify", tmp_path / "certificates" / f"{serial}.pdf").exit_code == 0
-    from datetime import UTC, datetime
-
-    from accept import unit
-    from accept.campaign import judge_unit, load_spec
-    from accept.certificate import dossier_of, render
-    from accept.certificate.signing import sign
-    from accept.commands.signing import demo_credential
-    from accept.home import home
-
     folder = make_unit(tmp_path / "forged", "APA-01")
     spec = load_spec("apa-basic")
     forged = render(dossier_of(judge_unit(unit.read(folder), spec), spec, folder, "me"))
@@ -187,8 +187,6 @@ def test_only_what_changed_is_judged_again(tmp_path: Path) -> None:
 
 def test_another_spec_judges_again(tmp_path: Path) -> None:
     make_unit(tmp_path / "a", "A")
-    from specs import builtin
-
     other = tmp_path / "other.toml"
     other.write_text(builtin()["apa-basic"].read_text().replace("upper = 10.0", "upper = 5.0"))
     batch(tmp_path / "a", "--out", tmp_path / "out", "--no-certificates")
@@ -252,6 +250,19 @@ def test_a_unit_with_a_missing_file_has_a_certificate_that_verifies(tmp_path: Pa
     assert done.exit_code == 0, done.stdout
 
 
+def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
+    """It refuses the first job that it is given; all units, the one judged here too, are judged nevertheless."""
+    units = [make_unit(tmp_path / serial, serial) for serial in "AB"]
+    with processes(1) as broken:
+        with pytest.raises(BrokenProcessPool):
+            broken.submit(os._exit, 1).result()
+        order = Order(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)
+        with open_store(f"sqlite:///{tmp_path / 'store.sqlite'}") as store:
+            report = run(order, store, lambda words: None)
+    assert [u["serial"] for u in report.units] == ["A", "B"]
+    assert not report.refused
+
+
 @pytest.mark.parametrize("where", ["out", "home"])
 def test_a_folder_that_cannot_be_written_is_a_clear_error(tmp_path: Path, monkeypatch, where: str) -> None:
     """A file stands where the folder should be: that refuses root too, unlike permissions."""
@@ -307,9 +318,9 @@ def test_recorded_units(tmp_path: Path) -> None:
     done = batch(*units, "--out", tmp_path, "--workers", 2)
     assert done.exit_code == 3
     assert verdicts(tmp_path) == {"A-01": "accepted", "A-02": "rejected", "A-03": "accepted"}
-    for unit in results(tmp_path)["units"]:
-        found = {f["quantity"]: f for f in unit["findings"]}
-        expected = truth[unit["serial"]]
+    for one in results(tmp_path)["units"]:
+        found = {f["quantity"]: f for f in one["findings"]}
+        expected = truth[one["serial"]]
         assert found["stroke_um"]["value"] == pytest.approx(expected["stroke_um"], rel=0.003)
         assert found["k_closed_N_per_um"]["value"] == pytest.approx(expected["k_closed"], rel=0.01)
         assert found["flatness_um"]["value"] == pytest.approx(expected["flatness_um"], rel=1e-6)

@@ -3,8 +3,6 @@
 import json
 import time
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +29,7 @@ def run(out: Path, operator: str | None) -> Exit:
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as elsewhere:
+    with batch.processes(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
