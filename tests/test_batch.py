@@ -324,7 +324,7 @@ def test_recorded_units(tmp_path: Path) -> None:
         assert found["stroke_um"]["value"] == pytest.approx(expected["stroke_um"], rel=0.003)
         assert found["k_closed_N_per_um"]["value"] == pytest.approx(expected["k_closed"], rel=0.01)
         assert found["flatness_um"]["value"] == pytest.approx(expected["flatness_um"], rel=1e-6)
-        named = " ".join(unit["not_judged"])
+        named = " ".join(one["not_judged"])
         for section in ("hysteresis", "sensor_highpass", "spurious_modes", "frf"):
             assert section in named
     second = next(u for u in results(tmp_path)["units"] if u["serial"] == "A-02")
