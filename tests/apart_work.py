@@ -18,6 +18,11 @@ def twice(say: Say, x: float) -> float:
     return 2 * x
 
 
+def number(say: Say) -> int:
+    """Of the process that does the work."""
+    return os.getpid()
+
+
 def prints(say: Say, x: float) -> float:
     print("this would spoil the answer", flush=True)
     os.write(1, b"and this")

@@ -18,6 +18,7 @@ from textual.events import Key
 from textual.widgets import Input
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
+from accept.workflow.judging import Elsewhere
 from tests.tui_help import loader, press, running, type_line
 from tests.units import DATA
 
@@ -40,14 +41,14 @@ def first_paint_s() -> float:
 
 
 async def key_answers_s(count: int = 30) -> list[float]:
-    """Times from a key to its letter in the line, while the FRF of a strut is judged over and over in a thread."""
+    """Times from a key to its letter in the line, while the FRF of a strut is judged over and over, as the screen does it."""
     async with running(loader("strut", DATA / "units" / "S-01")) as pilot:
         await type_line(pilot, "S-01")
         await press(pilot, *["enter"] * 6)
         for name in ("frf_noise.mat", "frf_noise_hf.mat"):
             await type_line(pilot, name)
-        session, over = pilot.app.session, threading.Event()
-        judging = threading.Thread(target=lambda: [session.judge_step("frf") for _ in iter(over.is_set, True)])
+        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.apart).judge
+        judging = threading.Thread(target=lambda: [session.judge_step("frf", judge) for _ in iter(over.is_set, True)])
         judging.start()
         line, took = pilot.app.screen.query(Input).first(), []
         line.focus()

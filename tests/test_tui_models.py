@@ -12,7 +12,7 @@ from accept.model_file import open_model
 from accept.simulate import Order, simulate
 from accept.tui.explain import answer
 from accept.workflow import certify, drawn
-from accept.workflow.apart import Apart
+from accept.workflow.apart import Work
 from accept.workflow.bench import Begun, open_bench
 from accept.workflow.judging import Elsewhere, Explained
 from accept.workflow.session import Session
@@ -21,7 +21,7 @@ from checks.picture import Image
 from tests import apart_work
 from tests.explained import FOUND, PANELS
 from tests.killing import SOAK
-from tests.tui_help import WIDE, loader, press, running, shown, type_line, words
+from tests.tui_help import APART, WIDE, loader, press, running, shown, type_line, words
 
 DY_UM = 150.0
 RECORD_S = 10.5  # the spec asks for 10 s
@@ -137,8 +137,7 @@ async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, mon
     begun.close()
 
     def endless(self: Elsewhere, *_) -> None:
-        self._running = Apart(apart_work.wait_for_ever, tmp_path / "pid")
-        self._running.run(self._say)
+        self._run(Work(apart_work.wait_for_ever, tmp_path / "pid"))
 
     monkeypatch.setattr(Elsewhere, "judge", endless)
     monkeypatch.setattr(Elsewhere, "explain", endless)
@@ -193,7 +192,7 @@ def test_pictures_that_are_damaged_are_as_good_as_none(tmp_path: Path):
 
 @pytest.mark.skipif(not SOAK, reason="a whole search; make soak")
 def test_the_hidden_misalignment_is_named(begun):
-    begun.explain(Elsewhere().explain)
+    begun.explain(Elsewhere(APART).explain)
     assert [n["effect"] for n in begun.gap["named"]] == ["misalignment"]
     assert (begun.folder / "gap" / "gap.pdf").is_file()
 

@@ -1,8 +1,10 @@
 """Driving the screens in tests: keys, and waiting until nothing runs any more; never a sleep."""
 
+import atexit
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from textual.pilot import Pilot
@@ -10,6 +12,7 @@ from textual.widgets import Input, Label, Static
 
 from accept.tui.app import BenchApp
 from accept.tui.start import Given
+from accept.workflow.apart import Apart
 from accept.workflow.bench import Bench, open_bench
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
@@ -17,8 +20,12 @@ NARROW, WIDE = (80, 24), (140, 40)
 HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the seed
 
 
+APART = Apart()  # one for all tests of a process: to start it takes longer than what it has to do
+atexit.register(APART.close)
+
+
 def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Bench]:
-    return lambda: open_bench(spec, records)
+    return lambda: replace(open_bench(spec, records), apart=APART)
 
 
 @asynccontextmanager

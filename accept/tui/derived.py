@@ -2,13 +2,8 @@
 
 from typing import ClassVar
 
-from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
-from textual.widgets import Footer, Label, Static
 
-from accept.tui.findings import Findings
-from accept.tui.pictures import Pictures
 from accept.tui.stepview import StepView
 from checks.acceptance import CHECKS
 
@@ -22,15 +17,6 @@ class DerivedScreen(StepView):
         Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
-
-    def compose(self) -> ComposeResult:
-        yield Label("", id="head", classes="title", markup=False)
-        yield Static(self.step.guide.words, id="words", markup=False)
-        with VerticalScroll(id="body", can_focus=False):
-            yield Findings(id="findings")
-            yield Pictures()
-        yield Label("", id="status")
-        yield Footer(compact=True)
 
     def on_mount(self) -> None:
         if not self.alive:

@@ -6,14 +6,14 @@ from typing import Any, ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
-from textual.widgets import Footer, Label, Static
+from textual.widgets import Label, Static
 
 from accept.gap_words import HEADLINE, REFUSED, number
 from accept.store import Event
+from accept.tui.apart import send_apart
+from accept.tui.page import Page
 from accept.tui.pictures import Pictures
-from accept.tui.working import Working
-from accept.workflow.judging import Elsewhere
+from accept.workflow.bench import Bench
 from accept.workflow.session import Session
 
 TITLE = "What the model does not explain"
@@ -32,33 +32,25 @@ COLOUR = {
 _MARK = {"green": "✓", "yellow": "~", "magenta": "?"}
 
 
-class Explain(Working[bool]):
-    """Looks when asked, in a process of its own; the answer is kept and shown again."""
+class Explain(Page):
+    """Looks when asked, in the other process; the answer is kept and shown again."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f3", "search", "Search"),
         Binding("f7", "picture", "Plot"),
-        Binding("pageup", "page(-1)", show=False),
-        Binding("pagedown", "page(1)", show=False),
         Binding("escape", "leave", "Back"),
     ]
 
-    def __init__(self, session: Session) -> None:
-        super().__init__()
-        self.session = session
+    def __init__(self, bench: Bench, session: Session) -> None:
+        super().__init__(bench, session, _WORDS)
 
-    def compose(self) -> ComposeResult:
-        yield Label(f"{TITLE}  ·  {self.session.serial}", id="head", classes="title", markup=False)
-        yield Static(_WORDS, id="words", markup=False)
-        with VerticalScroll(id="body", can_focus=False):
-            yield Static("", id="answer", markup=False)
-            yield Pictures()
-        yield Label("", id="status")
-        yield Footer(compact=True)
+    def parts(self) -> ComposeResult:
+        yield Static("", id="answer", markup=False)
 
     def on_mount(self) -> None:
         if not self.alive:
             return
+        self.query_one("#head", Label).update(f"{TITLE}  ·  {self.session.serial}")
         self._show()
         if self.session.gap is None:
             self.action_search()
@@ -79,31 +71,17 @@ class Explain(Working[bool]):
         if state is None or not state.entries:
             self.say("first the records of the frequency responses", "bad")
             return
-        elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
-        self.stop = elsewhere.cancel
         self.query_one("#answer", Static).update(Text("searching … (Esc stops it)", "dim"))
-        self.send(lambda: self.session.explain(elsewhere.explain), self._found, "searching", self._not_found)
+        explain = self.session.explain
+        send_apart(self, self.bench.apart, lambda e: explain(e.explain), self._found, "searching", self._not_found)
 
     def _found(self, event: Event) -> None:
-        self.stop = None
         self._show()
         self.say(f"stored as event {event.seq}; it goes on the certificate", "good")
 
     def _not_found(self, words: str) -> None:
-        self.stop = None
         self.query_one("#answer", Static).update("")
         self._show()
-
-    def action_picture(self) -> None:
-        self.query_one(Pictures).next()
-        self.call_after_refresh(self.query_one("#body", VerticalScroll).scroll_end, animate=False)
-
-    def action_page(self, way: int) -> None:
-        body = self.query_one("#body", VerticalScroll)
-        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
-
-    def action_leave(self) -> None:
-        self.stop_or(lambda: self.leave(True))
 
     def help_text(self) -> str:
         return (

@@ -7,17 +7,15 @@ from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical
 from textual.events import DescendantFocus, ScreenResume, ScreenSuspend
-from textual.widgets import Footer, Input, Label, Static
+from textual.widgets import Input, Label, Static
 
 from accept.store import Event
 from accept.tui.ask import Ask, Line
 from accept.tui.fields import Field, Place, places
-from accept.tui.findings import Findings
 from accept.tui.gauge import Gauge
 from accept.tui.pick import Pick
-from accept.tui.pictures import Pictures
 from accept.tui.stepview import StepView
 from accept.workflow.bench import Bench
 from accept.workflow.instruments import Instrument
@@ -50,21 +48,15 @@ class StepScreen(StepView):
         super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)
 
-    def compose(self) -> ComposeResult:
-        yield Label("", id="head", classes="title", markup=False)
-        yield Static(self.step.guide.words, id="words", markup=False)
-        with VerticalScroll(id="body", can_focus=False):
-            with Horizontal(id="upper"):
-                with Vertical(id="form"):
-                    yield Label("", id="way", markup=False)
-                    yield Vertical(id="fields")
-                    yield Gauge()
-                if self.step.guide.picture:
-                    yield Static(self.step.guide.picture, id="guide", markup=False)
-            yield Findings(id="findings")
-            yield Pictures()
-        yield Label("", id="status")
-        yield Footer(compact=True)
+    def parts(self) -> ComposeResult:
+        with Horizontal(id="upper"):
+            with Vertical(id="form"):
+                yield Label("", id="way", markup=False)
+                yield Vertical(id="fields")
+                yield Gauge()
+            if self.step.guide.picture:
+                yield Static(self.step.guide.picture, id="guide", markup=False)
+        yield from super().parts()
 
     async def on_mount(self) -> None:
         await self._lay_out()

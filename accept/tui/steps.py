@@ -147,7 +147,7 @@ class Steps(Working[bool]):
     def on_data_table_row_selected(self, event: DataTable.RowSelected) -> None:
         name = str(event.row_key.value)
         if name == GAP:
-            self.app.push_screen(Explain(self.session), self._back)
+            self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
             kind = DerivedScreen if self.session.step(name).derived else StepScreen
             self.app.push_screen(kind(self.bench, self.session, name), self._back)

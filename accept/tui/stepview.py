@@ -1,17 +1,16 @@
 """What every step shows: where it stands, its findings, what to do about them, its pictures."""
 
-from typing import ClassVar
+from functools import partial
 
-from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
 from textual.widgets import Label
 
 from accept.store import Event
+from accept.tui.apart import send_apart
 from accept.tui.findings import COLOURS, Findings, missing_words
 from accept.tui.notes import ask_note
+from accept.tui.page import Page
 from accept.tui.pictures import Pictures
 from accept.tui.strip import limits
-from accept.tui.working import Working
 from accept.workflow.bench import Bench
 from accept.workflow.judgement import StepJudgement
 from accept.workflow.judging import Elsewhere
@@ -23,19 +22,12 @@ from specs import Limit
 _HEAD = {"bold red": "red", "dim": "white"}
 
 
-class StepView(Working[bool]):
-    """Holds `#head`, `Findings` and `Pictures`. What a model takes part in is judged in a process of its own, with a
-    clock, and stopped with Escape; anything else in a thread."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("pageup", "page(-1)", show=False),
-        Binding("pagedown", "page(1)", show=False),
-    ]
+class StepView(Page):
+    """Judges in the other process; what a model takes part in is shown with a clock, and stopped with Escape."""
 
     def __init__(self, bench: Bench, session: Session, name: str) -> None:
-        super().__init__()
-        self.bench, self.session = bench, session
         self.step = session.step(name)
+        super().__init__(bench, session, self.step.guide.words)
 
     @property
     def state(self) -> StepState:
@@ -65,25 +57,20 @@ class StepView(Working[bool]):
 
     def judge(self) -> None:
         """Judge what was taken; the findings appear when they are there."""
-        name = self.step.name
+        name, findings = self.step.name, self.query_one(Findings)
         if self.step.check.model is None:
-            self.query_one(Findings).show(self.step.check, None, "judging … (Esc goes back, the entries are kept)")
-            self.aside(lambda: self.session.judge_step(name), self.judged, "judge")
-            return
-        self.query_one(Findings).show(self.step.check, None, "comparing with the model … (Esc stops it)")
-        elsewhere = Elsewhere(lambda words: setattr(self, "progress", words))
-        self.stop = elsewhere.cancel
-        self.send(lambda: self.session.judge_step(name, elsewhere.judge), self.judged, "comparing", self.not_judged)
+            findings.show(self.step.check, None, "judging … (Esc goes back, the entries are kept)")
+            judge = Elsewhere(self.bench.apart).judge
+            self.aside(lambda: self.session.judge_step(name, judge), lambda _: self.show(), "judge")
+        else:
+            findings.show(self.step.check, None, "comparing with the model … (Esc stops it)")
+            work = partial(self.session.judge_step, name)
+            send_apart(
+                self, self.bench.apart, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
+            )
 
-    def judged(self, judgement: StepJudgement) -> None:
-        if self.stop is not None:
-            self.stop = None
-            self.say("done", "good")
-        self.show()
-
-    def not_judged(self, words: str) -> None:
-        """Stopped, or refused: the reason stands at the foot of the screen."""
-        self.stop = None
+    def _compared(self, _: StepJudgement) -> None:
+        self.say("done", "good")
         self.show()
 
     def action_note(self) -> None:
@@ -91,18 +78,6 @@ class StepView(Working[bool]):
 
     def _noted(self, event: Event) -> None:
         self.say(f"note kept as event {event.seq}; it goes on the certificate", "good")
-
-    def action_picture(self) -> None:
-        self.query_one(Pictures).next()
-        self.call_after_refresh(self.query_one("#body", VerticalScroll).scroll_end, animate=False)
-
-    def action_page(self, way: int) -> None:
-        body = self.query_one("#body", VerticalScroll)
-        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
-
-    def action_leave(self) -> None:
-        """Back; what takes long is stopped first."""
-        self.stop_or(lambda: self.leave(True))
 
     def help_text(self) -> str:
         asked = self.step.asked

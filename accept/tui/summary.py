@@ -9,6 +9,7 @@ from textual.widgets import DataTable, Footer, Label, Static
 
 from accept.certificate import Report, keys
 from accept.result import UnitResult
+from accept.tui.apart import send_apart
 from accept.tui.ask import Ask, Line
 from accept.tui.findings import COLOURS
 from accept.tui.help import Help
@@ -16,7 +17,6 @@ from accept.tui.strip import limits, numbers
 from accept.tui.working import Working
 from accept.workflow.bench import Bench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
-from accept.workflow.judging import Elsewhere
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
 
@@ -60,20 +60,13 @@ class Summary(Working[bool]):
             self._judge()
 
     def _judge(self) -> None:
-        """Where a model takes part, in a process of its own: the keys keep answering."""
-        if any(step.check.model for step in self.session.steps):
-            elsewhere = Elsewhere()
-            self.stop = elsewhere.cancel
-            self.send(lambda: self.session.judge(elsewhere.judge), self._judged, "judging the unit", self._not_judged)
-        else:
-            self.send(self.session.judge, self._judged, "judging the unit")
+        judge = self.session.judge
+        send_apart(self, self.bench.apart, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged)
 
     def _not_judged(self, words: str) -> None:
-        self.stop = None
         self.query_one("#verdict", Static).update("not judged")
 
     def _judged(self, result: UnitResult) -> None:
-        self.stop = None
         entry = result.to_json()
         verdict = str(result.verdict)
         self.query_one("#verdict", Static).update(_verdict(verdict, entry["findings"]))

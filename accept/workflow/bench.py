@@ -10,6 +10,7 @@ from accept.home import home
 from accept.store import Store, open_store
 from accept.unit import UnitError, UnitFolder
 from accept.workflow.adopted import adopt
+from accept.workflow.apart import Apart
 from accept.workflow.hardware import BenchInstruments
 from accept.workflow.instruments import Instruments, NoInstruments
 from accept.workflow.known import KnownUnit, known_unit, known_units
@@ -27,6 +28,7 @@ class Bench:
     """specs: kind -> spec. records: folder that new record files arrive in. hidden: what a training unit has, told at
     the end; None where the unit is real. proposed: serial to begin with. stated: the bench file whose calibrations
     stand behind the findings. taken: a unit folder that exists already, to go on with. closing: ends what runs beside.
+    apart: the process that judges.
     """
 
     store: Store
@@ -39,9 +41,11 @@ class Bench:
     stated: StatedBench | None = None
     taken: UnitFolder | None = None
     closing: Callable[[], None] = field(default=lambda: None)
+    apart: Apart = field(default_factory=Apart)
 
     def close(self) -> None:
-        """Let go of instruments and store."""
+        """Let go of instruments, store, and the process that judges."""
+        self.apart.close()
         self.closing()
         self.store.close()
 
@@ -65,6 +69,7 @@ class Bench:
         """The unit with an attempt to work on, and what could not be taken from its folder. Raises as `session`."""
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
+            self.apart.warm()
             return session, self._attempt(session, begun)
         except BaseException:
             session.close()

@@ -1,20 +1,29 @@
-"""The other process of `accept.workflow.apart`: one order from stdin, what it says and its answer to stdout."""
+"""The other process of `accept.workflow.apart`: orders from stdin, what each says and its answer to stdout."""
 
 import os
 import pickle
+import queue
 import sys
 import threading
 import traceback
 from typing import Any, BinaryIO
 
+from accept.workflow import judging  # noqa: F401 - while nobody waits: to import the physics takes a second
 from accept.workflow.apart import BROKEN, DONE, REFUSED, SAID
+
+Order = tuple[Any, tuple[Any, ...], tuple[type[Exception], ...]]
 
 
 def main() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what anything prints goes nowhere: stdout carries answers only
-    work, given, expected = pickle.load(sys.stdin.buffer)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    orders: queue.Queue[Order] = queue.Queue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    while True:
+        _answer(answers, *orders.get())
+
+
+def _answer(answers: BinaryIO, work: Any, given: tuple[Any, ...], expected: tuple[type[Exception], ...]) -> None:
     try:
         _send(answers, DONE, work(lambda words: _send(answers, SAID, words), *given))
     except expected as e:
@@ -29,11 +38,13 @@ def _send(answers: BinaryIO, kind: str, what: Any) -> None:
     answers.flush()
 
 
-def _end_with_parent() -> None:
-    """stdin closes when the program that asked is gone, however it went: then nobody waits for the answer."""
-    while os.read(0, 4096):
-        pass
-    os._exit(1)
+def _listen(orders: "queue.Queue[Order]") -> None:
+    """stdin closes when the program that asks is gone, however it went: then nobody waits for an answer."""
+    try:
+        while True:
+            orders.put(pickle.load(sys.stdin.buffer))
+    finally:
+        os._exit(0)
 
 
 if __name__ == "__main__":
