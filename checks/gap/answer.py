@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.gap.adequacy import judge
+from checks.gap.augmented import Augmented
 from checks.gap.effects import EFFECTS
 from checks.gap.inputs import Prepared
 from checks.gap.limits import detection_limits
@@ -66,15 +67,18 @@ def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Resul
 def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
     """What is missing, with the calibration that the whole explanation has: the one without it has gone after what it
     cannot explain, and shows it everywhere."""
-    at = {q.name: full.at.get(q.name, q.begin) for q in base.response.free()}
-    return at_known(base.response, B, at)
+    return at_known(base.response, B, _values(base.response, full))
 
 
 def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candidate]:
     """The base model as it was given, and with the calibration of the whole explanation."""
     begin = {q.name: q.begin for q in base.response.free()}
-    both = (begin, {name: full.at.get(name, value) for name, value in begin.items()})
-    return [replace(base, at=at, unseen=B) for at in both]
+    return [replace(base, at=at, unseen=B) for at in (begin, _values(base.response, full))]
+
+
+def _values(response: Augmented, full: Candidate) -> dict[str, float]:
+    """What a response leaves free, at the values that the whole explanation gives it."""
+    return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
 def _least(models: Sequence[Candidate]) -> Gaps:
@@ -98,11 +102,7 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
         counts = not (hasattr(m, "counts") and not m.counts)
         if m.name not in names and counts:
             response = response.without(m.name)
-    inside = {p.name for p in response.free()}
-    at = {k: v for k, v in full.at.items() if k in inside}
-    for p in response.free():
-        at.setdefault(p.name, p.begin)
-    return replace(full, response=response, at=at)
+    return replace(full, response=response, at=_values(response, full))
 
 
 def _gaps(c: Candidate) -> Gaps:
