@@ -1,12 +1,13 @@
 """What the gap workflow found, in words for the terminal, the report and the certificate."""
 
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from checks.gap.effects import EFFECTS
 from checks.gap.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
 
+Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 LINES, COLUMNS = 24, 80  # of a terminal
 HEADLINE = {
@@ -43,8 +44,13 @@ def chance(p: float) -> str:
 
 def named_line(n: Named) -> str:
     """Name, then every parameter with its interval."""
-    values = ", ".join(f"{k} = {number(v.value)} [{number(v.lo)}, {number(v.hi)}]" for k, v in n.parameters.items())
+    values = parameters((name, v.value, v.lo, v.hi) for name, v in n.parameters.items())
     return f"{n.effect}: {values}" if values else n.effect
+
+
+def parameters(values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
+    """Of one effect: name, value and the ends of its interval, each in the given form."""
+    return between.join(form.format(name, *map(number, of)) for name, *of in values)
 
 
 def summary(serial: str, r: Result) -> list[str]:
@@ -123,6 +129,12 @@ def in_order(n: Mapping[str, Any]) -> list[str]:
     """The parameters of an entry of `named` as its effect declares them: JSON that was stored has them by letter."""
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
+
+
+def values_of(n: Mapping[str, Any]) -> list[Value]:
+    """The parameters of an entry of `named`, in order, for `parameters`."""
+    found = ((name, n["parameters"][name]) for name in in_order(n))
+    return [(name, p["value"], *p["ci95"]) for name, p in found]
 
 
 def without_a_name(u: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 from accept.certificate import look, numbers
 from accept.certificate.dossier import Dossier
 from accept.certificate.strip import strip
-from accept.gap_words import HEADLINE, REFUSED, gap_number, in_order, number, without_a_name
+from accept.gap_words import HEADLINE, REFUSED, gap_number, parameters, values_of, without_a_name
 from accept.pictures.words import pretty
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
@@ -110,10 +110,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
     """What is named, what is not told apart and how it could be, and what has no name."""
     story: list[Flowable] = [words(HEADLINE[found["verdict"]] + ".", look.STRONG)]
     for n in found["named"]:
-        values = "; ".join(
-            f"{k} {number(p['value'])} ({number(p['ci95'][0])} to {number(p['ci95'][1])})"
-            for k, p in ((k, n["parameters"][k]) for k in in_order(n))
-        )
+        values = parameters(values_of(n), "{} {} ({} to {})", "; ")
         story.append(words(f"{n['sentence']} {n['effect']}{': ' if values else ''}{values}", look.BODY))
     for a in found["ambiguous"]:
         story.append(words(f"Not told apart: {', '.join(a['effects'])}. To tell: {a['experiment']}.", look.BODY))
