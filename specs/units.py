@@ -9,6 +9,8 @@ _SUFFIXES = {
     "um_per_V": "um/V",
     "N_per_V": "N/V",
     "V_per_m": "V/m",
+    "V_per_N": "V/N",
+    "kg_m2": "kg m2",
     "V_per_V": "V/V",
     "percent": "percent",
     "samples": "samples",

@@ -1,6 +1,7 @@
 """`accept frf` and `accept compare` as a person runs them."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli import app
+from accept.commands.frf import with_U
 from hw.records import write_mat
 from hw.records.uff import read_frf
 from tests.frf_plant import Plant, unit
@@ -159,3 +161,22 @@ def test_compare_of_two_says_that_they_are_too_few(tmp_path: Path):
     make_unit(tmp_path / "b", "T-02")
     found = accept("compare", tmp_path, "--spec", "apa-basic")
     assert "too few units to say who is odd" in found.stderr
+
+
+def test_units_in_brackets_stay_on_the_terminal(files):
+    """A table's "[percent]" is no markup."""
+    found = accept("frf", files[0])
+    assert "damping [percent]" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("value", "U", "words"),
+    [
+        (413.0384, 0.0234, "413.038 ± 0.023"),
+        (85.37643, 4.8e-6, "85.3764 ± less than 0.0001"),
+        (94.2, 12.0, "94 ± 12"),
+        (94.2, math.nan, "94.2"),
+    ],
+)
+def test_a_value_and_its_uncertainty_in_words(value: float, U: float, words: str):
+    assert with_U(value, U) == words

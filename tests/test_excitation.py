@@ -29,6 +29,12 @@ KINDS = {
 }
 
 
+def test_the_spectrum_of_a_slow_sine_shows_its_line():
+    """0.1 Hz lies below the lowest frequency of segments of a second."""
+    (line,) = panels(ex.sines(Rig(fs=1000.0), 0.1, (1.0, 2.0), cycles=3))["spectrum"].items
+    assert line.x[np.nanargmax(line.y)] == pytest.approx(0.1, abs=0.02)  # a bin of 60 s is 0.017 Hz
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_starts_and_ends_at_zero_and_runs_about_the_mean(kind):
     e = KINDS[kind](BENCH)

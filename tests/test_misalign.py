@@ -1,6 +1,7 @@
 """The estimated misalignment: recorded struts against their truth, what gives no result, the check and the command."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from checks.model.model import Model
 from checks.model.real_modes import real_modal
 from checks.model.softened import is_rough, names, softened
 from checks.model.superelement import ModelError
+from checks.picture import Image
 from checks.quantity import NoResult
 from hw.model import open_model
 from specs.spec import CheckSpec
@@ -239,6 +241,16 @@ def test_the_pictures(builtin: Model, builtin_table: Table, good: Drawn) -> None
     assert set(drawn) == {"ratio", "ratio phase", "map"}
     image = drawn["map"].items[0]
     assert image.z.shape == (image.y.size, image.x.size)
+
+
+def test_the_pictures_of_no_result_show_no_place(builtin: Model, builtin_table: Table, good: Drawn) -> None:
+    """The numbers of an estimate that is none stand on no picture, and nothing marks a place."""
+    found = given(builtin, builtin_table, good.first, good.second)
+    drawn = panels(replace(found, reason="the model does not explain de"))
+    assert [type(item) for item in drawn["map"].items] == [Image]
+    assert "no result" in drawn["map"].title
+    assert "no result" in drawn["ratio"].title
+    assert "±" not in drawn["ratio"].title
 
 
 # as a check, as a command

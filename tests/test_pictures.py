@@ -11,11 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from accept.pictures.colours import ROLES, SERIES
 from accept.pictures.draw import FORMATS, PictureError, draw, picture
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import POINTS, reduced
+from accept.pictures.ticks import set_degree_ticks
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 from tests import certificate_help
@@ -118,6 +120,16 @@ def test_panels_survive_json() -> None:
     assert list(back) == list(panels)
     assert json.dumps(panels_to_json({name: reduced(panel) for name, panel in back.items()})) == text
     assert picture(list(back.values()), "svg") == picture(list(small.values()), "svg")
+
+
+def test_a_phase_is_read_against_quarters_of_a_turn() -> None:
+    axes = Figure().add_axes((0.1, 0.1, 0.8, 0.8))
+    axes.set_ylim(-200.0, 200.0)
+    set_degree_ticks(axes.yaxis)
+    assert [t for t in axes.get_yticks() if abs(t) <= 200.0] == [-180.0, -90.0, 0.0, 90.0, 180.0]
+    axes.set_ylim(-20.0, 5.0)  # a small phase keeps its own
+    set_degree_ticks(axes.yaxis)
+    assert len([t for t in axes.get_yticks() if -20.0 <= t <= 5.0]) > 1
 
 
 def test_units_are_written_as_people_write_them() -> None:

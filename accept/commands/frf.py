@@ -170,10 +170,19 @@ def summary(response: Response) -> Table:
         cells = (
             ("none seen", "")
             if mode is None
-            else (f"{mode.f_Hz:.6g} ± {_U(mode.u_Hz, mode.u_Hz_model):.2g}", f"{100 * mode.damping_ratio:.3g}")
+            else (with_U(mode.f_Hz, _U(mode.u_Hz, mode.u_Hz_model)), f"{100 * mode.damping_ratio:.3g}")
         )
         table.add_row(f"{c} / {frf.input}", _coherent(frf, c), *cells)
     return table
+
+
+def with_U(value: float, U: float) -> str:
+    """Both to the decimals that U has, four at most: 93.918 ± 0.023; a smaller U is said to be below that."""
+    if not U > 0.0:
+        return f"{value:.6g}"
+    decimals = min(4, max(0, 1 - math.floor(math.log10(U))))
+    least = 10.0**-decimals
+    return f"{value:.{decimals}f} ± {U:.{decimals}f}" if U >= least else f"{value:.{decimals}f} ± less than {least:g}"
 
 
 def _U(u: float, u_model: float) -> float:

@@ -16,10 +16,14 @@ def check() -> Exit:
 
 @clear_errors
 def log(serial: str | None) -> Exit:
+    found = False
     with open_store() as store:
         for event in store.events(subject=serial):
+            found = True
             spec = event.spec.split("@")[0]
             code = f"code {event.code[:8]}"
             words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, code)
             print("  ".join(word for word in words if word))
+    if not found:
+        say("no event yet" if serial is None else f"no event of a unit '{serial}'")
     return Exit.ACCEPTED

@@ -27,8 +27,9 @@ KNOWN_ERRORS = (
     ModelError,
 )  # fmt: skip
 
-# A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for.
-stdout = Console(highlight=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
+# A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for. Without markup: it would
+# take "[percent]" or "[a]" in a file's name for a style and drop it.
+stdout = Console(highlight=False, markup=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
 
 
 def say(words: str) -> None:

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 
 from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
-from accept.pictures.ticks import set_log_ticks
+from accept.pictures.ticks import set_degree_ticks, set_log_ticks
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 
@@ -36,6 +36,8 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
+    if panel.y_label.endswith("[deg]"):
+        set_degree_ticks(axes.yaxis)
     if panel.y_names:
         axes.set_yticks(range(len(panel.y_names)), panel.y_names)
     if panel.equal:

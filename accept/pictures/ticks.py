@@ -3,7 +3,7 @@
 import math
 
 from matplotlib.axis import Axis
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PLAIN = (1e-2, 1e5)  # numbers in here are written out, others as powers of ten
@@ -23,6 +23,12 @@ def set_log_ticks(axis: Axis) -> None:
         axis.set_major_locator(LogLocator(subs=(1.0,) if decades > 2.2 else (1.0, 2.0, 5.0), numticks=8))
     axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     axis.set_minor_locator(NullLocator())
+
+
+def set_degree_ticks(axis: Axis) -> None:
+    """Quarters of a turn where the axis spans half a turn or more: a phase is read against -180, -90, 0."""
+    low, high = sorted(axis.get_view_interval())
+    axis.set_major_locator(MultipleLocator(90.0) if high - low >= 180.0 else AutoLocator())
 
 
 def number(value: float) -> str:

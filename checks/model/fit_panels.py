@@ -11,6 +11,8 @@ from checks.picture import Band, Line, Panel
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+BEFORE, AFTER = "model before the fit", "model fitted"
+LEAST_RESIDUAL = 1e-4  # below, a picture tells nothing: no tolerance and no noise is as small
 UNITS: Mapping[str, str] = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 
 
@@ -21,7 +23,7 @@ def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Pane
     tolerance allow; a fit that explains stays within it 19 times in 20."""
     panels: dict[str, Panel] = {}
     for c, name in enumerate(data.channels):
-        curves = {"measured": data.H[:, c], "before": before[:, c], "after": after[:, c]}
+        curves = {"measured": data.H[:, c], BEFORE: before[:, c], AFTER: after[:, c]}
         panels[f"{name} magnitude"] = _magnitude(data.f, name, curves)
         panels[f"{name} phase"] = _phase(data.f, name, curves)
         panels[f"{name} residual"] = _residual(data, c, before[:, c], after[:, c])
@@ -37,29 +39,36 @@ def frf_panels(f: Array, H: Complex, channels: tuple[str, ...]) -> dict[str, Pan
     return panels
 
 
-_ROLES = {"measured": "data", "before": "before", "after": "model", "model": "model"}
+_ROLES = {"measured": "data", BEFORE: "before", AFTER: "model", "model": "model"}
 
 
 def _magnitude(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
     lines = tuple(Line(f, np.abs(H), label, _style(label), _ROLES[label]) for label, H in curves.items())
     label = f"|{name} / Va| [{UNITS.get(name, '')}]"
-    return Panel(f"{name} / Va", "Frequency [Hz]", label, lines, x_log=True, y_log=True)
+    return Panel(f"{name} / Va", "frequency [Hz]", label, lines, x_log=True, y_log=True)
 
 
 def _phase(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
     lines = tuple(Line(f, np.degrees(np.angle(H)), label, "points", _ROLES[label]) for label, H in curves.items())
-    return Panel(f"{name} phase", "Frequency [Hz]", "Phase [deg]", lines, x_log=True, y_range=(-190.0, 190.0))
+    return Panel(f"{name} phase", "frequency [Hz]", "phase [deg]", lines, x_log=True, y_range=(-190.0, 190.0))
 
 
 def _residual(data: Dataset, c: int, before: Complex, after: Complex) -> Panel:
     size = np.abs(data.reference[:, c])
     allowed = np.sqrt(-np.log(0.05) * data.variance[:, c]) / size  # of a complex normal error of this variance
-    left = {"before": np.abs(data.H[:, c] - before) / size, "after": np.abs(data.H[:, c] - after) / size}
-    lines = tuple(Line(data.f, np.maximum(r, 1e-6), label, _style(label), _ROLES[label]) for label, r in left.items())
-    band = Band(data.f, np.full(data.f.size, 1e-6), allowed, "95 % of noise and tolerance")
+    left = {BEFORE: np.abs(data.H[:, c] - before) / size, AFTER: np.abs(data.H[:, c] - after) / size}
+    lines = tuple(
+        Line(data.f, np.maximum(r, LEAST_RESIDUAL), label, _style(label), _ROLES[label]) for label, r in left.items()
+    )
+    band = Band(
+        data.f,
+        np.full(data.f.size, LEAST_RESIDUAL),
+        np.maximum(allowed, LEAST_RESIDUAL),
+        "within noise and tolerance (95 %)",
+    )
     title = f"{data.channels[c]} residual"
-    return Panel(title, "Frequency [Hz]", "|data - model| / |model|", (band, *lines), x_log=True, y_log=True)
+    return Panel(title, "frequency [Hz]", "|data - model| / |model|", (band, *lines), x_log=True, y_log=True)
 
 
 def _style(label: str) -> str:
-    return "dashed" if label == "before" else "solid"
+    return "dashed" if label == BEFORE else "solid"

@@ -106,7 +106,8 @@ def _inadequate(found: Estimate) -> Iterator[str]:
                 words = f"{channel} at {lo:.0f} to {hi:.0f} Hz: G = {gap.G:.3g} on {what}"
                 worst = gap.p, words
     if worst[1]:
-        yield f"the model does not explain {worst[1]} (p = {worst[0]:.1g}); `accept gap` looks for what is missing"
+        chance = f"p = {worst[0]:.1g}" if worst[0] > 0.0 else "p below 1e-300"
+        yield f"the model does not explain {worst[1]} ({chance}); `accept gap` looks for what is missing"
 
 
 def _unknown(found: Estimate, data: Dataset) -> Complex:

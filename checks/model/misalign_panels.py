@@ -13,7 +13,7 @@ IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqr
 
 
 def panels(found: Estimate) -> dict[str, Panel]:
-    """Magnitude and phase of the ratio, and the map."""
+    """Magnitude and phase of the ratio, and the map. Without a result no place is marked and no number stands."""
     data = found.data.band(SHOWN_FROM, np.inf)
     known = ratio_noise(data) < 1.0
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
@@ -25,6 +25,8 @@ def panels(found: Estimate) -> dict[str, Panel]:
     size = [Line(f, np.abs(c), n, styles[n], roles[n]) for n, c in curves.items()]
     angle = [Line(f, np.degrees(np.angle(c)), n, "points", roles[n]) for n, c in curves.items()]
     title = f"de / da: dx {found.dx.value:.1f} ± {found.dx.U:.1f}, dy {found.dy.value:.1f} ± {found.dy.U:.1f} um"
+    if found.reason is not None:
+        title = "de / da: no result"
     return {
         "ratio": Panel(title, "frequency [Hz]", "|de / da|", tuple(size), x_log=True, y_log=True),
         "ratio phase": Panel(
@@ -43,18 +45,13 @@ def _map(found: Estimate) -> Panel:
     """Misfit of the table over its least, as a power of ten, and the region of the estimate."""
     m = found.map
     above = np.log10(1.0 + m.misfit - m.misfit.min())
+    image = Image(m.dx, m.dy, above.T, "log10(1 + misfit above the least)")
+    if found.reason is not None:
+        return Panel("misfit of the table; no result", "dx [um]", "dy [um]", (image,))
     x, y = _ellipse(found)
-    return Panel(
-        "where it lies: table and estimate",
-        "dx [um]",
-        "dy [um]",
-        (
-            Image(m.dx, m.dy, above.T, "log10(1 + misfit above the least)"),
-            Mark(found.dx.value, "x", role="model"),
-            Mark(found.dy.value, "y", role="model"),
-            Line(x, y, "95 % region", role="model"),
-        ),
-    )
+    marks = (Mark(found.dx.value, "x", role="model"), Mark(found.dy.value, "y", role="model"))
+    region = Line(x, y, "95 % region", role="model")
+    return Panel("where it lies: table and estimate", "dx [um]", "dy [um]", (image, *marks, region))
 
 
 def _ellipse(found: Estimate) -> tuple[Array, Array]:

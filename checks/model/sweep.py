@@ -9,6 +9,7 @@ from checks.model.modal import Complex
 from checks.model.model import Model, frequencies, frequency_and_damping
 from checks.model.superelement import Array
 from checks.picture import Line, Panel
+from specs.units import DIMENSIONLESS, unit_of
 
 # Parameters that move together, and the values that the seed studied.
 SEED_SWEEPS: Mapping[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
@@ -75,13 +76,14 @@ def table(s: Sweep) -> list[dict[str, object]]:
 def panels(s: Sweep) -> tuple[Panel, Panel]:
     """Magnitude and phase of the swept responses."""
     unit = "V/V" if s.channel == "Vs" else "m/V"
-    what = " = ".join(s.names)
-    size = [Line(s.f, np.abs(row.H), label=f"{row.value:g}") for row in s.rows]
-    phase = [Line(s.f, np.degrees(np.angle(row.H)), label=f"{row.value:g}") for row in s.rows]
-    title = f"Va to {s.channel} over {what}"
+    of = unit_of(s.names[0]).replace(DIMENSIONLESS, "")
+    labels = [f"{row.value:g} {of}".strip() for row in s.rows]
+    size = [Line(s.f, np.abs(row.H), label=label) for row, label in zip(s.rows, labels, strict=True)]
+    phase = [Line(s.f, np.degrees(np.angle(row.H)), label=label) for row, label in zip(s.rows, labels, strict=True)]
+    title = f"{s.channel} / Va for values of {', '.join(s.names)}"
     return (
-        Panel(title, "Frequency [Hz]", f"|{s.channel} / Va| [{unit}]", tuple(size), x_log=True, y_log=True),
-        Panel("Phase", "Frequency [Hz]", "Phase [deg]", tuple(phase), x_log=True, y_range=(-180.0, 180.0)),
+        Panel(title, "frequency [Hz]", f"|{s.channel} / Va| [{unit}]", tuple(size), x_log=True, y_log=True),
+        Panel("phase", "frequency [Hz]", "phase [deg]", tuple(phase), x_log=True, y_range=(-180.0, 180.0)),
     )
 
 

@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 
 _COLUMNS = 2000  # of the time picture: more cannot be told apart in print
 _SEGMENT_s = 1.0
+_TURNS = 10.0  # that a segment holds at least
 _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the window's skirt
 
 
@@ -41,6 +42,14 @@ def _spectrum(e: Excitation) -> Panel:
         line = Line(f[driven], amplitude[driven], "lines", "points", "data")
         y_range = 0.3 * float(amplitude[driven].min()), 3.0 * float(amplitude.max())
         return Panel("One period", "frequency [Hz]", "amplitude [V]", (line,), x_log=True, y_log=True, y_range=y_range)
-    f, density = welch(e.proper, e.fs, nperseg=min(round(_SEGMENT_s * e.fs), e.proper.size), detrend=False)
-    line = Line(f[1:], np.sqrt(np.maximum(density[1:], _FLOOR * density.max())), role="data")
+    f, density = welch(e.proper, e.fs, nperseg=_segment(e), detrend=False)
+    shown = np.where(density > _FLOOR * density.max(), density, np.nan)
+    line = Line(f[1:], np.sqrt(shown[1:]), role="data")
     return Panel("Spectrum", "frequency [Hz]", "amplitude density [V/√Hz]", (line,), x_log=True, y_log=True)
+
+
+def _segment(e: Excitation) -> int:
+    """Samples of a segment of the spectrum: long enough for the turns of a slow sine to be counted."""
+    turns = np.count_nonzero(np.diff(np.signbit(e.proper))) / 2
+    slow = _TURNS * e.proper.size / turns if turns else e.proper.size
+    return int(min(max(round(_SEGMENT_s * e.fs), slow), e.proper.size))
