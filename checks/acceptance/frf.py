@@ -11,6 +11,8 @@ import numpy as np
 
 from checks.acceptance import frf_gains as gains
 from checks.acceptance import frf_panels as draw
+from checks.acceptance.clock import remarks, vet_rates
+from checks.acceptance.frf_agree import vet_bands, vet_copies, vet_gain, vet_pole, vet_repeat
 from checks.acceptance.frf_modes import (
     SPURIOUS,
     Axial,
@@ -35,6 +37,7 @@ from checks.acceptance.frf_rules import (
     vet_scales,
     vet_signs,
 )
+from checks.acceptance.frf_words import BARE, beside, first_record
 from checks.declare import Check, Form, Measured, Scalar, Series, Values
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import Record, RecordError
@@ -47,8 +50,6 @@ from checks.signals.zeros import Zero
 from specs.spec import CheckSpec
 
 MERGE_HZ = 350.0
-BARE = "Vs", "da"  # what is there to compare without an encoder
-LIKE = 0.95  # coherence of both, where responses with and without the encoder are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,7 @@ class Curves:
     """H1 of both records, merged, and the delays behind the drive."""
 
     low: Frf
+    high: Frf
     whole: Frf
     merge_Hz: float
     delays: tuple[Delay, ...]
@@ -75,10 +77,14 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Quantities of both records: see CHECK.quantities. Raises NoResult for data that fail a gate."""
     rules = rules_of(spec)
     records = _records(values)
+    vet_rates(records, spec)
     vet_records(records, rules)
+    vet_copies(records)
     curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
+    _vet_repeats(records, curves, rules)
     found = _found(records, curves, rules)
     resonance_Hz = found.axial.first.f_Hz
+    vet_pole(curves.low, resonance_Hz)
     zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
@@ -96,7 +102,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         panels |= draw.zero(records["low"], found.zero)
     if isinstance(without, Frf):
         panels |= draw.beside(curves.whole, without)
-    return Outcome(tuple(quantities), tuple(_notes(values, found, curves, without)), panels)
+    return Outcome(tuple(quantities), (*_notes(values, found, curves, without), *remarks(records, spec)), panels)
 
 
 def _records(values: Values) -> dict[str, Record]:
@@ -135,8 +141,18 @@ def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
     vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
     vet_signs(below, rules)
     vet_scales(below, rules)
+    vet_gain(below, rules)
+    vet_bands(below, above, merge_Hz, rules)
     delays = vet_delays(above, high.fs, rules)
-    return Curves(below, whole, merge_Hz, tuple(delays))
+    return Curves(below, above, whole, merge_Hz, tuple(delays))
+
+
+def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: Rules) -> None:
+    """The second realisations are of the same thing, or tell nothing of it."""
+    for band, first in (("low", curves.low), ("high", curves.high)):
+        key = f"{band}_repeat"
+        if key in records:
+            vet_repeat(key, first, _estimate(records[key], OUTPUTS, rules), rules)
 
 
 def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found:
@@ -162,13 +178,14 @@ def dip_Hz(frf: Frf, rules: Rules) -> float:
 
 
 def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
-    """The axial resonance of the second realisation; without one, or where it shows none, None."""
+    """The axial resonance of the second realisation, None where none was recorded. Raises NoResult where it shows none:
+    two records of one unit that contradict each other tell nothing."""
     if "low_repeat" not in records:
         return None
     try:
         return main_mode(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz)
-    except (NoResult, ValueError):
-        return None
+    except (NoResult, ValueError) as e:
+        raise NoResult(f"low_repeat: {e}, where low has the axial resonance") from e
 
 
 def _refuse_exchanged(modes: Mapping[str, Resonance | str]) -> None:
@@ -213,38 +230,13 @@ def _notes(values: Values, found: Found, curves: Curves, without: Frf | str | No
         notes.append(f"double resonance: {one.f_Hz:.4g} and {two.f_Hz:.4g} Hz (two poles fit better, p = {two.p:.1g})")
     if found.repeat is not None:
         notes.append(f"second realisation: axial resonance {found.repeat.f_Hz:.5g} Hz")
-    elif "low_repeat" in values:
-        notes.append("second realisation: shows no axial resonance")
     if "first" in values:
-        notes.append(_first(values["first"], found.axial.first.f_Hz))
+        notes.append(first_record(values["first"], found.axial.first.f_Hz))
     if isinstance(without, str):
         notes.append(without)
     if isinstance(without, Frf):
-        notes.append(_beside(curves.whole, without))
+        notes.append(beside(curves.whole, without))
     return notes
-
-
-def _first(record: Record, f_Hz: float) -> str:
-    """What the first, small record says about the resonance (seed 3.1.1)."""
-    try:
-        frf = h1_record(record, "Va", ("de",))
-        at = peak_Hz(frf, "de", 0.5 * f_Hz, 1.5 * f_Hz)
-    except (ValueError, NoResult) as e:
-        return f"first record: {e}"
-    return f"first record: largest response at {at:.4g} Hz (bins of {frf.f[1]:.2g} Hz)"
-
-
-def _beside(whole: Frf, without: Frf) -> str:
-    """Median difference of the responses with and without the encoder (seed 5.1: very close)."""
-    words = []
-    for channel in BARE:
-        a, b = whole.select(channel), without.select(channel)
-        n = min(a.f.size, b.f.size)
-        both = (a.coherence[:n, 0] > LIKE) & (b.coherence[:n, 0] > LIKE) & np.isclose(a.f[:n], b.f[:n])
-        if both.any():
-            apart = np.median(np.abs(a.H[:n, 0][both] / b.H[:n, 0][both] - 1))
-            words.append(f"{channel} by {100 * apart:.2g} percent")
-    return f"encoder fixed or not, the responses differ: {', '.join(words)} (median)" if words else "nothing compared"
 
 
 _ALL = {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"}

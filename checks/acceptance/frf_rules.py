@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.acceptance.clock import SAMPLING
 from checks.declare import Setting
 from checks.quantity import NoResult
 from checks.record import Record
@@ -39,6 +40,8 @@ class Rules:
     payload_kg: float
     payload_within: float
     scale_within: float
+    bands_within: float
+    gain_um_per_V: tuple[float, float]
     segment_s: float
     duration_min_s: float
     resonance_Hz: tuple[float, float]
@@ -61,6 +64,8 @@ def rules_of(spec: CheckSpec) -> Rules:
         payload_kg=float(get["payload_kg"]),
         payload_within=float(get["payload_within"]),
         scale_within=float(get["scale_within"]),
+        bands_within=float(get["bands_within"]),
+        gain_um_per_V=_pair(get["gain_um_per_V"]),
         segment_s=float(get["segment_s"]),
         duration_min_s=float(get["duration_min_s"]),
         resonance_Hz=_pair(get["resonance_Hz"]),
@@ -207,6 +212,11 @@ SETTINGS = (
     Setting("payload_kg", 5.7, "payload of the bench where the unit does not state its own"),
     Setting("payload_within", 0.2, "part by which the unit's payload may differ from that of the limits"),
     Setting("scale_within", 0.2, "part by which the static gains of de and da may differ"),
+    Setting("bands_within", 0.15, "part by which both records may differ about their merging, and from their repeats"),
+    # Two stacks move 1.43 um per volt over their whole range (seed 2.3), 28.6 behind the amplifier of 20; small signals
+    # move less, by up to a third (seed 4.2: 17.5); one stack alone half of that.
+    Setting("gain_um_per_V", [15.0, 40.0], "what a volt of Va may move de and da below the resonance"),
+    SAMPLING,
     Setting("segment_s", 0.5, "length of the Hann segments of the curves and the coherence"),
     Setting("duration_min_s", 10.0, "shortest record that is used"),
     Setting("resonance_Hz", [70.0, 130.0], "where the axial resonance is searched"),

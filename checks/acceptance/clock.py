@@ -1,0 +1,72 @@
+"""The rate at which a record says that it was sampled, where a frequency comes out of it.
+
+Nothing else in a record contradicts a wrong time step: with it every frequency is wrong by its share. So a spec may
+state the rates of the bench's clocks; where it does not, a rate that no clock is set to is at least remarked on.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import combinations
+from typing import Any
+
+from checks.declare import Setting
+from checks.quantity import NoResult
+from checks.record import Record
+from specs.spec import CheckSpec
+
+WITHIN = 1e-3  # quartz clocks are right to 1e-4; a time vector of rounded steps strays further
+NEIGHBOUR = 1.2
+ROUND = 5e-5
+DOUBLINGS = 16  # of 1 Hz to 65536 Hz
+SAMPLING = Setting("sampling_Hz", [], "rates of the bench's clocks; a record of another rate is not used; empty: any")
+
+
+def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
+    """Raises NoResult for a record whose sampling rate is none of those that the spec states, and for two records whose
+    rates are next to each other."""
+    stated = _stated(spec)
+    for key, record in _records(values):
+        if stated and not any(abs(record.fs / f - 1) <= WITHIN for f in stated):
+            listed = " or ".join(f"{f:g}" for f in stated)
+            raise NoResult(
+                f"{key}: {record.name} is sampled at {record.fs:.6g} Hz by its time, the bench at {listed} Hz "
+                "(setting sampling_Hz): its time step is wrong, and so would be every frequency"
+            )
+    _vet_one_clock(_records(values))
+
+
+def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
+    """A bench may sample one record twice as fast as another, but no clock has two rates a few percent apart."""
+    for (a, one), (b, other) in combinations(records, 2):
+        ratio = max(one.fs, other.fs) / min(one.fs, other.fs)
+        if 1 + WITHIN < ratio < NEIGHBOUR:
+            raise NoResult(
+                f"{a} ({one.name}) is sampled at {one.fs:.6g} Hz by its time, {b} ({other.name}) at {other.fs:.6g} Hz: "
+                "one of the time steps is wrong"
+            )
+
+
+def remarks(values: Mapping[str, Any], spec: CheckSpec) -> Iterator[str]:
+    """A line for each record whose rate nobody stated and no clock is usually set to."""
+    if _stated(spec):
+        return
+    for key, record in _records(values):
+        if not is_round(record.fs):
+            yield f"{key}: sampled at {record.fs:.6g} Hz, which clocks are seldom set to: is its time step right?"
+
+
+def is_round(fs: float) -> bool:
+    """Whether a rate has three digits at most, or is a power of ten doubled several times, as 5120 and 32768 Hz."""
+    return _digits(fs, 3) or any(_digits(fs / 2**k, 1) for k in range(1, DOUBLINGS + 1))
+
+
+def _digits(f: float, n: int) -> bool:
+    return abs(f / float(f"{f:.{n}g}") - 1) <= ROUND
+
+
+def _stated(spec: CheckSpec) -> list[float]:
+    given: float | Iterable[float] = spec.settings.get(SAMPLING.name, SAMPLING.default)
+    return [float(given)] if isinstance(given, int | float) else [float(f) for f in given]
+
+
+def _records(values: Mapping[str, Any]) -> list[tuple[str, Record]]:
+    return [(key, value) for key, value in values.items() if isinstance(value, Record)]
