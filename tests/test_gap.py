@@ -21,7 +21,7 @@ from checks.gap.refit import annealed, go_on
 from checks.gap.thresholds import THRESHOLDS, digest
 from checks.gap.unnamed import stand_ins
 from checks.gap.workflow import GapRefused, run, same_unit
-from checks.model.effects import ADDS, SETS
+from checks.model.effects import ADDS, SETS, with_effects
 from tests.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.units_model import DATA, needs_data, truth
 
@@ -60,12 +60,13 @@ class TestLibrary:
             assert "{" + p.name + "}" in effect.sentence
 
     @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.record == "frf" and e.factor is None))
-    def test_add_to_is_what_is_fitted(self, name: str) -> None:
+    def test_what_is_fitted_is_the_model_with_the_effect(self, name: str) -> None:
         effect = EFFECTS[name]
         values = {p.name: p.start + 0.5 * p.scale for p in effect.parameters}
         response = Augmented(strut(), (effect,))
         fitted = response.frf(F, {f"{name}.{k}": v for k, v in values.items()}, CHANNELS)
-        np.testing.assert_allclose(fitted, effect.add_to(strut(), values).frf(F, channels=CHANNELS), rtol=1e-12)
+        built_in = with_effects(strut(), [(name, values)])
+        np.testing.assert_allclose(fitted, built_in.frf(F, channels=CHANNELS), rtol=1e-12)
 
     @pytest.mark.parametrize("member", [*EFFECTS.values(), *stand_ins(CHANNELS)], ids=lambda m: m.name)
     def test_derivatives(self, member) -> None:

@@ -19,7 +19,6 @@ BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
 _BOX = (187, 71)  # pt, whole numbers because pyhanko rounds the box of an appearance
 _CODE = 29 * mm
 _TOP = look.HEIGHT - look.MARGIN
-_BAND_TOP = look.MARGIN + look.FOOTER + look.BAND
 
 
 def field_rectangles() -> dict[str, tuple[float, float, float, float]]:

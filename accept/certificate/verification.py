@@ -43,7 +43,6 @@ class Signed:
     role: str
     person: str
     when: datetime
-    certificate_sha256: str
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,7 @@ def _signature(
     _check_by_pyhanko(embedded, trust, when, covers_all)
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise Refused("the technician's signature does not forbid later changes")
-    return Signed(role, authority.person_of(certificate), when, authority.fingerprint(certificate))
+    return Signed(role, authority.person_of(certificate), when)
 
 
 def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: datetime) -> datetime:

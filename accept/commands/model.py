@@ -21,8 +21,6 @@ from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.units import unit_of
 
-HIGHEST_HZ = 2000.0
-
 
 @clear_errors
 def show(name: str) -> Exit:

@@ -17,7 +17,6 @@ UNDONE = "entry_undone"
 STEP_JUDGED = "step_judged"
 NOT_READ = "reading_failed"
 EXPLAINED = "gap_explained"
-UNDOABLE = (TAKEN, LINKED, NOTED, REMEASURED)
 
 
 def started(

@@ -1,7 +1,7 @@
 """What the gap workflow hands back: plain numbers, no files."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from checks.gap.adequacy import Window
 from checks.gap.before import Early
@@ -102,4 +102,3 @@ class Result:
     slow: Slow | None = None
     notes: tuple[str, ...] = ()
     damping: str = "full"
-    extra: Mapping[str, str] = field(default_factory=dict)

@@ -142,14 +142,3 @@ def _changes(projected: Projected, member: Member, values: Mapping[str, float]) 
     if linear:
         return response.jacobian(data.f, linear, at, data.channels)
     return (response.frf(data.f, at, data.channels) - projected.modelled)[None]
-
-
-def confusability(directions_of: Mapping[str, Array]) -> dict[tuple[str, str], float]:
-    """kappa of every pair: cosine of the smallest angle between their whitened directions (k, n), 1 for an alias."""
-    bases = {n: np.linalg.qr(D.T)[0] for n, D in directions_of.items() if np.linalg.norm(D) > 0}
-    names: Sequence[str] = tuple(bases)
-    return {
-        (a, b): min(1.0, float(np.linalg.norm(bases[a].T @ bases[b], 2)))
-        for i, a in enumerate(names)
-        for b in names[i + 1 :]
-    }

@@ -39,11 +39,3 @@ class Electrical:
 def highpass_corner(resistor_ohm: float, capacitance_F: float) -> float:
     """Corner [Hz] of a stack of this capacitance on this resistor: 1 / (2 pi R C) (seed, section 3.1.5)."""
     return 1.0 / (2.0 * np.pi * resistor_ohm * capacitance_F)
-
-
-def open_circuit_stiffness(gs: float, capacitance_F: float) -> float:
-    """Stiffness [N/m] that an open circuit adds to a stack: gs^2 C.
-
-    A stretched stack without a path for its charge shows gs [V/m] of voltage, and by reciprocity the same coupling
-    gs C [N/V] turns that voltage into a force against the stretch (IEEE Std 176-1987, section 2)."""
-    return gs * gs * capacitance_F

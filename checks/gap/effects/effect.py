@@ -7,13 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.model.effects import ADDS, SETS, with_effects
+from checks.model.effects import ADDS, SETS
 from checks.model.model import Model
 
 Values = Mapping[str, float]
 Complex = NDArray[np.complex128]
-NOT_SEEN = "slow"  # only slow records tell
-TURNED = "sign"  # found before any search
 
 
 @dataclass(frozen=True)
@@ -76,11 +74,6 @@ class Effect:
         if self.record != "frf":
             return False
         return self.factor is not None or all(self.targets(model, p.name) for p in self.parameters)
-
-    def add_to(self, model: Model, values: Values) -> Model:
-        """The model with the effect in it. Raises ModelError for values that cannot be; effects that only slow records
-        show, and those that are a factor, change no parameter of it."""
-        return model if self.record == NOT_SEEN or self.factor else with_effects(model, [(self.name, values)])
 
     def off(self, model: Model) -> dict[str, float]:
         """Values at which it does nothing to this model."""
