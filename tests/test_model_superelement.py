@@ -8,10 +8,10 @@ import pytest
 import scipy.io
 
 from checks.model.kinematics import lever
-from checks.model.statics import amplification, clamped_modes_Hz, end_compliance, end_stiffness
 from checks.model.superelement import ModelError, Nodes, Superelement
 from checks.model.superelement_check import check_superelement, mass
 from hw.superelement import read_superelement
+from tests.statics import amplification, clamped_modes_Hz, end_compliance, end_stiffness
 from tests.units_model import APA300ML, FLEXOR, needs_data
 
 PRINTED = 1e-3  # the facts page asks for 0.1 %, and prints about as many digits
