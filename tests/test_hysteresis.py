@@ -232,3 +232,24 @@ def test_a_drive_measured_behind_the_amplifier_is_no_result(response: np.ndarray
     """0.2 V at the DAC would else be taken for the 4 V that are asked for."""
     with pytest.raises(NoResult, match="behind the amplifier"):
         hysteresis.measure({"record": record(20 * sines(), response)}, BARE)
+
+
+def not_measured() -> dict[str, tuple[np.ndarray, str]]:
+    rng = np.random.default_rng(12)
+    moved, lagging = 24e-6 * sines(), PLAYS.response(sines())
+    return {
+        "computed": (moved, "neither noise nor steps"),
+        "looped back": (moved + 4e-9 * rng.standard_normal(moved.size), "looped back"),
+        "stored early": (np.roll(lagging, -20) + 4e-9 * rng.standard_normal(moved.size), "stored with an offset"),
+        "in mm": (1e3 * lagging + 4e-6 * rng.standard_normal(moved.size), "de is not in m"),
+        "half": (0.5 * lagging + 4e-9 * rng.standard_normal(moved.size), "a stack does not work"),
+    }
+
+
+@pytest.mark.parametrize("case", not_measured())
+def test_what_no_actuator_makes_is_no_result(case: str) -> None:
+    """The width is a ratio: neither a wrong scale nor a wire in place of the actuator shows in it."""
+    de, words = not_measured()[case]
+    given = Record(np.arange(de.size) * 1e-3, {"Va": sines(), "de": de}, {})
+    with pytest.raises(NoResult, match=words):
+        hysteresis.measure({"record": given}, load("apa").checks["hysteresis"])

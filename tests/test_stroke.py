@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -126,12 +127,14 @@ def refusals() -> dict[str, tuple[np.ndarray, float, str]]:
 def test_no_result_with_the_reason(case: str) -> None:
     V, sign, words = refusals()[case]
     rng = np.random.default_rng(3)
-    good = record(SINE, gauge(1.3e-6 * SINE, rng))
+    good = record(SINE, gauge(TWO.response(SINE), rng))
     q = measured(record(V, gauge(sign * 0.65e-6 * V, rng)), good)
     assert words in (q["stroke_one_stack_um"].reason or "")
     assert words in (q["stroke_um"].reason or "")
     assert math.isnan(q["stroke_um"].value)
-    assert q["stroke_two_stacks_um"].value == pytest.approx(1.3 * 170, rel=1e-3)  # the good record is still judged
+    assert q["stroke_two_stacks_um"].value == pytest.approx(
+        1e6 * TWO.first_rise(170), rel=1e-3
+    )
 
 
 def test_one_record_is_not_the_stroke_of_three_stacks(sine_response: np.ndarray) -> None:
@@ -167,12 +170,12 @@ def test_what_the_voltage_lacks_widens_the_interval(sine_response: np.ndarray) -
 
 def test_unstated_accuracy_is_unknown_not_zero(sine_response: np.ndarray) -> None:
     bare = CheckSpec(required=False)
-    given = record(SINE, sine_response)
-    q = measured(given, given, bare)
+    given = record(SINE, sine_response), record(SINE, 2 * sine_response)
+    q = measured(*given, bare)
     assert q["stroke_um"].U is None
     assert q["stroke_one_stack_um"].U is None
     whole = CheckSpec(required=False, uncertainty={"stroke_um": StatedU(U_percent=1.0, source="gauge")})
-    assert measured(given, given, whole)["stroke_um"].U == pytest.approx(0.01 * q["stroke_um"].value, rel=1e-3)
+    assert measured(*given, whole)["stroke_um"].U == pytest.approx(0.01 * q["stroke_um"].value, rel=1e-3)
 
 
 def test_typed_value() -> None:
@@ -210,6 +213,41 @@ def test_what_could_only_be_a_wrong_record_is_no_result(case: str) -> None:
     spec = SPEC.model_copy(update={"settings": {"stroke_max_um": 456.0}})
     q = measured(record(SINE, d), record(SINE, TWO.response(SINE)), spec)
     assert words in (q["stroke_um"].reason or "")
+
+
+def not_measured() -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
+    """V, d of one stack that look like 123 um of stroke but are no stack's."""
+    rng = np.random.default_rng(9)
+    half = SINE[: T.size // 6]
+    return {
+        "looped back": (SINE, 0.72e-6 * SINE, "no piezo stack|looped back"),
+        "looped back, noisy": (SINE, gauge(0.72e-6 * SINE, rng), "looped back"),
+        "half a loop looped back": (half, gauge(0.72e-6 * half, rng), "straight line"),
+        "turned in time": (SINE[::-1], gauge(ONE.response(SINE)[::-1], rng), "turned"),
+        "stored early": (SINE, gauge(np.roll(ONE.response(SINE), -60), rng), "stored with an offset"),
+    }
+
+
+@pytest.mark.parametrize("case", not_measured())
+def test_what_does_not_lag_as_a_stack_does_is_no_result(case: str) -> None:
+    V, d, words = not_measured()[case]
+    assert re.search(words, measured(record(V, d), None)["stroke_one_stack_um"].reason or "")
+
+
+def test_noise_does_not_take_a_loop_for_none() -> None:
+    """A loop of 1.5 percent is a loop, also where 0.1 percent of the stroke is noise."""
+    narrow = Plays.of(gain=0.7e-6, share=0.07, largest=100.0)
+    assert 1.2 < 100 * narrow.width(85.0) / narrow.peak_to_peak(85.0) < 1.8
+    d = gauge(narrow.response(SINE), np.random.default_rng(4), noise=1.2e-7)
+    assert measured(record(SINE, d), None)["stroke_one_stack_um"].reason is None
+
+
+@pytest.mark.parametrize(("share", "known"), [(1.0, True), (1.15, True), (0.9, True), (0.6, False), (1.6, False)])
+def test_a_stack_unlike_the_others_cannot_pass(share: float, known: bool, sine_response: np.ndarray) -> None:
+    """The sum of a weak stack and two strong ones may lie above the lower limit all the same."""
+    q = measured(record(SINE, share * sine_response), record(SINE, 2 * sine_response))["stroke_um"]
+    assert (q.U is not None) == known
+    assert known or "one is weak" in (q.note or "")
 
 
 def test_a_typed_stroke_that_no_actuator_makes_is_no_result() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.acceptance.clock import SAMPLING
+from checks.acceptance.gain import GAIN_UM_PER_V
 from checks.declare import Setting
 from checks.quantity import NoResult
 from checks.record import Record
@@ -213,9 +214,7 @@ SETTINGS = (
     Setting("payload_within", 0.2, "part by which the unit's payload may differ from that of the limits"),
     Setting("scale_within", 0.2, "part by which the static gains of de and da may differ"),
     Setting("bands_within", 0.15, "part by which both records may differ about their merging, and from their repeats"),
-    # Two stacks move 1.43 um per volt over their whole range (seed 2.3), 28.6 behind the amplifier of 20; small signals
-    # move less, by up to a third (seed 4.2: 17.5); one stack alone half of that.
-    Setting("gain_um_per_V", [15.0, 40.0], "what a volt of Va may move de and da below the resonance"),
+    Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de and da below the resonance"),
     SAMPLING,
     Setting("segment_s", 0.5, "length of the Hann segments of the curves and the coherence"),
     Setting("duration_min_s", 10.0, "shortest record that is used"),

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.acceptance.gain import GAIN_UM_PER_V
+from checks.acceptance.lag import vet_lag, vet_noise
 from checks.acceptance.stated import stated
 from checks.declare import Check, Form, Series, Setting, Values
 from checks.picture import Band, Line, Panel
@@ -22,6 +24,7 @@ CENTRE_LINE_DEGREE = 5
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
 MIN_AMPLITUDE_V = 0.0
 DAC_V = 10.5  # end of the converter's range, with overrange
+LOOP_PERCENT = 0.0  # a spec may ask for more: see lag.py
 STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn
 
 
@@ -52,6 +55,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     loops = _loops(record, "de", cycles)
     notes = [f"loops at {', '.join(f'{loop.amplitude:.3g}' for loop in loops)} V about {cycles[-1].centre:.3g} V of Va"]
     _check_order(loops[-1], cycles[-1])
+    _check_actuator(loops[-1], spec)
     if _falls(loops[-1]):
         notes.append("de falls while Va rises: the encoder counts the other way")
     quantities = [_width("hysteresis_percent", loops[-1], spec), _small(loops, spec), _amplitude(loops)]
@@ -84,6 +88,21 @@ def _check_order(loop: Loop, cycle: Cycle) -> None:
     if ahead > one_sample + 3 * loop.width.u:
         percent = f"{100 * ahead:.3g} percent at {loop.amplitude:.3g} V"
         raise NoResult(f"de runs ahead of Va ({percent}): stored with an offset, turned in time, or of another record")
+
+
+def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
+    """Raises NoResult for a loop that no piezo actuator makes: too exact, too narrow, or of another gain."""
+    vet_noise("de", loop.misfit)
+    least = float(spec.settings.get("loop_min_percent", LOOP_PERCENT))
+    if least > 0.0:
+        vet_lag("de", "Va", loop.width, 1.0, least)
+    lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
+    gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
+    if not lo <= gain <= hi:
+        raise NoResult(
+            f"de moves {gain:.3g} um per volt of Va, expected {lo:g} to {hi:g}: de is not in m, the amplifier has "
+            "another gain, or a stack does not work"
+        )
 
 
 def _falls(loop: Loop) -> bool:
@@ -206,6 +225,10 @@ CHECK = Check(
         "sensor_hysteresis_percent",
     ),
     measure=measure,
-    settings=(Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),),
+    settings=(
+        Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),
+        Setting("loop_min_percent", LOOP_PERCENT, "least loop at that amplitude; 0: not asked for"),
+        Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de"),
+    ),
     stated=("hysteresis_percent",),
 )

@@ -1,12 +1,13 @@
 """Stroke of the three stacks from -20 V to 150 V: one stack, the two others, and their sum (seed 2.3)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from checks.acceptance import stroke_ends as ends
+from checks.acceptance.lag import vet_bend, vet_lag
 from checks.acceptance.stated import stated, with_stated
 from checks.acceptance.typed import typed_quantity
 from checks.declare import Check, Form, Scalar, Series, Setting, Values
@@ -27,6 +28,8 @@ END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_OVER_NOISE = 20.0
 MAX_UM = 2000.0
 SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
+ALIKE_WITHIN = 0.25  # stacks of one batch differ by a few percent; a damaged one by more
+LOOP_PERCENT = 1.0
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 
@@ -39,6 +42,7 @@ class Range:
     top: float
     tolerance: float
     stroke_max: float = MAX_UM * UM  # of three stacks [m]
+    loop_min_percent: float = LOOP_PERCENT
 
     @property
     def span(self) -> float:
@@ -77,7 +81,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     widths = [_width_quantity(WIDTHS[key], [found[key]]) for key in RECORDS]
     both = _width_quantity("stroke_hysteresis_percent", list(found.values()))
     good = {key: f for key, f in found.items() if isinstance(f, Stroke)}
-    return Outcome((_sum(strokes), *strokes, both, *widths), panels=_panels(good, _range(spec)) if good else {})
+    total = _held_against_each_other(_sum(strokes), strokes, float(spec.settings.get("alike_within", ALIKE_WITHIN)))
+    return Outcome((total, *strokes, both, *widths), panels=_panels(good, _range(spec)) if good else {})
 
 
 def _from_value(values: Values, spec: CheckSpec) -> Outcome:
@@ -93,7 +98,8 @@ def _from_value(values: Values, spec: CheckSpec) -> Outcome:
 def _range(spec: CheckSpec) -> Range:
     get = spec.settings.get
     most = get("stroke_max_um", MAX_UM) * UM
-    return Range(get("start_V", START_V), get("top_V", TOP_V), get("voltage_tolerance_V", TOLERANCE_V), most)
+    ends_V = get("start_V", START_V), get("top_V", TOP_V), get("voltage_tolerance_V", TOLERANCE_V)
+    return Range(*ends_V, most, get("loop_min_percent", LOOP_PERCENT))
 
 
 def _try_record(values: Values, key: str, wanted: Range) -> Stroke | str:
@@ -138,6 +144,10 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
         raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
     found = loops.branches(V, wanted.middle, wanted.span / 2)
     width, settled = _width(V, d, found, wanted), len(found) > 2
+    if isinstance(width, Estimate):
+        vet_lag("d", "V", width, stroke.value, wanted.loop_min_percent)
+    else:
+        vet_bend("d", V, d, stroke.value, wanted.loop_min_percent)
     opening = abs(width.value) if isinstance(width, Estimate) else 0.0
     bottom = np.abs(V_smooth - V_smooth[0]) <= reach
     drift = ends.drift(V, d, bottom, start, stroke, reach, opening, settled)
@@ -198,6 +208,17 @@ def _sum(parts: list[Quantity]) -> Quantity:
     return Quantity.of("stroke_um", value, *budget)
 
 
+def _held_against_each_other(total: Quantity, parts: list[Quantity], within: float) -> Quantity:
+    """Three alike stacks: where one moves another part than half of what two do, one is weak or another was driven, and
+    their sum says nothing of three sound ones. Its uncertainty is then unknown, so that it cannot pass; a sum outside
+    the limits fails as before."""
+    one, two = (q.value for q in parts)
+    if total.reason is not None or abs(two / 2 / one - 1) <= within:
+        return total
+    words = f"one stack moves {one:.4g} um, the two others {two / 2:.4g} um each: one is weak, or others were driven"
+    return replace(total, U=None, note=words)
+
+
 def _joint(shares: list[Contribution]) -> float:
     return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
 
@@ -254,6 +275,8 @@ CHECK = Check(
         Setting("start_V", START_V, "voltage on the stacks where a record must start"),
         Setting("top_V", TOP_V, "voltage on the stacks that a record must reach"),
         Setting("voltage_tolerance_V", TOLERANCE_V, "how far both may be off"),
+        Setting("loop_min_percent", LOOP_PERCENT, "least loop at mid-voltage of a piezo stack, percent of its stroke"),
+        Setting("alike_within", ALIKE_WITHIN, "part by which the stroke of one stack may differ from half that of two"),
         Setting("stroke_max_um", MAX_UM, "stroke of three stacks above which the data, not the unit, must be wrong"),
     ),
     stated=("stroke_um", "d_um"),
