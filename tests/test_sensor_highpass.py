@@ -17,7 +17,8 @@ from checks.acceptance import sensor_highpass
 from checks.declare import Measured
 from checks.quantity import NoResult, Quantity
 from checks.record import Record
-from specs.spec import CheckSpec, StatedU
+from checks.verdict import judge
+from specs.spec import CheckSpec, Limit, StatedU
 
 UNITS = Path(__file__).parents[2] / "shared" / "data" / "units"
 BARE = CheckSpec(required=False)
@@ -197,6 +198,31 @@ def test_a_corner_of_another_resistor_has_no_uncertainty(ohm: float | None, know
     q = measured(given if ohm is None else given | {"resistor_ohm": Measured(ohm)})["sensor_highpass_Hz"]
     assert (q.U is not None) == known
     assert known or "ohm make with a sound stack" in (q.note or "")
+
+
+def test_a_resistor_that_is_assumed_is_said_so_on_the_finding() -> None:
+    given = {"with_resistor": Bench().record(5)}
+    outcome = sensor_highpass.measure(given, BARE)
+    assert "the resistor is not stated: 80600 ohm assumed" in (outcome.quantities[0].note or "")
+    assert "80600 ohm assumed" in outcome.notes[0]
+    limit = Limit(lower=0.1, upper=1.0, unit="Hz", rule="simple", source="wide")
+    other = CheckSpec(limits={"sensor_highpass_Hz": limit}, settings={"resistor_ohm": 40300.0})
+    finding = judge("sensor_highpass", measured(given, other)["sensor_highpass_Hz"], limit)
+    assert finding.verdict.value == "conditional"  # inside a wide limit, but not the corner of the assumed resistor
+    assert "40300 ohm that the spec assumes" in (finding.reason or "")
+    stated = sensor_highpass.measure({**given, "resistor_ohm": Measured(80600.0)}, BARE)
+    assert stated.quantities[0].note is None
+    assert "assumed" not in stated.notes[0]
+
+
+def test_a_sensor_of_microvolts_or_of_another_rate_is_no_result() -> None:
+    t, u, y = Bench(offset=0.0).clean()
+    with pytest.raises(NoResult, match="Vs moves by"):
+        measured({"with_resistor": noisy(t, u, 1e-4 * y, 1e-9, np.random.default_rng(2))})
+    stated = CheckSpec(required=False, settings={"sampling_Hz": [200.0]})
+    assert measured({"with_resistor": noisy(t, u, y, 3e-4, np.random.default_rng(2))}, stated)
+    with pytest.raises(NoResult, match="the bench at 200 Hz"):
+        measured({"with_resistor": noisy(1.01 * t, u, y, 3e-4, np.random.default_rng(2))}, stated)
 
 
 def test_a_clipped_sensor_is_no_result() -> None:

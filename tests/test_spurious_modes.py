@@ -8,7 +8,9 @@ import pytest
 from scipy.io import loadmat
 
 from checks.acceptance.spurious_modes import CHECK, RECORDS
+from checks.quantity import NoResult
 from checks.record import Record
+from specs import load
 from specs.spec import CheckSpec, Limit
 from tests.struck import FS, Struck, clean, noisy
 
@@ -206,3 +208,41 @@ def test_recorded_double_hits():
     assert "0 of 11 impacts good: 11 double hits" in found["x_bending_Hz"].reason
     assert found["y_bending_Hz"].value == pytest.approx(truth[1], rel=0.005)
     assert found["z_torsion_Hz"].value == pytest.approx(truth[2], rel=0.005)
+
+
+def slower(given, factor):
+    return Record(given.t * factor, given.channels, given.units, given.name)
+
+
+def test_a_top_impact_of_another_thing_makes_no_torsion(unit):
+    """Every mode of the left impact is missing in it, and the lowest of them would be taken for torsion."""
+    other = record(*noisy(clean(Struck(((330.0, 0.008, 1e-6),))), np.random.default_rng(6)), name="other")
+    for top in (other, slower(unit["torsion_top"], 2.0)):
+        found, _ = measured({**unit, "torsion_top": top})
+        assert "shows no mode of the left one" in found["z_torsion_Hz"].reason
+        assert found["x_bending_Hz"].reason is None
+
+
+def test_a_hit_too_soft_to_tell_torsion_from_the_top_is_no_result(unit):
+    """A soft tip has no force at 800 Hz: that the top impact does not show torsion then means nothing."""
+    modes = (*MODES["torsion_top"][:2], TORSION)
+    top = record(*noisy(clean(Struck(modes, width=3e-3)), np.random.default_rng(7)), name="soft")
+    found, _ = measured({**unit, "torsion_top": top})
+    assert "times weaker from the top" in found["z_torsion_Hz"].reason
+
+
+def test_two_clocks_a_little_apart_or_another_one_than_stated_are_no_result(unit):
+    with pytest.raises(NoResult, match="one of the time steps is wrong"):
+        measured({**unit, "x_bending": slower(unit["x_bending"], 1.01)})
+    stated = CheckSpec(limits=SPEC.limits, settings={"sampling_Hz": [5120.0]})
+    assert measured(unit, stated)[0]["x_bending_Hz"].reason is None
+    with pytest.raises(NoResult, match="the bench at 5120 Hz"):
+        measured({key: slower(r, 1.01) for key, r in unit.items()}, stated)
+    _, odd = measured({key: slower(r, 1.01) for key, r in unit.items()})
+    assert sum("seldom set to" in note for note in odd.notes) == len(RECORDS)
+
+
+def test_built_in_limits_state_the_clock(unit):
+    """The scatter of impacts alone is a ten-thousandth of what the time base may be off."""
+    found, _ = measured(unit, load("apa").checks["spurious_modes"])
+    assert all(found[f"{m}_Hz"].U >= 2e-4 * found[f"{m}_Hz"].value for m in ("x_bending", "y_bending", "z_torsion"))

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import csd, welch
 
+from checks.acceptance.clock import SAMPLING, remarks, vet_rates
+from checks.acceptance.frf_rules import LOOKS
 from checks.acceptance.stated import stated
 from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
@@ -14,6 +16,7 @@ from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Qu
 from checks.record import Record
 from checks.signals.highpass import HighPass, fit_highpass
 from checks.signals.overload import overload
+from checks.signals.timechecks import mismatches
 from specs.spec import CheckSpec
 
 Array = NDArray[np.float64]
@@ -35,6 +38,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     """
     if "with_resistor" not in values:
         raise NoResult("with_resistor: not measured")
+    vet_rates(values, spec)
     top_Hz = float(spec.settings.get("top_Hz", TOP_HZ))
     fitted = _fit(values["with_resistor"], "with_resistor", top_Hz)
     corner = _corner(fitted, spec)
@@ -47,14 +51,16 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         implied,
         Quantity.of("sensor_gain_V_per_V", fitted.terms[0]),
     )
-    return Outcome(quantities, _notes(corner, values, spec), _panels(values, fitted, top_Hz))
+    notes = *_notes(corner, values, spec), *remarks(values, spec)
+    return Outcome(quantities, notes, _panels(values, fitted, top_Hz))
 
 
 def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
     """High-pass of a record that describes it. Raises NoResult otherwise."""
+    odd = [m.words for m in mismatches(record.channels, LOOKS)]
     clipped = overload("Vs", record["Vs"])
-    if clipped:
-        raise NoResult(f"{name}: {clipped}")
+    if odd or clipped:
+        raise NoResult(f"{name}: {'; '.join(odd) or clipped}")
     try:
         fitted = fit_highpass(record.t, record["Va"], record["Vs"], top_Hz)
     except ValueError as e:
@@ -118,19 +124,30 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
 
 def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
     """The limits of the corner are those of the spec's resistor: with another one a corner inside them shows another
-    capacitance. Its uncertainty is then unknown, so that it cannot pass; a corner outside them fails as before."""
+    capacitance. Its uncertainty is then unknown, so that it cannot pass; a corner outside them fails as before. A
+    resistor that nobody stated is the spec's, and the finding says so."""
     lo, hi = _expected(values, spec)
-    R: Measured | None = values.get("resistor_ohm")
-    if R is None or lo <= corner.value <= hi:
+    ohm, stated_ohm = _resistor(values, spec)
+    whose = f"the stated {ohm:g} ohm" if stated_ohm else f"the {ohm:g} ohm that the spec assumes"
+    if not lo <= corner.value <= hi:
+        words = f"not the corner that {whose} make with a sound stack, {lo:.3g} to {hi:.3g} Hz"
+        return replace(corner, U=None, note=words)
+    if stated_ohm:
         return corner
-    words = f"not the corner that the stated {R.value:g} ohm make with a sound stack, {lo:.3g} to {hi:.3g} Hz"
-    return replace(corner, U=None, note=words)
+    return replace(corner, note=f"the resistor is not stated: {ohm:g} ohm assumed, as the spec says")
+
+
+def _resistor(values: Values, spec: CheckSpec) -> tuple[float, bool]:
+    """The resistor [ohm], and whether the unit states it."""
+    given: Measured | None = values.get("resistor_ohm")
+    if given is not None:
+        return given.value, True
+    return float(spec.settings.get("resistor_ohm", RESISTOR_OHM)), False
 
 
 def _expected(values: Values, spec: CheckSpec) -> tuple[float, float]:
     """Corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
-    R: Measured | None = values.get("resistor_ohm")
-    ohm = float(spec.settings.get("resistor_ohm", RESISTOR_OHM)) if R is None else R.value
+    ohm, _ = _resistor(values, spec)
     lo, hi = sorted(float(c) for c in spec.settings.get("capacitance_uF", CAPACITANCE_UF))
     return 1 / (2 * math.pi * ohm * hi * UF), 1 / (2 * math.pi * ohm * lo * UF)
 
@@ -139,7 +156,9 @@ def _notes(corner: Quantity, values: Values, spec: CheckSpec) -> tuple[str, ...]
     expected = _expected(values, spec)
     inside = expected[0] <= corner.value <= expected[1]
     words = "as" if inside else "not as"
-    return (f"corner {corner.value:.3g} Hz, {words} expected of R and C ({expected[0]:.3g} to {expected[1]:.3g} Hz)",)
+    ohm, stated_ohm = _resistor(values, spec)
+    R = "R" if stated_ohm else f"R (not stated, {ohm:g} ohm assumed)"
+    return (f"corner {corner.value:.3g} Hz, {words} expected of {R} and C ({expected[0]:.3g} to {expected[1]:.3g} Hz)",)
 
 
 def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]:
@@ -195,6 +214,7 @@ CHECK = Check(
     settings=(
         Setting("top_Hz", TOP_HZ, "highest frequency used, well below the first zero of Vs"),
         Setting("resistor_ohm", RESISTOR_OHM, "resistor where the unit does not state its own"),
+        SAMPLING,
         Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to"),
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),

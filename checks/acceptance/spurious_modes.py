@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.acceptance import hammer_panels
+from checks.acceptance.clock import SAMPLING, remarks, vet_rates
 from checks.acceptance.stated import stated
 from checks.declare import Check, Form, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
@@ -19,6 +20,7 @@ RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # seed 2.4: 840 and 1400 Hz; 1220 Hz
 FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # of the strut, by FEM (seed, table 2.4)
 HARMONIC_WITHIN = 0.05
+SAME_MODE = 0.02  # apart; the place of the impact does not move a mode, and clamping again does so by less
 IMPACTS_MIN = 3  # with fewer, their scatter says nothing: a spec may ask for more, not for less
 CHANNELS = {"Track1": "N", "Track2": "rad"}
 
@@ -50,6 +52,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     Each record gives its own quantities; one that is absent or of too few good impacts leaves the others alone.
     Torsion is the mode that the left impact shows and the top impact does not.
     """
+    vet_rates(values, spec)
     rules = _rules(spec)
     analysed = {key: _analyse(values[key], rules) for key in RECORDS if key in values}
     found = {key: _modes_of(key, values, analysed, rules) for key in RECORDS}
@@ -62,7 +65,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     panels = hammer_panels.panels(
         values, tested, {k: f.modes for k, f in found.items() if isinstance(f, Tested)}, rules.band_Hz
     )
-    return Outcome(tuple(quantities), tuple(_notes(values, tested, found, chosen)), panels)
+    return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen), *remarks(values, spec)), panels)
 
 
 def _rules(spec: CheckSpec) -> Rules:
@@ -128,11 +131,21 @@ def _torsion(found: dict[str, Tested | str], rules: Rules) -> Mode | str:
         return f"{top}; without it torsion cannot be told from bending (the left impact shows {seen} Hz)"
     if len(left.modes) < 2:
         return f"the left impact shows one mode only ({seen} Hz): with no bending beside it the pair tells nothing"
+    if not any(_same(m, other) for m in left.modes for other in top.modes):
+        others = ", ".join(f"{m.f_Hz:.4g}" for m in top.modes)
+        return (
+            f"the top impact ({others} Hz) shows no mode of the left one ({seen} Hz): bending must show in both, so "
+            "they are not of one actuator, or one time step is wrong"
+        )
     ratios = np.array([_seen_by_top(top.frf, m) / m.peak for m in left.modes])
     gone = [m for m, r in zip(left.modes, ratios, strict=True) if r * rules.torsion_contrast <= ratios.max()]
     if not gone:
         return f"no mode that the left impact shows ({seen} Hz) is {rules.torsion_contrast:g} times weaker from the top"
     return gone[0]
+
+
+def _same(a: Mode, b: Mode) -> bool:
+    return abs(a.f_Hz / b.f_Hz - 1) <= SAME_MODE
 
 
 def _seen_by_top(frf: ImpactFrf, mode: Mode) -> float:
@@ -212,6 +225,7 @@ SETTINGS = (
     Setting("coherence_min", 0.9, "agreement of an impact's response with what the others predict"),
     Setting("force_range_N", 0.0, "range of the force sensor; 0: not stated, overloads show by their flat tops only"),
     Setting("torsion_contrast", 4.0, "how much weaker the top impact must show the torsion mode"),
+    SAMPLING,
     Setting("lowest_Hz", 60.0, "modes are searched from here"),
     Setting("highest_Hz", 2000.0, "to here"),
 )
