@@ -158,7 +158,8 @@ def overlay(name: str, template: Panel, per: dict[str, Line], odd: set[str]) -> 
     items: list[Item] = []
     for serial, line in sorted(per.items(), key=lambda pair: pair[0] in odd):
         items.append(Line(line.x, line.y, serial, role="bad" if serial in odd else "auto"))
-    return Panel(name, template.x_label, template.y_label, tuple(items), template.x_log, template.y_log)
+    title = name.replace("/", ": ").replace("_", " ")
+    return Panel(title, template.x_label, template.y_label, tuple(items), template.x_log, template.y_log)
 
 
 def score_panel(fleet: Fleet) -> Panel:

@@ -87,8 +87,12 @@ def test_a_periodic_input_is_recognised(tmp_path: Path):
         (["{low}", "--merge-Hz", "350"], "joins two records"),
         (["{low}", "{high}", "--merge-Hz", "4000"], "cannot merge at 4000 Hz"),
         (["{low}", "{high}", "--uff", "{out}/x.uff"], "one response, not 2"),
-        (["{low}", "--plot", "{out}/x.bmp"], "not as 'bmp'"),
+        (["{out}"], "is a folder, expected a record file"),
+        (["{low}", "--plot", "{out}/x.bmp"], "ends in .pdf, .svg or .png"),
+        (["{low}", "--json", "{out}"], "is a folder, expected a file"),
+        (["{low}", "--json", "{low}/x.json"], "is a file, expected a folder"),
         (["{low}", "--segment-s", "20"], "segment"),
+        (["{low}", "--segment-s", "1e9"], "do not hold two"),  # an array of that length would be asked for
         (["{low}", "--f-lo", "9000"], "no two frequencies"),
     ],
 )
@@ -160,7 +164,8 @@ def test_compare_of_two_says_that_they_are_too_few(tmp_path: Path):
     make_unit(tmp_path / "a", "T-01")
     make_unit(tmp_path / "b", "T-02")
     found = accept("compare", tmp_path, "--spec", "apa-basic")
-    assert "too few units to say who is odd" in found.stderr
+    assert "2 units of kind apa are too few" in found.stdout
+    assert "no apa stands out" not in found.stdout  # nobody can tell
 
 
 def test_units_in_brackets_stay_on_the_terminal(files):

@@ -35,7 +35,8 @@ def run(
         report = batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))
-        print(*reasons(report.units), *explanations(report.units), sep="\n")
+        for line in (*reasons(report.units), *explanations(report.units)):
+            print(line)
     if report.unchanged:
         say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
     say(

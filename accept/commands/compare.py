@@ -18,17 +18,20 @@ from rich.text import Text
 from accept import batch, campaign, comparison, unit
 from accept.commands.batch import specs_for
 from accept.commands.talk import clear_errors, say, stdout
-from accept.comparison import Comparison, Fleet
+from accept.comparison import Comparison, Fleet, Member
 from accept.exit import Exit
 from accept.files import write_atomic
+from accept.pictures.formats import format_of
 from accept.result import UnitResult
 from accept.unit import UnitError
 from checks.picture import Panel
+from checks.signals.outliers import CHANCE, MIN_UNITS
 
 
 @clear_errors
 def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Path | None) -> Exit:
     """Measure the units at or below `paths` as `batch` would, and compare those of a kind."""
+    format = None if plot is None else format_of(plot)
     results = _measured(paths, spec)
     fleets: list[Fleet] = []
     panels: list[Panel] = []
@@ -40,8 +43,8 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
         _show(compared)
     if as_json is not None:
         write_atomic(as_json, json.dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
-    if plot is not None:
-        _draw(panels, plot)
+    if plot is not None and format is not None:
+        write_atomic(plot, _drawn(panels, format))
     return Exit.ACCEPTED
 
 
@@ -62,19 +65,23 @@ def _measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
 
 
 def _show(found: Fleet) -> None:
+    if not found.compared:
+        few = f"{len(found.serials)} units of kind {found.kind} are too few to say who stands out"
+        stdout.print(f"{few}: {MIN_UNITS} with the same quantity are needed")
+        return
     stdout.print(table(found))
     for serial, names in found.outliers.items():
         stdout.print(f"{serial} stands out: {', '.join(names)}", soft_wrap=True)
     if not found.outliers:
-        stdout.print(f"no {found.kind} stands out")
+        stdout.print(f"no {found.kind} stands out: no chance is below {CHANCE:g}")
     if found.too_few:
-        say(f"too few units to say who is odd: {', '.join(found.too_few)}")
+        say(f"fewer than {MIN_UNITS} units have these, so nobody can stand out in them: {', '.join(found.too_few)}")
 
 
 def table(found: Fleet) -> Table:
     """A row per quantity and curve: the fleet's median, and the unit farthest out."""
     rows = Table(
-        *("no", "quantity", "median", "farthest", "value", "score"),
+        *("no", "quantity", "median", "farthest", "value", "score", "chance"),
         title=f"{len(found.serials)} units of kind {found.kind}",
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -94,7 +101,12 @@ def _row(c: Comparison) -> list[Text]:
     style = "bold red" if far.outlier else ""
     name = f"{c.name} [dB apart]" if c.curve else c.name
     cells = [name, f"{c.median:.4g}"]
-    return [*map(Text, cells), *(Text(t, style=style) for t in (far.serial, f"{far.value:.4g}", f"{far.score:.1f}"))]
+    return [*map(Text, cells), *(Text(t, style=style) for t in _farthest(far))]
+
+
+def _farthest(far: Member) -> tuple[str, str, str, str]:
+    """Serial, value, score, and the chance of a value so far out in a fleet where nobody is odd."""
+    return far.serial, f"{far.value:.4g}", f"{far.score:.1f}", f"{far.p:.2g}" if far.p >= 1e-6 else "< 1e-06"
 
 
 def to_json(found: Fleet) -> dict[str, Any]:
@@ -102,12 +114,8 @@ def to_json(found: Fleet) -> dict[str, Any]:
     return asdict(found) | {"outliers": found.outliers}
 
 
-def _draw(panels: Sequence[Panel], plot: Path) -> None:
-    from accept.pictures.draw import PictureError, picture  # loads matplotlib: only when wanted
+def _drawn(panels: Sequence[Panel], format: str) -> bytes:
+    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
     from accept.pictures.reduce import reduced
 
-    try:
-        content = picture([reduced(p) for p in panels], plot.suffix.lstrip(".").lower(), columns=2)
-    except PictureError as e:
-        raise UnitError(plot, [str(e)]) from e
-    write_atomic(plot, content)
+    return picture([reduced(p) for p in panels], format, columns=2)

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
 from accept.files import write_atomic
-from accept.pictures.draw import PictureError, picture
+from accept.pictures.draw import picture
+from accept.pictures.formats import format_of
 from checks.declare import Series
 from checks.signals import excitation as ex
 from checks.signals.excitation import Excitation, Rig
@@ -145,12 +146,13 @@ def _shape(shaping: Shaping | None) -> Shape:
 
 @clear_errors
 def _run(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Exit:
+    format = None if plot is None else format_of(plot)
     try:
         excitation = make()
         write_atomic(out, content(excitation, out))
-        if plot is not None:
-            write_atomic(plot, picture(list(panels(excitation).values()), plot.suffix.lstrip(".").lower()))
-    except (ValueError, PictureError) as e:
+        if plot is not None and format is not None:
+            write_atomic(plot, picture(list(panels(excitation).values()), format))
+    except ValueError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
     say(summary(excitation, out))

@@ -20,6 +20,7 @@ from rich.table import Table
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
 from accept.files import write_atomic
+from accept.pictures.formats import format_of
 from checks.declare import Series
 from checks.picture import Panel
 from checks.record import Record, RecordError
@@ -66,6 +67,7 @@ class Response:
 @clear_errors
 def run(paths: Sequence[Path], wanted: Wanted, as_json: Path | None, plot: Path | None, uff: Path | None) -> Exit:
     """Estimate the responses of every record, or of two merged, and write what is asked for."""
+    format = None if plot is None else format_of(plot)
     records = [_read(path, wanted.input) for path in paths]
     responses = responses_of(records, wanted)
     if uff is not None and len(responses) > 1:
@@ -78,15 +80,15 @@ def run(paths: Sequence[Path], wanted: Wanted, as_json: Path | None, plot: Path 
         write_atomic(as_json, json.dumps({"responses": [to_json(r) for r in responses]}, allow_nan=False).encode())
     if uff is not None:
         write_atomic(uff, _uff(responses[0]))
-    if plot is not None:
-        _draw(responses, wanted.merge_Hz, plot)
+    if plot is not None and format is not None:
+        write_atomic(plot, _drawn(responses, wanted.merge_Hz, format))
     return Exit.ACCEPTED
 
 
 def _read(path: Path, input: str) -> Record:
     """Every vector of a file as long as its input."""
     if not path.is_file():
-        raise RecordError(f"{path}: no such file")
+        raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     shapes = list_channels(path)
     length = math.prod(shapes.get(input, (0,)))
     names = [n for n, s in shapes.items() if math.prod(s) == length and n not in ("t", STEP)]
@@ -241,17 +243,13 @@ def _uff(response: Response) -> bytes:
         raise RecordError(f"{_title(response)}: {e}") from e
 
 
-def _draw(responses: Sequence[Response], merge_Hz: float | None, plot: Path) -> None:
-    from accept.pictures.draw import PictureError, picture  # loads matplotlib: only when wanted
+def _drawn(responses: Sequence[Response], merge_Hz: float | None, format: str) -> bytes:
+    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
 
     panels: list[Panel] = []
     for response in responses:
         panels += bode(response.frf, _ratios(response), merge_Hz=merge_Hz).values()
-    try:
-        content = picture(panels, plot.suffix.lstrip(".").lower(), columns=2)
-    except PictureError as e:
-        raise RecordError(f"{plot}: {e}") from e
-    write_atomic(plot, content)
+    return picture(panels, format, columns=2)
 
 
 def _ratios(response: Response) -> dict[str, str]:

@@ -11,6 +11,7 @@ from accept.files import write_atomic
 from accept.lookup import table_for
 from accept.measured import Responses, responses
 from accept.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
+from accept.pictures.formats import format_of
 from accept.unit import UNIT_FILE, UnitError, read
 from checks.model.lookup import Table
 from checks.model.misalign import CHANNELS, estimate
@@ -23,6 +24,8 @@ from checks.verdict import Verdict
 @clear_errors
 def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) -> Exit:
     """Estimate the misalignment of a strut. Exit 4 where there is no result."""
+    if plot is not None:
+        format_of(plot)  # a name that no picture can have is said before the search, not after
     folder = read(unit)
     if folder.kind != "strut":
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])

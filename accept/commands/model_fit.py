@@ -14,6 +14,7 @@ from accept.exit import Exit
 from accept.files import write_atomic
 from accept.measured import Responses, responses
 from accept.model_file import Opened, write_model
+from accept.pictures.formats import format_of
 from accept.unit import read
 from checks.model.constants import Constant, fit_constants, seed_constants
 from checks.model.dataset import Dataset
@@ -64,9 +65,11 @@ class Fitted:
 @clear_errors
 def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: Ask) -> Exit:
     """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
+    write, plot, as_json = ask.places()
+    if plot is not None:
+        format_of(plot)  # a name that no picture can have is said before the search, not after
     fitted = fit_unit(folder, name, f_lo, f_hi, starts)
     _print(fitted)
-    write, plot, as_json = ask.places()
     if write is not None:
         write_fitted(write, fitted)
         say(f"{write}: written")

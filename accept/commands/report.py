@@ -15,6 +15,7 @@ from accept.explain import Start, explained
 from accept.files import write_atomic
 from accept.home import home
 from accept.store import open_store
+from accept.table import reasons
 from specs.bench import load_bench
 
 
@@ -42,5 +43,7 @@ def run(
         write_atomic(out, content)
         if credential:
             ledger.signed(store, result.serial, out, content, credential.role, who=who, spec=chosen)
+    for line in reasons([result.to_json()]):
+        say(line)
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {out}")
     return of_verdicts([str(result.verdict)])

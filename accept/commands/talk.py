@@ -13,6 +13,7 @@ from accept.certificate.signing import SigningRefused
 from accept.exit import Exit
 from accept.home import HomeError
 from accept.operator_name import operator_name
+from accept.pictures.formats import PictureError
 from accept.store import StoreError
 from accept.unit import UnitError
 from checks.model.superelement import ModelError
@@ -24,7 +25,7 @@ __all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]
 P = ParamSpec("P")
 KNOWN_ERRORS = (
     SpecError, UnitError, RecordError, StoreError, HomeError, KeysError, DossierError, SigningRefused, OSError,
-    ModelError,
+    ModelError, PictureError,
 )  # fmt: skip
 
 # A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for. Without markup: it would
@@ -58,5 +59,14 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
 
 def _words(error: BaseException) -> str:
     if isinstance(error, OSError) and error.strerror and not isinstance(error, StoreError | HomeError):
-        return f"{error.filename or 'a file'}: {error.strerror}"
+        return f"{error.filename or 'a file'}: {_PLAIN.get(type(error), error.strerror)}"
     return str(error)
+
+
+_PLAIN: dict[type[BaseException], str] = {  # what the system says in words of its own
+    FileExistsError: "is a file, expected a folder",
+    NotADirectoryError: "is a file, expected a folder",
+    IsADirectoryError: "is a folder, expected a file",
+    FileNotFoundError: "no such file or folder",
+    PermissionError: "no permission to read or write it",
+}

@@ -12,12 +12,14 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from accept.pictures.formats import FORMATS, PictureError, format_of
 from accept.pictures.items import MAPS, draw_panel
 from accept.pictures.style import settings
 from checks.picture import Panel
 
+__all__ = ["FORMATS", "PictureError", "draw", "picture"]
+
 _CANVAS = {"pdf": FigureCanvasPdf, "svg": FigureCanvasSVG, "png": FigureCanvasAgg}
-FORMATS = tuple(_CANVAS)
 # A date or a program's name in the file would make equal pictures differ.
 _METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
@@ -29,10 +31,6 @@ _PNG_DPI = 200
 _MARGINS = {"left": 13.0, "right": 2.5, "bottom": 8.5, "top": 6.0}  # mm around each panel
 _MAP_MARGIN = 13.0  # mm at the right of a panel with a colour bar
 PANEL_SIZE = (90.0, 62.0)  # mm, of a panel in a file of its own
-
-
-class PictureError(ValueError):
-    """A picture that cannot be drawn or written; the text says which and why."""
 
 
 def draw(
@@ -48,7 +46,7 @@ def draw(
     columns: panels side by side (default: up to 3 for wide pictures, all if fewer). Raises PictureError.
     """
     if isinstance(target, Path):
-        content = picture(panels, format or target.suffix.lstrip(".").lower(), size_mm, columns)
+        content = picture(panels, format or format_of(target), size_mm, columns)
         target.write_bytes(content)
     else:
         target.write(picture(panels, format or "pdf", size_mm, columns))

@@ -19,6 +19,7 @@ from checks.signals.shapes import Flat, Shape
 Array = NDArray[np.float64]
 
 MAX_SAMPLES = 20_000_000
+MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands still
 
 
 class ExcitationError(ValueError):
@@ -120,7 +121,7 @@ def noise(
         raise ExcitationError(f"band {f_start_Hz:g} to {f_end_Hz:g} Hz: expected 0 <= start < end")
     n = _samples(rig, duration_s)
     f = fft.rfftfreq(n, 1 / rig.fs)
-    spectrum = fft.rfft(np.random.default_rng(seed).standard_normal(n))
+    spectrum = fft.rfft(_rng(seed).standard_normal(n))
     spectrum *= np.where((f >= f_start_Hz) & (f <= f_end_Hz) & (f > 0), (shape or Flat()).gain(f), 0.0)
     x = fft.irfft(spectrum, n)
     rms = float(np.sqrt(np.mean(x**2)))
@@ -172,6 +173,8 @@ def multisine(
     another realisation. Raises ExcitationError.
     """
     _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
+    if not 0 <= crest_iterations <= MAX_CREST:
+        raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
     _usable(rig, f_start_Hz, f_end_Hz)
     n = _samples(rig, 1.0 / resolution_Hz)
     _samples(rig, (periods + lead_in) / resolution_Hz)
@@ -179,7 +182,7 @@ def multisine(
         chosen = ms.harmonics(n, rig.fs, (f_start_Hz, f_end_Hz), lines)
     except ValueError as e:
         raise ExcitationError(str(e)) from e
-    one = ms.random_phase(n, rig.fs, chosen, shape or Flat(), np.random.default_rng(seed))
+    one = ms.random_phase(n, rig.fs, chosen, shape or Flat(), _rng(seed))
     one = ms.from_zero(ms.compressed(one, crest_iterations))
     core = np.tile(rms_V * one.x, periods + lead_in)
     meaning = (
@@ -233,10 +236,19 @@ def _positive(**values: float) -> None:
             raise ExcitationError(f"{name} is {value}, expected a positive number")
 
 
+def _rng(seed: int) -> np.random.Generator:
+    if seed < 0:
+        raise ExcitationError(f"seed is {seed}, expected 0 or more")
+    return np.random.default_rng(seed)
+
+
 def _usable(rig: Rig, *f_Hz: float) -> None:
     _positive(sampling_Hz=rig.fs, gain=rig.gain)
-    if not (np.isfinite([rig.mean_V, rig.ramp_s]).all() and 0 <= rig.ramp_s * rig.fs <= MAX_SAMPLES):
+    if not (np.isfinite([rig.mean_V, rig.ramp_s]).all() and rig.ramp_s >= 0):
         raise ExcitationError(f"mean {rig.mean_V} V, ramp {rig.ramp_s} s: expected finite values, no negative ramp")
+    if not rig.ramp_s * rig.fs <= MAX_SAMPLES:
+        n = rig.ramp_s * rig.fs
+        raise ExcitationError(f"ramp {rig.ramp_s:g} s at {rig.fs:g} Hz: {n:.4g} samples, at most {MAX_SAMPLES}")
     for f in f_Hz:
         if not f < rig.fs / 2:
             raise ExcitationError(f"{f:g} Hz is not below half the sampling frequency, {rig.fs / 2:g} Hz")

@@ -106,7 +106,10 @@ def h1(
 
 
 def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
-    """`h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there."""
+    """`h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there.
+    ValueError: the record is shorter than two segments that share half of their samples."""
+    if not 1.5 * segment_s * record.fs <= record.t.size:
+        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
     columns = {name: record[name] for name in outputs}
     return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
 

@@ -52,7 +52,8 @@ def load_bytes(path: Path, limits: ReadLimits) -> Source:
             raise RecordError(f"{path.name}: has {found.st_size} bytes, at most {limits.max_bytes} are read")
         raw = path.read_bytes()
     except FileNotFoundError as e:
-        raise RecordError(f"{path.name}: there is no such file in {path.parent}") from e
+        place = "" if path.parent == Path() else f" in {path.parent}"
+        raise RecordError(f"{path.name}: there is no such file{place}") from e
     except OSError as e:
         raise RecordError(f"{path.name}: cannot be read: {e.strerror}") from e
     if not raw:
