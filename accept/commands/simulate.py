@@ -11,12 +11,11 @@ from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
 from accept.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, Order, OrderError, simulate, write
-from accept.simulate.order import drawn
+from accept.simulate.order import drawn, on_bench
 from checks.model.converters import Converters
 from checks.model.model import Model
 from checks.signals.excitation import ExcitationError
 
-APA_PAYLOAD_KG = 5.0  # seed 3.1.7
 Effect = tuple[str, dict[str, float]]
 
 
@@ -99,8 +98,7 @@ def _model(wanted: Wanted) -> tuple[Model, list[Effect]]:
     """The model before any effect is added, and those of its file that are no parameter of it."""
     it = opened(wanted.model or DEFAULT_MODEL[wanted.kind])
     model = it.model
-    if wanted.model is None and wanted.kind == "apa":
-        model = model.with_values({"bench.payload_kg": APA_PAYLOAD_KG})
+    model = on_bench(model, wanted.kind) if wanted.model is None else model
     model = drawn(model, wanted.seed) if wanted.draw else model
     model = model.with_values(pairs(wanted.settings, "--set"))
     return model, [effect for effect in effects_of(it.spec) if effect[0] in it.left_out]

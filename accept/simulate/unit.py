@@ -66,7 +66,7 @@ def _fault(order: Order) -> Fault:
 def _responses(bench: Bench) -> tuple[dict[str, Columns], dict[str, Any]]:
     """Records of frequency responses and their section of unit.toml."""
     order = bench.order
-    names = {"low": "frf_sweep"} | {"high": RESPONSES["high"]} if order.kind == "apa" else dict(RESPONSES)
+    names = RESPONSES | ({"low": "frf_sweep"} if order.kind == "apa" else {})
     if order.repeats and order.kind == "strut":
         names |= {f"{key}_repeat": f"{stem}_2" for key, stem in RESPONSES.items()}
     records = {

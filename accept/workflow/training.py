@@ -13,7 +13,7 @@ from accept.files import write_atomic
 from accept.home import home
 from accept.model_file import DEFAULT_MODEL, open_model
 from accept.simulate import FAULTS, Order, simulate
-from accept.simulate.order import drawn
+from accept.simulate.order import drawn, on_bench
 from accept.store import open_store
 from accept.unit import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Bench
@@ -25,7 +25,6 @@ from checks.declare import Measured
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 
-PAYLOAD_KG = 5.0  # seed 3.1.7
 RECORD_S = 10.5  # the specs ask for 10 s
 BYTE_S = 0.0005  # about 19200 baud
 
@@ -94,10 +93,7 @@ def training_order(kind: str, serial: str, seed: int) -> tuple[Order, str]:
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
-    model = open_model(DEFAULT_MODEL[kind])
-    model = drawn(model.with_values({"bench.payload_kg": PAYLOAD_KG}) if kind == "apa" else model, seed)
-    if kind == "apa":
-        model = model.with_values({"bench.payload_kg": PAYLOAD_KG})
+    model = on_bench(drawn(open_model(DEFAULT_MODEL[kind]), seed), kind)
     order = Order(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=RECORD_S, high_s=RECORD_S)
     return order, hidden_words(fault)
 
