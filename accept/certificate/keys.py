@@ -87,10 +87,7 @@ def unlock(home: Path, role: str, passphrase: str) -> Credential:
     if role not in ROLES:
         raise KeysError(f"no role '{role}' (roles: {', '.join(ROLES)})")
     box = folder(home) / f"{role}.key.pem"
-    try:
-        key = keybox.unlock(_read(box), passphrase)
-    except keybox.LockedError as e:
-        raise KeysError(f"{box}: {e}") from e
+    key = _unlocked(box, passphrase)
     certificate = certificate_of(folder(home) / f"{role}.pem")
     if key.public_key() != certificate.public_key():
         raise KeysError(f"{box}: is not the key of {role}.pem")
@@ -103,11 +100,7 @@ def issue(
     """Certificate of the bench's CA for a key that is elsewhere, such as on a token. Raises KeysError."""
     if role not in ROLES or not isinstance(public_key.curve, ec.SECP256R1):
         raise KeysError(f"a certificate is for a role ({', '.join(ROLES)}) and a P-256 key, not for {role}")
-    box = folder(home) / f"{CA}.key.pem"
-    try:
-        ca_key = keybox.unlock(_read(box), passphrase)
-    except keybox.LockedError as e:
-        raise KeysError(f"{box}: {e}") from e
+    ca_key = _unlocked(folder(home) / f"{CA}.key.pem", passphrase)
     return authority.leaf(role, person, public_key, ca(home), ca_key, when.replace(microsecond=0))
 
 
@@ -185,6 +178,13 @@ def _refuse_empty(**texts: str) -> None:
     for name, text in texts.items():
         if not text.strip():
             raise KeysError(f"{name.replace('_', ' ')} is empty; no key was made")
+
+
+def _unlocked(box: Path, passphrase: str) -> ec.EllipticCurvePrivateKey:
+    try:
+        return keybox.unlock(_read(box), passphrase)
+    except keybox.LockedError as e:
+        raise KeysError(f"{box}: {e}") from e
 
 
 def _read(path: Path) -> bytes:

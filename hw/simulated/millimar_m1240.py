@@ -8,8 +8,8 @@ CODES = {b"P86,1": "mm", b"P86,2": "in", b"P86,3": "um"}
 
 
 class M1240Device(MillimarDevice):
-    """stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent
-    until `key` is pressed."""
+    """stored: values that M70 reads out, and so deletes. mastering: Z was sent; it is silent until its key is
+    pressed."""
 
     def __init__(
         self,
