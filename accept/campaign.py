@@ -17,6 +17,7 @@ from checks.model.superelement import ModelError
 from checks.picture import Panel
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import RecordError
+from checks.settings import setting_problem
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
 from specs import CheckSpec, Spec, SpecError, load
 
@@ -47,6 +48,10 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     ):
         words = f"(known: {', '.join(known) or 'none'})"
         problems += [f"{where}.{part}.{key}] unknown name {words}" for key in given if key not in known]
+    declared = {s.name: s for s in check.settings}
+    for key, value in section.settings.items():
+        if key in declared and (wrong := setting_problem(declared[key], value)):
+            problems.append(f"{where}.settings.{key}] {wrong}")
     return problems
 
 

@@ -1,5 +1,6 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
+import math
 import re
 from importlib import resources
 from pathlib import Path
@@ -73,11 +74,26 @@ class CheckSpec(Strict):
             raise ValueError("; ".join(wrong))
         return limits
 
+    @field_validator("settings")
+    @classmethod
+    def _finite(cls, settings: dict[str, Any]) -> dict[str, Any]:
+        """A gate that compares with NaN is open, whatever comes."""
+        wrong = [name for name, value in settings.items() if not _all_finite(value)]
+        if wrong:
+            raise ValueError(f"{', '.join(wrong)}: every number must be finite")
+        return settings
+
     @model_validator(mode="after")
     def _judges(self) -> "CheckSpec":
         if self.required and not self.limits:
             raise ValueError("is required but limits nothing: it would pass on nothing")
         return self
+
+
+def _all_finite(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(_all_finite(v) for v in value)
+    return not isinstance(value, float) or math.isfinite(value)
 
 
 class GapStart(Strict):

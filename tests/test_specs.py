@@ -69,6 +69,59 @@ def test_each_fault_is_named_with_its_key(tmp_path: Path, old: str, new: str, ke
     assert words in problem
 
 
+SETTINGS = """
+[checks.frf]
+[checks.frf.limits.axial_resonance_Hz]
+lower = 88.0
+unit = "Hz"
+rule = "simple"
+source = "me"
+[checks.frf.settings]
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("coherence_min = nan", "finite"),  # not (x < nan): the gate would be open
+        ("duration_min_s = inf", "finite"),
+        ("coherent_de_Hz = [10.0, nan]", "finite"),
+        ("coherent_de_Hz = [700.0, 10.0]", "no range"),  # nothing would be asked to be coherent
+        ("coherent_de_Hz = [10.0]", "1 entries, expected 2"),
+        ("coherent_de_Hz = 700.0", "expected a list"),
+        ("polarity = [0, 0]", "2 entries, expected 3"),
+        ("spurious_Hz = ['200']", "finite numbers"),
+        ("payload_kg = '5'", "expected a finite number"),
+        ("payload_kg = true", "expected a finite number"),
+        ("payload_kg = -5.0", "0 or more"),
+        ("model = 3", "expected a text"),
+        ("payload = 5.0", "unknown name"),
+    ],
+)
+def test_a_setting_that_would_open_a_gate_is_refused(tmp_path: Path, line: str, words: str) -> None:
+    (problem,) = problems_of(tmp_path, GOOD + SETTINGS + line)
+    assert "checks.frf.settings" in problem
+    assert words in problem
+
+
+FINE = """payload_kg = 5
+sampling_Hz = [10000.0]
+spurious_Hz = [1.0, 2, 3.0]
+polarity = [-1, 0, 1]
+"""
+
+
+def test_settings_as_they_should_be(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD + SETTINGS + FINE)
+    assert load_spec(str(path)).checks["frf"].settings["payload_kg"] == 5
+    points = "positions_mm = [" + ", ".join("[1.0, 2]" for _ in range(8)) + "]"
+    flat = GOOD + "[checks.flatness]\nrequired = false\n[checks.flatness.settings]\n"
+    path.write_text(flat + points)
+    assert load_spec(str(path))
+    assert "2 finite numbers" in problems_of(tmp_path, flat + points.replace("[1.0, 2]", "[1.0]", 1))[0]
+
+
 def test_one_report_lists_every_problem(tmp_path: Path) -> None:
     text = GOOD.replace('unit = "uF"', 'unit = "F"').replace('kind = "apa"', 'kind = "x"').replace('title = "mine"', "")
     assert len(problems_of(tmp_path, text)) == 3

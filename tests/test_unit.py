@@ -151,8 +151,9 @@ def records_unit(folder: Path, **stroke: np.ndarray) -> Path:
 
 def good_stroke() -> dict[str, np.ndarray]:
     t = np.arange(20000) * 1e-3
-    V = 65 - 85 * np.cos(2 * np.pi * 0.1 * t)
-    return {"t": t, "V": V, "d": (V + 20) * 0.65e-6}
+    angle = 2 * np.pi * 0.1 * t
+    # A stack lags: what follows its voltage along a line is no stack, but a wire.
+    return {"t": t, "V": 65 - 85 * np.cos(angle), "d": (85 - 85 * np.cos(angle - 0.03)) * 0.65e-6}
 
 
 def test_a_unit_of_records_is_judged(tmp_path: Path) -> None:
