@@ -1,9 +1,10 @@
 """Verdicts fail closed, whatever the rule; the probability against its closed form."""
 
 import math
+from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
@@ -105,6 +106,61 @@ def test_a_pass_lies_inside_and_a_fail_outside(limit: Limit, value: float, U: fl
             assert value + U <= upper
     if verdict is Verdict.FAIL:
         assert not lower <= value <= upper
+
+
+@given(limits(), finite, st.floats(0, 1e3))
+def test_a_pass_keeps_the_margin_of_its_rule(limit: Limit, value: float, U: float) -> None:
+    """And the other way round: exactly what keeps it passes. In fractions, so that no rounding is shared."""
+    lower, upper = bounds(limit)
+    margin = Fraction(U) if limit.rule == "guarded" else Fraction(0)
+    inside = (lower == -math.inf or Fraction(value) - margin >= Fraction(lower)) and (
+        upper == math.inf or Fraction(value) + margin <= Fraction(upper)
+    )
+    allowed = inside and (limit.U_max is None or U <= limit.U_max)
+    passes = verdict_of(value, U, limit) is Verdict.PASS
+    # value ± U is rounded once before it is compared: the two may differ only where the edge is as near as that
+    ends = value - U, value + U
+    near = any(math.isclose(end, edge, rel_tol=1e-15, abs_tol=1e-300) for end in ends for edge in (lower, upper))
+    assert passes == allowed or near
+
+
+@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e6))
+def test_moving_further_out_never_helps(limit: Limit, value: float, U: float, further: float) -> None:
+    """Away from the middle of the limits a verdict only gets worse: pass, conditional, fail."""
+    worse = {Verdict.PASS: 0, Verdict.CONDITIONAL: 1, Verdict.FAIL: 2}
+    lower, upper = bounds(limit)
+    # with one limit only, out is towards it, from anywhere
+    middle = -math.inf if math.isinf(lower) else math.inf if math.isinf(upper) else lower + (upper - lower) / 2
+    out = 1.0 if value >= middle else -1.0
+    before, after = verdict_of(value, U, limit), verdict_of(value + out * further, U, limit)
+    assert worse[after] >= worse[before]
+
+
+@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e3))
+def test_enlarging_U_never_helps(limit: Limit, value: float, U: float, more: float) -> None:
+    """What fails under a guard band may become conditional, never a pass; a pass may be lost, never won."""
+    before, after = verdict_of(value, U, limit), verdict_of(value, U + more, limit)
+    assert before is Verdict.PASS or after is not Verdict.PASS
+    if after is Verdict.FAIL:
+        assert before is Verdict.FAIL
+
+
+@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e3), st.floats(0, 1e3))
+def test_narrower_limits_never_help(limit: Limit, value: float, U: float, up: float, down: float) -> None:
+    lower = None if limit.lower is None else limit.lower + up
+    upper = None if limit.upper is None else limit.upper - down
+    assume(lower is None or upper is None or lower < upper)
+    if verdict_of(value, U, limit.model_copy(update={"lower": lower, "upper": upper})) is Verdict.PASS:
+        assert verdict_of(value, U, limit) is Verdict.PASS
+
+
+@given(finite, st.floats(1e-6, 1e3), finite, st.floats(1.0, 1e3))
+def test_an_interval_wider_than_the_limits_never_passes_a_guard_band(
+    lower: float, width: float, value: float, times: float
+) -> None:
+    limit = guarded(lower, lower + width)
+    U = math.nextafter(times * (limit.upper - lower) / 2, math.inf) * (1 + 1e-9)  # 2 U is wider than what is allowed
+    assert verdict_of(value, U, limit) is not Verdict.PASS
 
 
 def guarded(lower: float | None = None, upper: float | None = None) -> Limit:
