@@ -30,6 +30,14 @@ def limits(draw: st.DrawFn, unit: str = UNIT) -> Limit:
     return Limit(lower=lower, upper=upper, unit=unit, rule=rule, source="test", U_max=U_max)
 
 
+@st.composite
+def cases(draw: st.DrawFn) -> tuple[Limit, float, float]:
+    """A limit, a value and its U, the value mostly a few U from an edge: elsewhere no rule differs from another."""
+    limit, U = draw(limits()), draw(st.floats(0, 1e3))
+    edge = draw(st.sampled_from([x for x in (limit.lower, limit.upper) if x is not None]))
+    return limit, draw(st.one_of(finite, st.floats(-3, 3).map(lambda k: edge + k * U))), U
+
+
 @given(st.data(), st.sampled_from(QUANTITIES), st.floats(allow_nan=True, allow_infinity=True), uncertainties)
 def test_every_quantity_of_every_check_under_every_rule(data: st.DataObject, of, value: float, U: float | None) -> None:
     """What does not lie wholly inside, with a known U and the right unit, never passes."""
@@ -108,9 +116,10 @@ def test_a_pass_lies_inside_and_a_fail_outside(limit: Limit, value: float, U: fl
         assert not lower <= value <= upper
 
 
-@given(limits(), finite, st.floats(0, 1e3))
-def test_a_pass_keeps_the_margin_of_its_rule(limit: Limit, value: float, U: float) -> None:
+@given(cases())
+def test_a_pass_keeps_the_margin_of_its_rule(case: tuple[Limit, float, float]) -> None:
     """And the other way round: exactly what keeps it passes. In fractions, so that no rounding is shared."""
+    limit, value, U = case
     lower, upper = bounds(limit)
     margin = Fraction(U) if limit.rule == "guarded" else Fraction(0)
     inside = (lower == -math.inf or Fraction(value) - margin >= Fraction(lower)) and (
@@ -124,9 +133,18 @@ def test_a_pass_keeps_the_margin_of_its_rule(limit: Limit, value: float, U: floa
     assert passes == allowed or near
 
 
-@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e6))
-def test_moving_further_out_never_helps(limit: Limit, value: float, U: float, further: float) -> None:
+@given(cases())
+def test_what_lies_outside_by_more_than_U_fails(case: tuple[Limit, float, float]) -> None:
+    limit, value, U = case
+    lower, upper = bounds(limit)
+    if value + U < lower or value - U > upper:
+        assert verdict_of(value, U, limit) is Verdict.FAIL
+
+
+@given(cases(), st.floats(0, 1e6))
+def test_moving_further_out_never_helps(case: tuple[Limit, float, float], further: float) -> None:
     """Away from the middle of the limits a verdict only gets worse: pass, conditional, fail."""
+    limit, value, U = case
     worse = {Verdict.PASS: 0, Verdict.CONDITIONAL: 1, Verdict.FAIL: 2}
     lower, upper = bounds(limit)
     # with one limit only, out is towards it, from anywhere
@@ -136,17 +154,19 @@ def test_moving_further_out_never_helps(limit: Limit, value: float, U: float, fu
     assert worse[after] >= worse[before]
 
 
-@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e3))
-def test_enlarging_U_never_helps(limit: Limit, value: float, U: float, more: float) -> None:
+@given(cases(), st.floats(0, 1e3))
+def test_enlarging_U_never_helps(case: tuple[Limit, float, float], more: float) -> None:
     """What fails under a guard band may become conditional, never a pass; a pass may be lost, never won."""
+    limit, value, U = case
     before, after = verdict_of(value, U, limit), verdict_of(value, U + more, limit)
     assert before is Verdict.PASS or after is not Verdict.PASS
     if after is Verdict.FAIL:
         assert before is Verdict.FAIL
 
 
-@given(limits(), finite, st.floats(0, 1e3), st.floats(0, 1e3), st.floats(0, 1e3))
-def test_narrower_limits_never_help(limit: Limit, value: float, U: float, up: float, down: float) -> None:
+@given(cases(), st.floats(0, 1e3), st.floats(0, 1e3))
+def test_narrower_limits_never_help(case: tuple[Limit, float, float], up: float, down: float) -> None:
+    limit, value, U = case
     lower = None if limit.lower is None else limit.lower + up
     upper = None if limit.upper is None else limit.upper - down
     assume(lower is None or upper is None or lower < upper)
