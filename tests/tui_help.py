@@ -3,12 +3,13 @@
 import atexit
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
 from textual.pilot import Pilot
 from textual.widgets import Input, Label, Static
+from textual.worker import WorkerFailed
 
 from accept.tui.app import BenchApp
 from accept.tui.start import Given
@@ -43,7 +44,8 @@ async def running(
 async def settled(pilot: Pilot[None]) -> None:
     """Until no screen has work running or waiting, and all messages are handled."""
     while True:
-        await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
+        with suppress(WorkerFailed):  # what was refused is told on the screen
+            await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
         await pilot.pause()
         at_work = [w for w in pilot.app.workers if not w.is_finished]  # begun by what was handled meanwhile
         if not at_work and all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):

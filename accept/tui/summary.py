@@ -81,7 +81,8 @@ class Summary(Working[bool]):
         self._why = [str(f["reason"] or f["note"] or "") for f in entry["findings"]]
         self._tell(0)
         self._show_certificate()
-        self.say("F2 signs this result")
+        signed = self.session.attempt.certificate is not None
+        self.say("this result is signed; F3 countersigns, F4: next unit" if signed else "F2 signs this result")
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         self._tell(event.cursor_row)

@@ -60,6 +60,11 @@ def missing(step: Step, state: StepState) -> list[Input]:
     return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
 
 
+def full(step: Step, state: StepState) -> bool:
+    """Whether every input of the step's form was given, those that it can do without too."""
+    return all(_given(i, state) for i in step.form(state.form).inputs)
+
+
 def ready(step: Step, state: StepState) -> bool:
     """Whether judging the step says more than that something is missing."""
     return bool(state.entries) and not missing(step, state)

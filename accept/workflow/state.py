@@ -90,8 +90,9 @@ Given = tuple[tuple[int, ...], int | None]
 
 @dataclass(frozen=True)
 class Attempt:
-    """One go at a unit. verdict, certificate: of the last judgement, None when an entry came after it. gap: what the
-    gap workflow said last, with the last entry of the responses it was said of; None before."""
+    """One go at a unit. verdict, judged, certificate: of the last judgement, None when an entry came after it; judged is
+    all that was found, and from what. gap: what the gap workflow said last, with the last entry of the responses it was
+    said of; None before."""
 
     number: int
     kind: str
@@ -101,6 +102,7 @@ class Attempt:
     steps: Mapping[str, StepState] = field(default_factory=dict)
     undoable: tuple[int, ...] = ()
     verdict: str | None = None
+    judged: Mapping[str, Any] | None = None
     certificate: str | None = None
     signatures: tuple[Signature, ...] = ()
     gap: tuple[int, Mapping[str, Any]] | None = None
@@ -204,7 +206,7 @@ def _changed(run: UnitRun, event: Event, step: str, change: Callable[[StepState]
 
 
 def _unjudged(attempt: Attempt) -> Attempt:
-    return replace(attempt, verdict=None, certificate=None, signatures=())
+    return replace(attempt, verdict=None, judged=None, certificate=None, signatures=())
 
 
 def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
@@ -222,12 +224,15 @@ def _explained(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
 
 
 def _judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    """Only of this attempt's own folder: a batch may have judged a folder of the same serial."""
+    """Only of this attempt's own folder: a batch may have judged a folder of the same serial. Where the same was found
+    once more, from the same inputs, spec and program, a certificate of it still holds."""
     attempt = run.attempt
     if attempt is None or Path(data["path"]).parts[-2:] != (run.serial, folder_name(attempt.number)):
         return run
     verdict = str(data["result"]["verdict"])
-    return _with(run, replace(attempt, verdict=verdict, certificate=None, signatures=()))
+    if data == attempt.judged:
+        return run
+    return _with(run, replace(attempt, verdict=verdict, judged=dict(data), certificate=None, signatures=()))
 
 
 def _undone(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:

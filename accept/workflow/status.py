@@ -5,7 +5,7 @@ from enum import Enum
 from typing import Any
 
 from accept.workflow.judgement import StepJudgement
-from accept.workflow.section import ready
+from accept.workflow.section import full, ready
 from accept.workflow.state import StepState
 from accept.workflow.steps import Step
 
@@ -65,11 +65,19 @@ def status_of(step: Step, state: StepState, spec: str, code: str) -> Status:
 
 
 def next_step(steps: Iterable[Step], states: Mapping[str, StepState], spec: str, code: str) -> Step | None:
-    """The first step that is not complete: where a restarted workflow stands. One without data of its own is complete
-    when it was judged."""
+    """The first step that is not complete: where a restarted workflow stands.
+
+    Complete is one that everything was given for, or that was judged without an input it can do without and still said
+    something of every quantity; one without data of its own when it was judged.
+    """
 
     def complete(step: Step) -> bool:
         state = states.get(step.name, StepState())
-        return ready(step, state) and (not step.derived or judgement_of(state, spec, code) is not None)
+        judgement = judgement_of(state, spec, code)
+        if step.derived:
+            return judgement is not None and ready(step, state)
+        if not ready(step, state) or full(step, state):
+            return ready(step, state)
+        return judgement is not None and of_findings(judgement.findings) is not Status.NO_RESULT
 
     return next((step for step in steps if not complete(step)), None)

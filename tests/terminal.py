@@ -1,0 +1,125 @@
+"""The real program in tmux, in a terminal of 80 x 24, driven by keys and seen as a person sees it."""
+
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+TIMEOUT_S = 120.0  # for one answer on a crowded machine: a certificate takes 3 s on a free one
+ACCEPT = [sys.executable, "-m", "accept"]
+FILES = {
+    "Stroke": ("stroke_one_stack.mat", "stroke_two_stacks.mat"),
+    "Axial stiffness": ("add_mass_closed_circuit.mat", "add_mass_open_circuit.mat"),
+    "Hysteresis": ("hysteresis.mat",),
+    "High-pass": ("sweep_lf_with_R.mat", "sweep_lf.mat"),
+    "Spurious modes": ("bending_X_top.mat", "bending_Y_top.mat", "torsion_left.mat", "torsion_top.mat"),
+}
+
+
+class Terminal:
+    """A program in tmux, seen as a person sees it."""
+
+    def __init__(self, socket: Path, command: list[str], home: Path) -> None:
+        self._tmux = ["tmux", "-S", str(socket), "-f", "/dev/null"]
+        set_home = ["-e", f"ACCEPT_HOME={home}", "-e", "LANG=C.UTF-8"]
+        shell = ["sh", "-c", '"$@"; echo exit code $?; read wait', "sh"]  # which stays to say how the program ended
+        self._run("new-session", "-d", "-x", "80", "-y", "24", *set_home, "-s", "t", *shell, *command)
+
+    def _run(self, *words: str) -> str:
+        return subprocess.run([*self._tmux, *words], check=True, capture_output=True, text=True).stdout
+
+    def screen(self) -> str:
+        return self._run("capture-pane", "-p", "-t", "t")
+
+    def wait_for(self, pattern: str) -> re.Match[str]:
+        """Until the screen shows this."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while not (found := re.search(pattern, self.screen())):
+            assert time.monotonic() < deadline, f"{pattern!r} did not appear on\n{self.screen()}"
+            time.sleep(0.05)  # tmux tells nobody when a screen has changed
+        return found
+
+    def ended(self) -> int:
+        """The exit code, when the program has ended."""
+        return int(self.wait_for(r"exit code (\d+)")[1])
+
+    def press(self, *keys: str) -> None:
+        self._run("send-keys", "-t", "t", *keys)
+
+    def type(self, text: str) -> None:
+        self._run("send-keys", "-t", "t", "-l", text)
+
+    def line(self, text: str) -> None:
+        self.type(text)
+        self.press("Enter")
+
+    def close(self) -> None:
+        subprocess.run([*self._tmux, "kill-server"], check=False, capture_output=True)
+
+
+class Technician:
+    """Works through the steps, and goes on only when the screen has acknowledged what was given."""
+
+    def __init__(self, terminal: Terminal) -> None:
+        self.at = terminal
+        self.events = 0
+
+    def step(self, title: str) -> None:
+        self.at.wait_for(r"Enter opens a step")
+        self.at.press("Enter")
+        self.at.wait_for(rf"\d/\d .*{title}")
+
+    def step_at(self, number: int, title: str) -> None:
+        """Open the step at which the list stands: it must be this one."""
+        self.at.press("Enter")
+        self.at.wait_for(rf"{number}/\d .*{re.escape(title[:8])}")
+
+    def stored(self) -> None:
+        """Until a higher event is acknowledged than any before."""
+        while (number := int(self.at.wait_for(r"stored as event (\d+)")[1])) <= self.events:
+            time.sleep(0.05)
+        self.events = number
+
+    def reads(self, count: int = 1) -> None:
+        for _ in range(count):
+            self.at.wait_for(r"live \w+")
+            self.at.press("F3")
+            self.stored()
+
+    def types(self, *lines: str) -> None:
+        for line in lines:
+            self.at.line(line)
+            self.stored()
+
+    def back(self) -> None:
+        self.at.press("Escape")
+
+    def signs(self) -> None:
+        self.at.wait_for("Enter opens a step")
+        self.at.press("F9")
+        self.at.wait_for("F2 signs this result")
+        self.at.press("F2")
+        self.at.wait_for("The same again")
+        for line in ("correct horse", "correct horse", "battery staple"):
+            self.at.line(line)
+
+
+@contextmanager
+def bench_for_seed(place: Path, seed: int) -> Iterator[tuple[Path, Path]]:
+    """A simulated APA without a fault, and instruments that measure it: folder of its records, bench file."""
+    unit, bench = place / "unit", place / "bench"
+    subprocess.run([*ACCEPT, "simulate", "unit", "--kind", "apa", "--seed", str(seed), "--out", unit], check=True)
+    server = subprocess.Popen([*ACCEPT, "simulate", "bench", "--unit", unit, "--out", bench], stdout=subprocess.PIPE)
+    deadline = time.monotonic() + TIMEOUT_S
+    while not (bench / "bench.toml").exists():
+        assert server.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    try:
+        yield unit, bench / "bench.toml"
+    finally:
+        server.terminate()
+        server.communicate()
