@@ -1,12 +1,11 @@
 """The demo's strut: simulated from the built-in model with an effect hidden in it, the same every time."""
 
 from accept.model_file import open_model
-from accept.simulate.order import Order
+from accept.simulate.order import SHORT_S, Order
 from accept.simulate.unit import SimulatedUnit, simulate
 
 SERIAL = "SIM-STRUT-01"
 MODEL = "strut"  # it is simulated from, and explained by: what is hidden is not in it
-RECORD_S = 10.5  # the spec asks for 10 s
 
 
 def demo_strut() -> SimulatedUnit:
@@ -20,7 +19,7 @@ def demo_strut() -> SimulatedUnit:
             seed=1,
             effects=(misaligned,),
             repeats=False,
-            low_s=RECORD_S,
-            high_s=RECORD_S,
+            low_s=SHORT_S,
+            high_s=SHORT_S,
         )
     )

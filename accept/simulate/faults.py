@@ -7,10 +7,9 @@ import numpy as np
 
 from accept.simulate.apa import Figures, dead_stack, heights
 from accept.simulate.records import Columns
+from accept.unit import KINDS
 from checks.model.converters import RANGE_V
 from checks.model.hammer_test import DoubleHits
-
-BOTH = ("apa", "strut")
 
 
 @dataclass(frozen=True)
@@ -96,14 +95,14 @@ FAULTS: Mapping[str, Fault] = {
     ),
     "wrong_payload": Fault(
         "8 kg on the bench",
-        BOTH,
+        KINDS,
         (("axial_resonance_Hz", "fail"),),
         model=lambda values: {"bench.payload_kg": 8.0},
     ),
-    "polarity": Fault("Vs is turned", BOTH, _NO_FRF, spoil=_of_responses(_turned)),
+    "polarity": Fault("Vs is turned", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
     "exchanged": Fault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
-    "offset": Fault("de is stored three samples late", BOTH, _NO_FRF, spoil=_of_responses(_late)),
-    "dead_encoder": Fault("de stands still but for its last digit", BOTH, _NO_FRF, spoil=_of_responses(_dead)),
-    "clipped": Fault("Vs leaves the converter's range", BOTH, _NO_FRF, spoil=_of_responses(_clipped)),
-    "truncated": Fault("the high record ends in the middle of the file", BOTH, _NO_FRF, cut=("frf_noise_hf",)),
+    "offset": Fault("de is stored three samples late", KINDS, _NO_FRF, spoil=_of_responses(_late)),
+    "dead_encoder": Fault("de stands still but for its last digit", KINDS, _NO_FRF, spoil=_of_responses(_dead)),
+    "clipped": Fault("Vs leaves the converter's range", KINDS, _NO_FRF, spoil=_of_responses(_clipped)),
+    "truncated": Fault("the high record ends in the middle of the file", KINDS, _NO_FRF, cut=("frf_noise_hf",)),
 }

@@ -13,11 +13,11 @@ from accept.simulate import apa
 from accept.simulate.faults import FAULTS, Fault
 from accept.simulate.order import Order, OrderError
 from accept.simulate.records import MERGE_HZ, Bench, Columns, noise_record, slow_record, sweep_record
-from accept.unit import UNIT_FILE
+from accept.unit import KINDS, UNIT_FILE
 from hw.records import csv_bytes, mat_bytes
 
 TRUTH_FILE = "truth.json"
-SOUND = Fault("nothing is wrong", ("apa", "strut"), ())
+SOUND = Fault("nothing is wrong", KINDS, ())
 PARTS = {"joint_bottom": "FJ-bottom", "joint_top": "FJ-top"}
 RESPONSES = {"low": "frf_noise", "high": "frf_noise_hf"}
 

@@ -6,10 +6,11 @@ from checks.gap.augmented import Augmented, Member
 from checks.gap.effects import EFFECTS
 from checks.gap.inputs import Inputs, Prepared
 from checks.gap.naming import is_bent
-from checks.gap.search import BEYOND_DOUBT, Candidate, Say, Search
+from checks.gap.search import Candidate, Say, Search
 from checks.gap.slow import Slow
 from checks.gap.thresholds import Thresholds
 from checks.gap.unnamed import levels, stand_ins
+from checks.model.fit import BEYOND_DOUBT
 from checks.model.model import Model
 from checks.model.superelement import ModelError
 

@@ -15,11 +15,11 @@ from checks.gap.refit import Refit, annealed, begin, go_on
 from checks.gap.screen import Score, screen
 from checks.gap.thresholds import Thresholds
 from checks.model.dataset import Dataset
+from checks.model.fit import BEYOND_DOUBT
 from checks.model.goodness import gaps
 from checks.model.model import Model
 from checks.model.superelement import ModelError
 
-BEYOND_DOUBT = 4.6  # of log-likelihood, a ratio of 100: before the other form of damping is taken
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 COARSE_BINS = 150  # of a first look from the priors

@@ -23,7 +23,6 @@ from checks.model.real_modes import real_modal
 from checks.model.seen import seen
 from checks.model.superelement import Array, ModelError
 
-CHANNELS = ("Vs", "de", "da")
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
 FORCE_SENSOR = "apa.ke_N_per_um"
 PRIOR_ONLY: Mapping[str, float] = {}

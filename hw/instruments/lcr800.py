@@ -20,8 +20,9 @@ from pydantic import Field
 from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
 from hw.instruments.lcr800_commands import QUESTIONS, ZEROINGS, setting
 from hw.instruments.reading import Identity, Reading
-from hw.instruments.serial_instrument import Positive, Seconds, SerialInstrument, SerialSettings, text_of
+from hw.instruments.serial_instrument import Seconds, SerialInstrument, SerialSettings, text_of
 from hw.link import Deadline, Link
+from specs.strict import Positive
 
 END = b"\n"
 FARADS = {"pF": 1e-12, "nF": 1e-9, "uF": 1e-6}

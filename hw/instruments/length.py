@@ -5,7 +5,8 @@ from typing import Annotated, TypeVar
 from pydantic import Field
 
 from hw.errors import Implausible
-from hw.instruments.serial_instrument import Positive, SerialInstrument, SerialSettings
+from hw.instruments.serial_instrument import SerialInstrument, SerialSettings
+from specs.strict import Positive
 
 METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
 

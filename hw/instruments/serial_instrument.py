@@ -14,7 +14,6 @@ from hw.link import Deadline, Link
 from specs.strict import Strict
 
 Seconds = Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class SerialSettings(Strict):
