@@ -89,7 +89,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
     quantities = [*_modal_quantities(found, spec)]
-    quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules)
+    quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules, spec)
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
     quantities += gains.gain_quantities(curves.whole, spec)
     quantities.append(gains.stiffness(quantities[0], mass, u_mass, words))

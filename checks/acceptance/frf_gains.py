@@ -15,6 +15,7 @@ from checks.model.model import Model
 from checks.model.superelement import ModelError
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from checks.signals.frf import Frf
+from checks.verdict import bounds
 from specs.model import load_model
 from specs.spec import CheckSpec
 from specs.strict import SpecError
@@ -70,13 +71,24 @@ def payload(given: Measured | None, rules: Rules, spec: CheckSpec) -> tuple[floa
     return mass, stated(spec, mass, "payload_kg"), words
 
 
-def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rules) -> Quantity:
+def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rules, spec: CheckSpec) -> Quantity:
     """The limits of the resonance are those of the spec's payload: with another one a resonance inside them shows
-    another stiffness. Its uncertainty is then unknown, so that it cannot pass; one outside them fails as before."""
-    if given is None or abs(given.value / rules.payload_kg - 1) <= rules.payload_within:
+    another stiffness. Where the payload is far from that of the limits, or the resonance would leave them with it, the
+    uncertainty is unknown, so that it cannot pass; one outside them fails as before."""
+    if given is None or resonance.reason is not None:
         return resonance
-    words = f"the limits are for a payload of {rules.payload_kg:g} kg, {given.value:g} kg are stated"
-    return replace(resonance, U=None, note=words)
+    ratio = given.value / rules.payload_kg
+    if abs(ratio - 1) > rules.payload_within:
+        words = f"the limits are for a payload of {rules.payload_kg:g} kg, {given.value:g} kg are stated"
+        return replace(resonance, U=None, note=words)
+    limit = spec.limits.get(resonance.name)
+    there_Hz = resonance.value * math.sqrt(ratio)
+    if limit is None or bounds(limit)[0] <= there_Hz <= bounds(limit)[1]:
+        return resonance
+    words = (
+        f"with the {rules.payload_kg:g} kg of the limits instead of {given.value:g} kg it would be {there_Hz:.4g} Hz"
+    )
+    return replace(resonance, U=None, note=f"{words}, outside them")
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
