@@ -9,15 +9,14 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Spacer, Table, TableStyle
 
 from accept.certificate import look
-from accept.certificate.assemble import Placed, assemble
+from accept.certificate.assemble import assemble
 from accept.certificate.fonts import BOLD, REGULAR, fitted, register
+from accept.certificate.room import Room
 from accept.certificate.story import words
 from accept.gap_words import HEADLINE, chance, gap_number, named_line, number, plain
-from accept.pictures.draw import picture
 from accept.pictures.reduce import reduced
 from checks.gap.panels import errors, panels
 from checks.gap.result import EXPLAINED, NO_MISSING, UNEXPLAINED, Result
-from checks.picture import Panel
 
 HEAD = 20 * mm
 FILLS = {
@@ -32,36 +31,15 @@ BEFORE = (
 )
 
 
-class _Row(Flowable):
-    """Room for a row of panels; remembers where it came to stand."""
-
-    def __init__(self, shown: Sequence[Panel], height: float) -> None:
-        super().__init__()
-        self.shown, self.height_mm = shown, height
-        self.place: tuple[int, float, float] = (0, 0.0, 0.0)
-
-    def wrap(self, available_width: float, available_height: float) -> tuple[float, float]:
-        return look.INNER, self.height_mm * mm
-
-    def draw(self) -> None:
-        x, y = self.canv.absolutePosition(0, 0)
-        self.place = (self.canv.getPageNumber() - 1, x, y)
-
-    def placed(self) -> Placed:
-        size = (look.INNER / mm, self.height_mm)
-        page, x, y = self.place
-        return Placed(page, x, y, picture([reduced(p) for p in self.shown], "pdf", size, len(self.shown)))
-
-
 def render(serial: str, result: Result) -> bytes:
     """The report as a PDF."""
     register()
     drawn = panels(result)
     channels = result.before.data.channels
     rows = [
-        _Row([drawn["map"]], 36.0),
-        _Row([drawn[f"{c} residual"] for c in channels], 54.0),
-        _Row([drawn[f"{c} magnitude"] for c in channels], 54.0),
+        Room([reduced(drawn["map"])], 36.0),
+        Room([reduced(drawn[f"{c} residual"]) for c in channels], 54.0),
+        Room([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
     ]
     story: list[Flowable] = [
         *_found(result),

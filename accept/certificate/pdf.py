@@ -9,40 +9,14 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from accept.certificate import look, page, story
-from accept.certificate.assemble import Placed, assemble
+from accept.certificate.assemble import assemble
 from accept.certificate.dossier import Dossier
 from accept.certificate.fonts import register
-from accept.pictures.draw import picture
+from accept.certificate.room import Room
 from accept.pictures.reduce import reduced
-from checks.picture import Panel
 
 _ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
 _SPACE_ABOVE = 5.0  # pt
-
-
-class _Gap(Flowable):
-    """Room for a row of panels; remembers where it came to stand."""
-
-    def __init__(self, panels: Sequence[Panel], columns: int, row_height: float) -> None:
-        super().__init__()
-        self.panels = panels
-        self.columns = columns
-        self.row_height = row_height
-        self.place: tuple[int, float, float] | None = None
-
-    def getSpaceBefore(self) -> float:
-        return _SPACE_ABOVE
-
-    @property
-    def size(self) -> tuple[float, float]:
-        return look.INNER, self.row_height * mm
-
-    def wrap(self, available_width: float, available_height: float) -> tuple[float, float]:
-        return self.size
-
-    def draw(self) -> None:
-        x, y = self.canv.absolutePosition(0, 0)
-        self.place = (self.canv.getPageNumber() - 1, x, y)
 
 
 class _Canvas(Canvas):
@@ -76,10 +50,11 @@ def render(dossier: Dossier) -> bytes:
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
     height = _row_height(_height(above), _height(below), len(rows))
-    gaps = [_Gap(row, columns, height) for row in rows]
-    text = _build(dossier, [*above, *gaps, *below])
-    figures = [_placed(gap) for gap in gaps]
-    return assemble(text, figures, dossier.attachments(), page.field_rectangles(), _title(dossier))
+    rooms = [Room(row, height, columns, _SPACE_ABOVE) for row in rows]
+    text = _build(dossier, [*above, *rooms, *below])
+    return assemble(
+        text, [room.placed() for room in rooms], dossier.attachments(), page.field_rectangles(), _title(dossier)
+    )
 
 
 def _build(dossier: Dossier, flowables: list[Flowable]) -> bytes:
@@ -123,14 +98,6 @@ def _row_height(above: float, below: float, rows: int) -> float:
 def _height(flowables: Sequence[Flowable]) -> float:
     """Height [pt] of text, at most: neighbours share some of the space between them."""
     return sum(f.wrap(look.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
-
-
-def _placed(gap: _Gap) -> Placed:
-    if gap.place is None:
-        raise RuntimeError("a figure of the certificate found no place on any page")
-    number, x, y = gap.place
-    size = (gap.size[0] / mm, gap.size[1] / mm)
-    return Placed(number, x, y, picture(gap.panels, "pdf", size, gap.columns))
 
 
 def _title(dossier: Dossier) -> str:
