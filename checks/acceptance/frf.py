@@ -12,7 +12,7 @@ import numpy as np
 from checks.acceptance import frf_gains as gains
 from checks.acceptance import frf_panels as draw
 from checks.acceptance.clock import remarks, vet_rates
-from checks.acceptance.frf_agree import vet_bands, vet_copies, vet_gain, vet_pole, vet_repeat
+from checks.acceptance.frf_agree import held_against_gain, vet_bands, vet_copies, vet_pole, vet_repeat
 from checks.acceptance.frf_modes import (
     SPURIOUS,
     Axial,
@@ -89,6 +89,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
     quantities = [*_modal_quantities(found, spec)]
+    quantities[0] = held_against_gain(quantities[0], curves.low, rules)
     quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules, spec)
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
     quantities += gains.gain_quantities(curves.whole, spec)
@@ -141,7 +142,6 @@ def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
     vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
     vet_signs(below, rules)
     vet_scales(below, rules)
-    vet_gain(below, rules)
     vet_bands(below, above, merge_Hz, rules)
     delays = vet_delays(above, high.fs, rules)
     return Curves(below, above, whole, merge_Hz, tuple(delays))

@@ -1,17 +1,19 @@
-"""What the records of frequency responses must agree on: each gate ends in no result, in words.
+"""What the records of frequency responses must agree on, or there is no result, in words.
 
 One structure, measured twice and by three instruments: its bands meet, its pole is in every channel, no two channels
 hold the same samples, and a volt moves it as far as two sound stacks do.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from checks.acceptance.frf_rules import OUTPUTS, STATIC_HZ, Rules
-from checks.quantity import NoResult
+from checks.acceptance.gain import wrong_gain
+from checks.quantity import NoResult, Quantity
 from checks.record import Record
 from checks.signals.frf import Frf
 
@@ -50,19 +52,18 @@ def _proportional(x: Array, y: Array) -> bool:
     return float(left @ left) <= ALIKE**2 * size_y
 
 
-def vet_gain(frf: Frf, rules: Rules) -> None:
-    """Raises NoResult where de or da moves by another amount per volt than two stacks behind the amplifier make it
-    move. Resonances do not show a stack that is dead or not connected, nor an amplifier of another gain."""
+def held_against_gain(resonance: Quantity, frf: Frf, rules: Rules) -> Quantity:
+    """The resonance, of unknown uncertainty where de or da moves by another amount per volt than two stacks behind the
+    amplifier make it move: a stack that is dead or not connected, or an amplifier of another gain, does not show in a
+    frequency, so that one inside its limits cannot pass. One outside them fails as before: a soft shell moves more."""
     low = frf.band(*STATIC_HZ)
     lo, hi = rules.gain_um_per_V
     for c in ("de", "da"):
         known = low.usable
         gain = float(np.median(np.abs(low.H[known, low.index(c)]))) / UM if known.any() else np.nan
         if not lo <= gain <= hi:
-            raise NoResult(
-                f"{c} moves {gain:.3g} um per volt of Va below the resonance, expected {lo:g} to {hi:g}: a stack does "
-                "not work, or the gain of the amplifier or the scale of the channels is wrong"
-            )
+            return replace(resonance, U=None, note=wrong_gain(c, gain, lo, hi))
+    return resonance
 
 
 def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: Rules) -> None:
