@@ -34,6 +34,17 @@ TRUTH_NAMES = {
     "ga_N_per_V": ("constants.ga_N_per_V",),
     "gs_V_per_m": ("constants.gs_V_per_m",),
 }
+MISALIGNED = ("misalignment", {"dx_um": 15.0, "dy_um": -40.0})
+EVERYTHING: list[tuple[str, dict[str, float]]] = [
+    MISALIGNED,
+    ("sensor_highpass", {"f_Hz": 3.0}),
+    ("crosstalk", {"V_per_V": 0.01}),
+    ("amplifier_bandwidth", {"f_Hz": 3000.0}),
+    ("bench_mode", {"f_Hz": 110.0, "ratio": 0.03, "damping_ratio": 0.01}),
+    ("encoder_bracket_mode", {"f_Hz": 800.0, "damping_ratio": 0.01}),
+    ("encoder_scale", {"relative": 0.03}),
+    ("loop_delay", {"tau_us": 130.0}),
+]
 
 
 def truth(serial: str) -> dict[str, Any]:
