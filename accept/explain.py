@@ -12,14 +12,14 @@ from accept.model_file import open_model
 from accept.result import UnitResult
 from accept.unit import UnitError, UnitFolder
 from checks.gap.panels import panels
-from checks.gap.result import NO_MISSING, Result
+from checks.gap.result import NO_MISSING
 from checks.gap.workflow import GapRefused
 from checks.model.superelement import ModelError
-from checks.picture import Panel
 from checks.record import RecordError
 from specs import Spec, SpecError
 
 Say = Callable[[str], None]
+PREFIX = "gap/"  # of the names of its pictures among those of a unit
 MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
@@ -35,7 +35,23 @@ class Start:
     def of(cls, spec: Spec, model: str | None = None) -> "Start | None":
         """The one named, else the spec's; None where neither names one: then no workflow is run."""
         name = model or (spec.gap.model if spec.gap else None)
-        return None if name is None else cls(name, _sha256(name))
+        return None if name is None else cls.at(name)
+
+    @classmethod
+    def at(cls, name: str) -> "Start":
+        return cls(name, _sha256(name))
+
+    def answer(self, found: Mapping[str, Any]) -> dict[str, Any]:
+        """The key `gap` of a result: gap.json without the serial, and the model it began from."""
+        return {key: value for key, value in found.items() if key != "serial"} | self._about | {"reason": None}
+
+    def refused(self, reason: str) -> dict[str, Any]:
+        """The same where the workflow gave no answer."""
+        return self._about | {"verdict": REFUSED, "reason": reason}
+
+    @property
+    def _about(self) -> dict[str, Any]:
+        return {"start": self.model, "model_sha256": self.sha256}
 
 
 def same_start(known: Mapping[str, Any] | None, start: Start | None) -> bool:
@@ -66,11 +82,22 @@ def explained(
         done = _analysed(folder, start, say)
         improved = _improved(done, out)
     except NO_ANSWER as e:
-        return replace(result, gap=_document(start) | {"verdict": REFUSED, "reason": str(e)})
-    document = {k: v for k, v in done.document.items() if k != "serial"}
-    document |= _document(start) | {"reason": None, "improved": improved}
-    drawn = {f"gap/{key}": panel for key, panel in _worst(done.result).items()}
-    return replace(result, gap=document, panels={**dict(result.panels), **drawn})
+        return replace(result, gap=start.refused(str(e)))
+    document = start.answer(done.document) | {"improved": improved}
+    names = on_certificate(document)
+    drawn = panels(done.result) if names else {}
+    shown = {f"{PREFIX}{name}": drawn[name] for name in names}
+    return replace(result, gap=document, panels={**dict(result.panels), **shown})
+
+
+def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the pictures that have a place on a certificate: magnitude and residual, before and after, of the
+    channel that fitted worst; none where nothing is missing or nothing was found."""
+    channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
+    if not channels or document["verdict"] == NO_MISSING:
+        return ()
+    worst = max(channels, key=lambda name: channels[name])
+    return f"{worst} magnitude", f"{worst} residual"
 
 
 def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
@@ -98,19 +125,6 @@ def _analysed(folder: UnitFolder, start: Start, say: Say) -> gap.Done:
         raise GapRefused(
             f"the workflow stopped on an internal error ({type(e).__name__}: {e}); please report it"
         ) from e
-
-
-def _document(start: Start) -> dict[str, Any]:
-    return {"start": start.model, "model_sha256": start.sha256}
-
-
-def _worst(found: Result) -> dict[str, Panel]:
-    """Before and after, of the channel that fitted worst: what has a place on a certificate."""
-    if found.verdict == NO_MISSING:
-        return {}
-    worst = max(found.gap_before.channels, key=lambda c: found.gap_before.channels[c].G)
-    drawn = panels(found)
-    return {key: drawn[key] for key in (f"{worst} magnitude", f"{worst} residual")}
 
 
 def _sha256(model: str) -> str | None:

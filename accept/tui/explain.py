@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Label, Static
 
-from accept.gap_words import HEADLINE, REFUSED, number
+from accept.gap_words import HEADLINE, REFUSED, number, parameters, values_of
 from accept.store import Event
 from accept.tui.apart import send_apart
 from accept.tui.page import Page
@@ -105,7 +105,7 @@ def answer(found: Mapping[str, Any]) -> Text:
         return text
     for effect in found["named"]:
         text.append(f"  {effect['sentence']}\n", "bold")
-        text.append(f"    {effect['effect']}: {_parameters(effect['parameters'])}\n", "dim")
+        text.append(f"    {effect['effect']}: {parameters(values_of(effect))}\n", "dim")
     for rivals in found["ambiguous"]:
         text.append(f"  not told apart: {', '.join(rivals['effects'])}. To tell: {rivals['experiment']}\n", "yellow")
     for nameless in found["unnamed"]:
@@ -115,9 +115,3 @@ def answer(found: Mapping[str, Any]) -> Text:
     shrunk = "   ".join(f"{c} {number(G)} → {number(after[c])}" for c, G in before.items())
     text.append(f"  gap on unseen records, before → after:  {shrunk}", "bold")
     return text
-
-
-def _parameters(values: Mapping[str, Any]) -> str:
-    return ", ".join(
-        f"{name} = {number(v['value'])} [{number(v['ci95'][0])}, {number(v['ci95'][1])}]" for name, v in values.items()
-    )

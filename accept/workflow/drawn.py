@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from accept.files import write_atomic
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -23,15 +22,6 @@ def load(folder: Path, name: str, upto: int) -> dict[str, Panel]:
         return panels_from_json(json.loads(_file(folder, name, upto).read_bytes()))
     except (OSError, ValueError, KeyError, TypeError):
         return {}
-
-
-def worst(gap: Mapping[str, Any], panels: Mapping[str, Panel]) -> dict[str, Panel]:
-    """Before and after, of the channel that fitted worst: what has a place on a certificate."""
-    channels = gap.get("gap_before", {}).get("channels", {})
-    if not channels or gap["verdict"] == "no_missing_effect":
-        return {}
-    name = max(channels, key=lambda channel: channels[channel])
-    return {key: panels[key] for key in (f"{name} magnitude", f"{name} residual") if key in panels}
 
 
 def _file(folder: Path, name: str, upto: int) -> Path:

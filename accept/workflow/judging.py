@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 from accept import campaign, gap, unit
 from accept.calibration import Statement
 from accept.explain import NO_ANSWER, Start
-from accept.gap_words import REFUSED
 from accept.model_file import DEFAULT_MODEL
 from accept.result import UnitResult, finding_json, information_json
 from accept.unit import UnitError
@@ -73,16 +72,14 @@ def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> Unit
 def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
     """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
     name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
-    start = Start.of(spec, name)
-    about = {"start": name, "model_sha256": start.sha256 if start else None}
+    start = Start.at(name)
     try:
         done = gap.analyse(folder, name, say=say)
     except NO_ANSWER as e:
-        return Explained(about | {"verdict": REFUSED, "reason": str(e)}, {})
+        return Explained(start.refused(str(e)), {})
     say("writing")
     gap.write(done, folder / "gap")
-    document = {key: value for key, value in done.document.items() if key != "serial"}
-    return Explained(document | about | {"reason": None}, panels(done.result))
+    return Explained(start.answer(done.document), panels(done.result))
 
 
 def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:

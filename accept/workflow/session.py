@@ -12,6 +12,7 @@ from typing import Any
 
 from accept import ledger
 from accept.calibration import Statement, statement
+from accept.explain import PREFIX, on_certificate
 from accept.result import UnitResult
 from accept.store import Entry, Event, Store
 from accept.version import code_sha256
@@ -238,7 +239,8 @@ class Session:
         given = self._written().given
         result = judge(self.folder, self.spec, self._statement(self.spec))
         if self.gap is not None:
-            shown = {f"gap/{key}": panel for key, panel in drawn.worst(self.gap, self.gap_panels).items()}
+            kept = self.gap_panels
+            shown = {f"{PREFIX}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
             result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
             ledger.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)

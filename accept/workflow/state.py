@@ -90,9 +90,9 @@ Given = tuple[tuple[int, ...], int | None]
 
 @dataclass(frozen=True)
 class Attempt:
-    """One go at a unit. verdict, judged, certificate: of the last judgement, None when an entry came after it; judged is
-    all that was found, and from what. gap: what the gap workflow said last, with the last entry of the responses it was
-    said of; None before."""
+    """One go at a unit. verdict, judged, certificate: of the last judgement, None when an entry came after it; judged
+    is all that was found, and from what. gap: what the gap workflow said last, with the last entry of the responses it
+    was said of; None before."""
 
     number: int
     kind: str
