@@ -1,14 +1,29 @@
 """Files that are either whole or not there."""
 
+import errno
 import os
 import tempfile
 from pathlib import Path
 
 
+def check_place(path: Path) -> None:
+    """Raises, before long work, the OSError that would keep `path` from being written after it."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    there = next(folder for folder in path.absolute().parents if folder.exists())
+    if not there.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(there))
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
+
+
 def write_atomic(path: Path, content: bytes) -> None:
     """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    except OSError as e:
+        raise OSError(e.errno, e.strerror, str(path)) from e  # nobody asked for a file of that name
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)

@@ -15,8 +15,10 @@ from accept.model_file import Opened, as_weighed, opened
 from checks.gap.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
+from checks.model.fit import CONTRADICTION
 from checks.model.misalign import F_HI_ROUGH
 from checks.model.softened import is_rough, softened
+from checks.model.superelement import NotHeld
 from checks.record import Record, RecordError
 
 F_LO = 5.0  # [Hz] below the seed's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
@@ -70,7 +72,11 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
         without=frozenset(without),
         notes=(*notes, *more, *rough, *_quality(A)),
     )
-    return Done(run(inputs, say), measured, given)
+    try:
+        return Done(run(inputs, say), measured, given)
+    except NotHeld as e:
+        given.model.modal()  # raises where the model itself falls over, and nothing was searched yet
+        raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 
 def write(done: Done, out: Path) -> None:

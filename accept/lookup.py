@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from accept.files import write_atomic
 from accept.home import home
-from checks.model.lookup import Table, grid, ratios, table_frequencies
+from checks.model.lookup import Table, check_tabulated, grid, ratios, table_frequencies
 from checks.model.model import Model
-from checks.model.superelement import Array, ModelError
+from checks.model.superelement import Array
 
 Row = NDArray[np.complex64]
 Talk = Callable[[str], None]
@@ -52,9 +52,8 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Raises ModelError for a grid that is too small or a model without encoder."""
-        if "de" not in model.channels:
-            raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to tabulate")
+        """Raises ModelError for a grid that is too small or a model without encoder or joints."""
+        check_tabulated(model)
         return cls(model, *grid(nx, ny), table_frequencies())
 
     @property

@@ -97,6 +97,8 @@ def find(path: Path) -> list[Path]:
 def read(folder: Path) -> UnitFolder:
     """Unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
+    if not folder.is_dir():
+        raise UnitError(folder, [f"{'is a file' if folder.exists() else 'there is nothing'}; expected a unit folder"])
     text = _read_text(path)
     try:
         data = tomllib.loads(text.decode("utf-8-sig"))  # editors on Windows put a mark in front

@@ -14,7 +14,7 @@ from checks.model.effects import with_effects
 from checks.model.fit import Fit, calibrate, fit, free_of
 from checks.model.goodness import gaps
 from checks.model.response import Function, Response
-from checks.model.superelement import ModelError
+from checks.model.superelement import ModelError, NotHeld
 from hw.model import open_model
 from hw.records import read
 from tests import units_model
@@ -251,3 +251,19 @@ def test_the_wrong_model_file_shows() -> None:
     model = open_model("strut-2dof")
     found = fit(model, recorded("S-02", model.tolerance).thinned(400), free_of(model))
     assert found.gaps["de"].G > 3
+
+
+class Falls(Function):
+    """Stands at the priors; every derivative is taken where nothing does."""
+
+    def jacobian(self, *args: object, **more: object) -> np.ndarray:
+        raise NotHeld(-3.0)
+
+
+def test_a_search_led_to_what_cannot_stand_says_what_to_look_for_in_the_records() -> None:
+    """As a record whose samples were halved but not its times: a bare eigenvalue tells nobody."""
+    free = [Free("k", 1.0, 0.1, 0.0, 10.0)]
+    H = np.ones((5, 1), dtype=complex)
+    data = Dataset(F[:5], 2.0 * H, ("de",), np.full((5, 1, 1), 1e-4 + 0j), np.full(5, 30.0), name="S-9 low")
+    with pytest.raises(ModelError, match=r"S-9 low: no values of the model come near .* time base .* same unit"):
+        fit(Falls(lambda v, f, channels: v["k"] * H[: f.size], {"k": 1e-3}), data, free)

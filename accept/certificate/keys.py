@@ -117,7 +117,7 @@ def certificate_of(path: Path) -> x509.Certificate:
             return x509.load_pem_x509_certificate(content)
         return x509.load_der_x509_certificate(content)
     except ValueError as e:
-        raise KeysError(f"{path}: is no certificate ({e})") from e
+        raise KeysError(f"{path}: is no certificate, neither PEM nor DER") from e
 
 
 def listing(home: Path) -> list[KeyInfo]:

@@ -8,6 +8,7 @@ from accept.commands.signing import bench_credential
 from accept.commands.talk import clear_errors, operator_name, say, stdout
 from accept.exit import Exit
 from accept.home import home
+from accept.model_file import open_model
 from accept.store import open_store
 from accept.table import explanations, reasons, units_table
 from specs import Spec
@@ -27,6 +28,8 @@ def run(
 ) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
     who = operator_name(operator)
+    if model is not None:
+        open_model(model)  # the one that is named, unlike a spec's, must be there
     credential = bench_credential(home(), who) if certificates else None
     order = batch.Order(
         paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model

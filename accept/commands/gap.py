@@ -58,7 +58,8 @@ def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str
         start = model or DEFAULT_MODEL[unit.kind]
         done = gap.analyse(unit.path, start, without, lambda words: say(f"{unit.serial}: {words}"))
     except (GapRefused, ModelError, RecordError, UnitError) as e:
-        say(f"accept: {unit.serial}: {e}")
+        words = str(e)
+        say(f"accept: {words if words.startswith(f'{unit.serial}:') else f'{unit.serial}: {words}'}")
         return None
     gap.write(done, place)
     print("\n".join(summary(unit.serial, done.result)))

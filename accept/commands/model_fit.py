@@ -11,7 +11,7 @@ from rich.table import Table
 from accept.commands.model import draw_to, grid, model_for, whole
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
-from accept.files import write_atomic
+from accept.files import check_place, write_atomic
 from accept.measured import Responses, responses
 from accept.model_file import Opened, write_model
 from accept.pictures.formats import format_of
@@ -66,8 +66,10 @@ class Fitted:
 def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: Ask) -> Exit:
     """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
     write, plot, as_json = ask.places()
+    for place in filter(None, (write, plot, as_json)):
+        check_place(place)  # said before the search, not after
     if plot is not None:
-        format_of(plot)  # a name that no picture can have is said before the search, not after
+        format_of(plot)
     fitted = fit_unit(folder, name, f_lo, f_hi, starts)
     _print(fitted)
     if write is not None:
@@ -199,7 +201,7 @@ def _print(fitted: Fitted) -> None:
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")
     if not fit.converged:
-        say(f"accept: the search did not settle: {fit.message}")
+        say(f"accept: the search did not settle, so the values above are none to use: {fit.message}")
     worst = max((g.G for g in (fitted.held_out or fit.gaps).values()), default=0.0)
     if worst > 1.1:
         say(f"G is {worst:.3g}: this model does not explain the unit; `accept gap` looks for what is missing")

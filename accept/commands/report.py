@@ -12,8 +12,9 @@ from accept.commands.signing import bench_credential
 from accept.commands.talk import clear_errors, operator_name, say
 from accept.exit import Exit, of_verdicts
 from accept.explain import Start, explained
-from accept.files import write_atomic
+from accept.files import check_place, write_atomic
 from accept.home import home
+from accept.model_file import open_model
 from accept.store import open_store
 from accept.table import reasons
 from specs.bench import load_bench
@@ -30,7 +31,10 @@ def run(
 ) -> Exit:
     """Judge one unit, write its certificate to `out`, and store both events."""
     who = operator_name(operator)
+    check_place(out)
     one = unit.read(folder)
+    if model is not None:
+        open_model(model)  # the one that is named, unlike a spec's, must be there
     chosen = batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None

@@ -26,8 +26,10 @@ def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE
     if file is not None:
         try:
             return file.read_text(encoding="utf-8").rstrip("\r\n")
-        except (OSError, UnicodeDecodeError) as e:
-            raise KeysError(f"{file}: no passphrase can be read from it ({e})") from e
+        except OSError as e:
+            raise KeysError(f"{file}: no passphrase can be read from it ({e.strerror})") from e
+        except UnicodeDecodeError as e:
+            raise KeysError(f"{file}: no passphrase can be read from it (it is not UTF-8)") from e
     given = os.environ.get(variable)
     return keys.passphrase(given, prompt=(lambda: terminal_prompt(words) or "") if sys.stdin.isatty() else None)
 

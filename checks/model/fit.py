@@ -13,7 +13,7 @@ from checks.model.goodness import Gap, gaps
 from checks.model.model import Model
 from checks.model.parameters import rule
 from checks.model.response import Response
-from checks.model.superelement import ModelError
+from checks.model.superelement import ModelError, NotHeld
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -25,6 +25,10 @@ STEPS, FEW_STEPS = 60, 25  # of the last search and of those that only lead to i
 SPREAD = 1.0  # of further starts, in prior standard deviations
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 AT_BOUND = 1e-3  # of the standard deviation
+CONTRADICTION = (
+    "no values of the model come near these responses; check that the time base of every record is right (was one "
+    "resampled?), that low and high were taken from the same unit, and that no channels are exchanged"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +97,24 @@ def fit(
 ) -> Fit:
     """Maximum a posteriori by a trust-region Gauss-Newton on whitened complex residuals and priors.
 
+    Where the search is led to values with which nothing stands, the ModelError says what to look for in the records.
+
     starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
     best goes on with all. Raises ModelError when nothing is free or no start can be evaluated."""
     sets = (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
     free = tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
+    try:
+        return _fit(response, sets, free, starts, seed, coarse_bins)
+    except NotHeld as e:
+        response.frf(sets[0].f, {p.name: p.prior for p in free}, sets[0].channels)  # raises where the start falls over
+        raise ModelError(f"{', '.join(s.name for s in sets)}: {CONTRADICTION}; {e}") from e
+
+
+def _fit(
+    response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...], starts: int, seed: int, coarse_bins: int
+) -> Fit:
     few = tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets)
     rough, coarse = _Rough(response, few, free), _Problem(response, few, free)
     tried = [coarse.solve(rough.solve(x, FEW_STEPS).x, FEW_STEPS) for x in _starts(free, starts, seed)]

@@ -39,10 +39,17 @@ def grid(nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
     return np.linspace(-DX_MAX_UM, DX_MAX_UM, nx), np.linspace(-DY_MAX_UM, DY_MAX_UM, ny)
 
 
-def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
-    """(Y, F) de / da of a row of the table. Raises ModelError for a model without an encoder."""
+def check_tabulated(model: Model) -> None:
+    """Raises ModelError for a model whose de / da does not depend on a misalignment: no encoder, no joints."""
     if "de" not in model.channels:
-        raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to look up")
+        raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to tabulate")
+    if not any(name.startswith("joint") for name in model.values):
+        raise ModelError(f"model {model.name} has no joints, so there is no axis to lie beside; name a strut's model")
+
+
+def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
+    """(Y, F) de / da of a row of the table. Raises ModelError for a model that has none."""
+    check_tabulated(model)
     out = np.empty((len(dy_um), f.size), dtype=np.complex64)
     for i, dy in enumerate(dy_um):
         H = model.frf(f, {"misalignment.dx_um": float(dx_um), "misalignment.dy_um": float(dy)}, ("de", "da"))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from checks.model.builder import System
-from checks.model.superelement import Array, ModelError
+from checks.model.superelement import Array, ModelError, NotHeld
 
 Complex = NDArray[np.complex128]
 
@@ -151,7 +151,7 @@ def energy_form(system: System) -> tuple[Array, Array]:
         L = linalg.cholesky(system.K, lower=True, check_finite=False)
     except linalg.LinAlgError as e:
         lowest = float(np.linalg.eigvalsh(system.K)[0])
-        raise ModelError(f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}") from e
+        raise NotHeld(lowest) from e
     inverse = linalg.solve_triangular(L, np.eye(len(L)), lower=True, check_finite=False)
     m, U = np.linalg.eigh(inverse @ system.M @ inverse.T)
     if m[0] < -NO_MASS * m[-1]:

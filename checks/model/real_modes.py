@@ -8,7 +8,7 @@ from scipy import linalg
 from checks.model.builder import System
 from checks.model.modal import Modal, modal
 from checks.model.modal_damping import modally_damped
-from checks.model.superelement import Array, ModelError
+from checks.model.superelement import Array, ModelError, NotHeld
 
 MASSLESS = 1e-12  # of the largest 1 / w^2: round-off of a coordinate without mass
 
@@ -23,7 +23,7 @@ def real_modes(system: System) -> tuple[Array, Array]:
         inverse, shapes = linalg.eigh(system.M, system.K, check_finite=False)
     except linalg.LinAlgError as e:
         lowest = float(np.linalg.eigvalsh(system.K)[0])
-        raise ModelError(f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}") from e
+        raise NotHeld(lowest) from e
     if inverse[0] <= MASSLESS * inverse[-1]:
         raise ModelError("damping 'modal' needs a mass on every coordinate, which a 2-DoF APA has not")
     return 1.0 / inverse[::-1], (shapes / np.sqrt(inverse))[:, ::-1]

@@ -14,6 +14,15 @@ class ModelError(ValueError):
     """A model that cannot be built or evaluated; the text names the value and what was expected."""
 
 
+class NotHeld(ModelError):
+    """Values with which the assembly falls over: wrong in a file, or where a search went after records that no strut
+    can have given."""
+
+    def __init__(self, lowest: float) -> None:
+        held = f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}"
+        super().__init__(f"with such values nothing stands ({held})")
+
+
 @dataclass(frozen=True)
 class Nodes:
     """Which interface nodes mean what, counted from 0. A stack lies between its two nodes, first to second."""

@@ -1,0 +1,66 @@
+"""Orders that cannot be carried out: refused before the work, in one line that names what is wrong, exit 6."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from accept.cli import app
+from accept.files import check_place, write_atomic
+from tests.units import make_unit
+
+
+def refused(*words: object) -> str:
+    """What is said on stderr, a single line."""
+    done = CliRunner().invoke(app, [str(w) for w in words])
+    assert done.exit_code == 6, done.output + str(done.exception)
+    assert done.stderr.count("\n") == 1
+    return done.stderr
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    return make_unit(tmp_path / "unit", "T-01")
+
+
+def test_a_model_that_is_named_must_be_there(unit: Path, tmp_path: Path) -> None:
+    """A spec's own model that is missing leaves the unit judged; one that was asked for does not pass in silence."""
+    for command in (("batch", unit, "--out", tmp_path / "out"), ("report", unit, "--out", tmp_path / "x.pdf")):
+        assert "nope: no such model" in refused(*command, "--model", "nope")
+    assert not (tmp_path / "out").exists()
+    assert not (tmp_path / "x.pdf").exists()
+
+
+def test_a_place_that_cannot_be_written_is_said_first(unit: Path, tmp_path: Path) -> None:
+    assert "is a folder, expected a file" in refused("report", unit, "--out", tmp_path)
+    (tmp_path / "file").write_text("")
+    assert "is a file, expected a folder" in refused("report", unit, "--out", tmp_path / "file" / "x.pdf")
+    assert "is a file, expected a folder" in refused("model", "fit", unit, "--out", tmp_path / "file")
+    check_place(tmp_path / "new" / "deep" / "x.pdf")  # folders that are missing are made
+
+
+def test_a_unit_is_a_folder(unit: Path, tmp_path: Path) -> None:
+    assert "is a file; expected a unit folder" in refused("misalign", unit / "unit.toml")
+    assert "there is nothing; expected a unit folder" in refused("report", tmp_path / "no", "--out", tmp_path / "x.pdf")
+
+
+def test_a_failed_write_names_the_file_that_was_asked_for(tmp_path: Path) -> None:
+    """Not the temporary one beside it, which nobody knows."""
+    too_long = tmp_path / ("x" * 250)
+    with pytest.raises(OSError, match="x" * 250) as caught:
+        write_atomic(too_long, b"")
+    assert caught.value.filename == str(too_long)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("model", ["apa-frame", "apa-2dof"])
+def test_no_table_of_a_model_without_joints(model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "home"))
+    assert "has no joints" in refused("lookup", "build", "--model", model)
+
+
+def test_an_empty_store_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "home"))
+    done = CliRunner().invoke(app, ["store", "log", "T-01"])
+    assert (done.exit_code, done.stdout) == (0, "")
+    assert "no event of a unit 'T-01'" in done.stderr
