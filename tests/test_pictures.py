@@ -83,7 +83,7 @@ def test_a_different_value_gives_a_different_picture() -> None:
 def test_nothing_to_draw_and_unknown_formats_are_refused(tmp_path: Path) -> None:
     with pytest.raises(PictureError, match="nothing to draw"):
         picture([], "png")
-    with pytest.raises(PictureError, match="a.gif: the name of a picture ends in .pdf"):
+    with pytest.raises(PictureError, match=r"a\.gif: the name of a picture ends in \.pdf"):
         draw([MAPS], tmp_path / "a.gif")
     draw([EVERYTHING], tmp_path / "a.svg")
     assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")

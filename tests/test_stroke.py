@@ -132,9 +132,7 @@ def test_no_result_with_the_reason(case: str) -> None:
     assert words in (q["stroke_one_stack_um"].reason or "")
     assert words in (q["stroke_um"].reason or "")
     assert math.isnan(q["stroke_um"].value)
-    assert q["stroke_two_stacks_um"].value == pytest.approx(
-        1e6 * TWO.first_rise(170), rel=1e-3
-    )
+    assert q["stroke_two_stacks_um"].value == pytest.approx(1e6 * TWO.first_rise(170), rel=1e-3)
 
 
 def test_one_record_is_not_the_stroke_of_three_stacks(sine_response: np.ndarray) -> None:
