@@ -42,6 +42,24 @@ app.command()(recall)
 app.command()(gap)
 app.command()(misalign)
 
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from accept.version import code_sha256, version
+
+        print(f"accept {version()}, code {code_sha256()[:12]}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version and hash of the code.")
+    ] = False,
+) -> None:
+    """The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."""
+
+
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
 BenchOption = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
@@ -52,7 +70,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 @app.command()
 def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
-    """The whole job on built-in data: judge the seed's seven APAs, certify, verify, print a table."""
+    """The whole job on built-in data. Judge the seed's seven APAs and a simulated strut, certify, verify."""
     from accept.commands import demo as command
 
     raise typer.Exit(command.run(out, operator))
@@ -69,7 +87,7 @@ def batch(
     bench: BenchOption = None,
     model: ModelOption = None,
 ) -> None:
-    """Judge unit folders: results.json, results.csv, junit.xml and a certificate each; judges only what changed."""
+    """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
     from accept.commands import batch as command
 
     raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench, model))
@@ -95,7 +113,7 @@ def countersign(
     certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
     passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
 ) -> None:
-    """Countersign a certificate as QA, after verifying it; the technician's signature stays intact."""
+    """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
     from accept.commands import countersign as command
 
     raise typer.Exit(command.run(certificate, passphrase_file))
@@ -106,7 +124,7 @@ def verify(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
 ) -> None:
-    """Verify a certificate from its own bytes: signatures, coverage, roles, CA, and the verdict judged again."""
+    """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
     from accept.commands import verify as command
 
     raise typer.Exit(command.run(certificate, trust or []))
@@ -130,7 +148,7 @@ def spec_show(name: Annotated[str, typer.Argument(help="Built-in name or TOML fi
 
 @spec_app.command("validate")
 def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> None:
-    """Check specs; one report lists every problem with its file and key path."""
+    """Check specs. One report lists every problem with its file and key path."""
     from accept.commands import spec as command
 
     raise typer.Exit(command.validate(names))
@@ -138,7 +156,7 @@ def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in name
 
 @spec_app.command("checks")
 def spec_checks() -> None:
-    """Every check that a spec may ask for: what it needs, what it measures, what can be set."""
+    """Every check that a spec may ask for. What it needs, what it measures, what can be set."""
     from accept.commands import spec as command
 
     raise typer.Exit(command.checks())
@@ -166,7 +184,7 @@ def keys_list() -> None:
 
 @store_app.command("check")
 def store_check() -> None:
-    """Walk the chain of events and name the first that is altered or missing."""
+    """Walk the chain of events. Names the first that is altered or missing."""
     from accept.commands import store as command
 
     raise typer.Exit(command.check())
@@ -192,7 +210,7 @@ def run_workflow(
     web: Annotated[bool, typer.Option("--web", help="In a browser on this machine (needs the extra 'web').")] = False,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
 ) -> None:
-    """The guided workflow at the bench: step by step to the signed certificate."""
+    """Guided, step by step to the signed certificate."""
     from accept.commands import run as command
 
     wanted = command.Wanted(unit, spec, bench, records, operator, training, seed)

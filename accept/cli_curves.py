@@ -33,7 +33,7 @@ def frf(
     plot: Plot = None,
     uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None,
 ) -> None:
-    """Frequency responses of any record, with coherence, variance and the largest resonance."""
+    """Frequency responses of records. With coherence, variance and the largest resonance."""
     from accept.commands import frf as command
 
     wanted = command.Wanted(input, estimator.value, segment_s, f_lo, f_hi, merge_Hz)
@@ -46,7 +46,7 @@ def compare(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Units side by side: robust scores of every quantity and curve, overlays of responses, loops and steps."""
+    """Units side by side, and who stands out. Robust scores of quantities and curves, overlays of curves."""
     from accept.commands import compare as command
 
     raise typer.Exit(command.run(units, spec, json, plot))

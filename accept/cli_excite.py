@@ -142,7 +142,7 @@ def multisine(
     shaped: Shaped,
     played: Played,
 ) -> None:
-    """A random-phase multisine: periodic, so without leakage; the best of the four."""
+    """A random-phase multisine. Periodic, so without leakage: the best of the four."""
     from accept.commands import excite as command
 
     shaping, rig = shaped.shaping(), played.rig()

@@ -13,7 +13,7 @@ def gap(
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
     without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
 ) -> None:
-    """Find where simulation and data disagree, name what is missing, add it to the model, show the gap shrink."""
+    """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
     from accept.commands import gap as command
 
     raise typer.Exit(command.run(units, model, out, fleet, without or []))

@@ -16,7 +16,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 @app.command("list")
 def hw_list(bench: Bench = None) -> None:
-    """The instruments of the bench file, with port and calibration, and the serial ports that are there."""
+    """Instruments of the bench file. With port and calibration, and the serial ports that are there."""
     from accept.commands import hw as command
 
     raise typer.Exit(command.show_list(bench))
@@ -27,7 +27,7 @@ def hw_test(
     names: Annotated[list[str] | None, typer.Argument(help="Instruments by their names; else all.")] = None,
     bench: Bench = None,
 ) -> None:
-    """Ask every instrument who it is and for one reading; exit 5 with the reason where one does not answer."""
+    """Ask every instrument for one reading. Exit 5 with the reason where one does not answer as it should."""
     from accept.commands import hw as command
 
     raise typer.Exit(command.test(bench, names or []))
@@ -42,7 +42,7 @@ def hw_measure(
     dwell: Annotated[float | None, typer.Option(min=0.1, help="The rig plays the voltage, so long a step [s].")] = None,
     operator: Operator = None,
 ) -> None:
-    """Measure one section of a unit with the bench's instrument for it."""
+    """Measure a section of a unit with its instrument."""
     from accept.commands import hw as command
 
     raise typer.Exit(command.measure(unit, section, bench, begin, dwell, operator))
@@ -58,7 +58,7 @@ def hw_pickup(
     old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
     operator: Operator = None,
 ) -> None:
-    """Copy the next complete record of the rig into a unit folder; the original stays untouched."""
+    """Copy the rig's next record into a unit folder. Once it is complete; the original stays untouched."""
     from accept.commands import hw as command
 
     raise typer.Exit(command.pickup(watched, unit, section, name, wait, old, operator))
@@ -74,7 +74,7 @@ def simulate_bench(
         list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
     ] = None,
 ) -> None:
-    """Simulated instruments on pseudo-terminals: prints the ports and a ready bench.toml, runs until stopped."""
+    """Simulated instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     from accept.commands import simulate_bench as command
 
     raise typer.Exit(command.run(unit, out, seed, seconds, fault or ()))
@@ -82,9 +82,11 @@ def simulate_bench(
 
 def recall(
     instrument: Annotated[str, typer.Option(help="Serial number of the instrument.")],
-    since: Annotated[datetime.datetime, typer.Option(formats=["%Y-%m-%d"], help="First day, UTC.")],
+    since: Annotated[
+        datetime.datetime, typer.Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")
+    ],
 ) -> None:
-    """Every unit that an instrument touched since a day, from the event store."""
+    """Units that an instrument touched since a day. From the event store."""
     from accept.commands import recall as command
 
     raise typer.Exit(command.run(instrument, since.date()))

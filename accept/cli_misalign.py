@@ -18,7 +18,7 @@ def build(
     workers: Workers = None,
     force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
 ) -> None:
-    """Tabulate the ratio de / da over (dx, dy); goes on where an earlier build was stopped."""
+    """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
     from accept.commands import lookup as command
 
     raise typer.Exit(command.run_build(model, nx, ny, workers, force))
@@ -40,7 +40,7 @@ def misalign(
     json: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     plot: Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")] = None,
 ) -> None:
-    """Where a strut's APA sits between its joints: dx, dy with U, or why that cannot be said."""
+    """How far a strut's APA lies off its axis. dx, dy with U, or why that cannot be said."""
     from accept.commands import misalign as command
 
     raise typer.Exit(command.run(unit, model, json, plot))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="The simulated strut: parameters, modes, responses, fit, sweeps.", no_args_is_help=True)
+app = typer.Typer(help="The simulated strut: modes, responses, fit.", no_args_is_help=True)
 
 ModelOption = Annotated[str, typer.Option("--model", help="Built-in model or TOML file.")]
 Json = Annotated[Path | None, typer.Option("--json", help="JSON file to write.")]
@@ -52,7 +52,7 @@ def frf(
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
     plot: Plot = None,
 ) -> None:
-    """Responses of Vs, de and da to Va; JSON on stdout where no file is named."""
+    """Responses of Vs, de and da to Va. JSON on stdout where no file is named."""
     from accept.commands import model as command
 
     raise typer.Exit(command.frf(model, f_lo, f_hi, points, json, csv, plot))
@@ -70,7 +70,7 @@ def fit(
     f_hi: Annotated[float, typer.Option("--f-hi", help="Last frequency fitted [Hz].")] = 2000.0,
     starts: Annotated[int, typer.Option(min=1, help="Starts of the search.")] = 3,
 ) -> None:
-    """Fit the model's uncertain parameters to the measured responses of a unit."""
+    """Fit uncertain parameters to a unit's responses."""
     from accept.commands import model_fit as command
 
     raise typer.Exit(command.run(unit, model, f_lo, f_hi, starts, command.Ask(write, plot, json, out)))
@@ -86,7 +86,7 @@ def sweep(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Poles and zeros while a parameter takes a row of values (default: those of the seed)."""
+    """Poles and zeros over a row of values. Without --value those of the seed."""
     from accept.commands import model as command
 
     raise typer.Exit(command.run_sweep(model, what, values or (), channel, f_hi, json, plot))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="Simulated units and a simulated bench, for training and tests.", no_args_is_help=True)
+app = typer.Typer(help="Simulated units and a simulated bench.", no_args_is_help=True)
 
 
 @app.command()
@@ -30,7 +30,7 @@ def unit(
     high_s: Annotated[float, typer.Option("--high-s", help="Length of the high record [s].")] = 20.0,
     repeats: Annotated[bool, typer.Option("--repeats/--no-repeats", help="A second realisation of both.")] = True,
 ) -> None:
-    """A whole unit folder from the model, with the truth beside it in truth.json."""
+    """A whole unit folder from a model. With the truth beside it in truth.json."""
     from accept.commands import simulate as command
 
     wanted = command.Wanted(
@@ -43,7 +43,7 @@ def unit(
 
 @app.command()
 def faults() -> None:
-    """What can be wrong with a simulated unit, and what the bench then says."""
+    """What can be wrong with a simulated unit. And what the bench then says."""
     from accept.commands import simulate as command
 
     raise typer.Exit(command.faults())

@@ -100,9 +100,9 @@ class TestMechanics:
     @pytest.mark.parametrize(
         ("name", "parameters", "words"),
         [
-            ("hysteresis", {"relative_width": 0.1}, "effect 'hysteresis' is not a parameter of the model"),
-            ("loop_delay", {"tau_ms": 1.0}, r"'loop_delay' has \['tau_ms'\], expected \['tau_us'\]"),
-            ("misalignment", {"dx_um": 1.0}, r"has \['dx_um'\], expected \['dx_um', 'dy_um'\]"),
+            ("hysteresis", {"relative_width": 0.1}, "effect 'hysteresis': none that a model holds"),
+            ("loop_delay", {"tau_ms": 1.0}, "'loop_delay' is given with tau_ms; expected tau_us"),
+            ("misalignment", {"dx_um": 1.0}, "is given with dx_um; expected dx_um, dy_um"),
         ],
     )
     def test_refused(self, strut: Model, name: str, parameters: dict[str, float], words: str) -> None:

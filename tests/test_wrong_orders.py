@@ -7,6 +7,7 @@ from typer.testing import CliRunner
 
 from accept.cli import app
 from accept.files import check_place, write_atomic
+from accept.version import code_sha256, version
 from tests.units import make_unit
 
 
@@ -64,3 +65,22 @@ def test_an_empty_store_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     done = CliRunner().invoke(app, ["store", "log", "T-01"])
     assert (done.exit_code, done.stdout) == (0, "")
     assert "no event of a unit 'T-01'" in done.stderr
+
+
+def test_no_bench_file_is_said_with_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "home"))
+    assert "no bench file here; write one or name one with --bench" in refused("hw", "list")
+
+
+@pytest.mark.parametrize("group", [(), ("excite",), ("model",), ("hw",), ("simulate",), ("spec",), ("store",)])
+def test_the_list_of_commands_is_cut_nowhere(group: tuple[str, ...]) -> None:
+    done = CliRunner().invoke(app, [*group, "--help"], env={"COLUMNS": "80"})
+    listed = done.stdout.split("Commands:")[1]
+    assert "..." not in listed
+    assert all(line.strip().endswith(".") for line in listed.splitlines() if line.strip())
+
+
+def test_version_names_the_code() -> None:
+    done = CliRunner().invoke(app, ["--version"])
+    assert done.exit_code == 0
+    assert done.stdout == f"accept {version()}, code {code_sha256()[:12]}\n"

@@ -23,6 +23,7 @@ from accept.unit import UNIT_FILE
 from checks.record import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
+from specs import SpecError
 from specs.bench import OFFLINE, Bench, InstrumentEntry, load_bench
 
 BENCH_FILE = "bench.toml"
@@ -31,8 +32,11 @@ T = TypeVar("T")
 
 
 def bench_path(given: Path | None) -> Path:
-    """The bench file named, else the one in the bench's folder."""
-    return given if given is not None else home() / BENCH_FILE
+    """The bench file named, else the one in the bench's folder. Raises SpecError where neither is there."""
+    path = given if given is not None else home() / BENCH_FILE
+    if given is None and not path.exists():
+        raise SpecError(str(path), ["there is no bench file here; write one or name one with --bench"])
+    return path
 
 
 def ask_at_terminal(words: str) -> str:

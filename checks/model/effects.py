@@ -4,7 +4,7 @@ Hysteresis is not linear and creep has no rational response, so those two are no
 to the response. `payload_mass` and `encoder_mass` count from the model's value, the others stand for it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from checks.model.model import Model
 from checks.model.superelement import ModelError
@@ -44,13 +44,17 @@ def effect_changes(model: Model, name: str, parameters: Mapping[str, float]) -> 
         return {p: -model.values[p] for p in _held(model, name, TURNS[name])}
     table = SETS.get(name) or ADDS.get(name)
     if table is None:
-        raise ModelError(f"effect '{name}' is not a parameter of the model (are: {', '.join((*SETS, *ADDS, *TURNS))})")
+        raise ModelError(f"effect '{name}': none that a model holds (those: {', '.join((*SETS, *ADDS, *TURNS))})")
     if parameters.keys() != table.keys():
-        raise ModelError(f"effect '{name}' has {sorted(parameters)}, expected {sorted(table)}")
+        raise ModelError(f"effect '{name}' is given with {_listed(parameters)}; expected {_listed(table)}")
     start = model.values if name in ADDS else {}
     return {
         p: start.get(p, 0.0) + float(value) for key, value in parameters.items() for p in _held(model, name, table[key])
     }
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "nothing"
 
 
 def with_effects(model: Model, effects: Sequence[tuple[str, Mapping[str, float]]]) -> Model:
