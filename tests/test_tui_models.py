@@ -1,5 +1,6 @@
 """What a model says of a strut, on the screen: misalignment, and what the model does not explain."""
 
+import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from accept.files import write_atomic
 from accept.model_file import open_model
 from accept.simulate import Order, simulate
 from accept.tui.explain import answer
+from accept.tui.pictures import Pictures
 from accept.workflow import certify, drawn
 from accept.workflow.apart import Work
 from accept.workflow.bench import Begun, open_bench
@@ -21,7 +23,7 @@ from checks.picture import Image
 from tests import apart_work
 from tests.explained import FOUND, PANELS
 from tests.killing import SOAK
-from tests.tui_help import APART, WIDE, loader, press, running, shown, type_line, words
+from tests.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words
 
 DY_UM = 150.0
 RECORD_S = 10.5  # the spec asks for 10 s
@@ -205,3 +207,23 @@ def test_a_derived_step_stands_until_it_was_judged(begun):
     begun.judge_step("frf")
     assert begun.next_step() is step
     assert "misalignment" not in unit.read(begun.folder).sections
+
+
+async def test_pictures_that_come_faster_than_they_are_drawn_do_no_harm(begun, monkeypatch):
+    """A drawing that was cancelled while the old panels went used to end the whole program without a word."""
+    begun.close()
+    monkeypatch.setattr(Elsewhere, "explain", canned)
+    async with running(loader("strut")) as pilot:
+        await to_steps(pilot)
+        await open_row(pilot, "gap")
+        pictures = pilot.app.screen.query_one(Pictures)
+        for turns in range(40):
+            pictures.next()
+            for _ in range(turns):  # of the event loop, so that the next one comes at every stage of the drawing
+                await asyncio.sleep(0)
+        await pilot.press("escape")
+        await settled(pilot)
+        assert pilot.app.is_running
+        assert type(pilot.app.screen).__name__ == "Steps"
+        await open_row(pilot, "gap")
+        assert picture(pilot)

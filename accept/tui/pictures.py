@@ -46,9 +46,10 @@ class Pictures(Vertical):
         return [self._panels[(self._first + i) % count] for i in range(min(many, count))]
 
     def _draw(self) -> None:
-        """One after the other: what is asked for while another is being drawn takes its place."""
+        """As a message to itself, one after the other; not as a worker: to cancel one that waits for the old panels to
+        go would cancel their tasks, and with them those of the screen and of the whole program."""
         if self.is_attached and self.query("#which"):
-            self.run_worker(self._redraw(), group="draw", exclusive=True)
+            self.call_later(self._redraw)
 
     async def _redraw(self) -> None:
         shown, count = self._shown(), len(self._panels)
@@ -57,5 +58,5 @@ class Pictures(Vertical):
         self.query_one("#which", Label).update(words)
         holder = self.query_one(".panels")
         await holder.remove_children()
-        if self.is_attached:  # left while the old ones went
+        if holder.is_attached:  # left while the old ones went
             await holder.mount(*(PanelView(panel) for panel in shown))
