@@ -126,8 +126,8 @@ def capacitance(run: Run, take: Take) -> Captured:
 
 
 def _with_accuracy(value: float, entry: InstrumentEntry) -> Any:
-    """The number that goes into `unit.toml`: no more digits than a double carries through text."""
-    return value if entry.accuracy is None else {"value": value, "U": entry.accuracy.at(value)}
+    """The number that goes into `unit.toml`: no more digits than a double carries through text; of U, six."""
+    return value if entry.accuracy is None else {"value": value, "U": float(f"{entry.accuracy.at(value):.6g}")}
 
 
 def flatness(run: Run, take: Take) -> Captured:

@@ -83,7 +83,13 @@ def _told(r: Result) -> Iterator[tuple[str, str]]:
         yield f"note: {note}", "  "
     if r.detection_limits:
         yield "would have been seen (90 % power), from:", "  "
-        yield ", ".join(f"{k} {number(list(v.values())[-1])}" for k, v in r.detection_limits.items()), "    "
+        yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
+
+
+def _limit(effect: str, values: Mapping[str, float]) -> str:
+    """`loop_delay tau_us 1.9`: the parameter says what the number is of, and in which unit."""
+    name, value = list(values.items())[-1]
+    return f"{effect} {name} {number(value)}"
 
 
 def _wrapped(words: str, indent: str) -> list[str]:

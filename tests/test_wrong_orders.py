@@ -84,3 +84,10 @@ def test_version_names_the_code() -> None:
     done = CliRunner().invoke(app, ["--version"])
     assert done.exit_code == 0
     assert done.stdout == f"accept {version()}, code {code_sha256()[:12]}\n"
+
+
+def test_a_section_without_instrument_is_bad_input_and_begins_nothing(tmp_path: Path) -> None:
+    """Exit 5 is kept for instruments that do not answer."""
+    words = refused("hw", "measure", tmp_path / "new", "frf", "--begin", "N-1", "--bench", tmp_path / "none.toml")
+    assert "'frf' is not measured by an instrument here (known: flatness" in words
+    assert not (tmp_path / "new").exists()

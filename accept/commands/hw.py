@@ -128,6 +128,9 @@ def measure(
     folder: Path, section: str, path: Path | None, begin: str | None, dwell_s: float | None, operator: str | None
 ) -> Exit:
     """Measure one section of a unit with the bench's instrument for it."""
+    if section not in CAPTURES:
+        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(CAPTURES)})")
+        return Exit.BAD_INPUT
     bench = load_bench(bench_path(path))
     if begin is not None:
         unitfile.begin(folder, begin, "apa")
@@ -147,8 +150,6 @@ def measure(
 
 
 def _serving(bench: Bench, section: str) -> tuple[str, InstrumentEntry]:
-    if section not in CAPTURES:
-        raise SettingsError(f"'{section}' is not measured by an instrument here (known: {', '.join(CAPTURES)})")
     found = [(n, e) for n, e in bench.instruments.items() if section in e.measures and e.driver != OFFLINE]
     if len(found) != 1:
         names = ", ".join(n for n, _ in found) or "none"
