@@ -137,9 +137,10 @@ def until(condition) -> bool:
 
 
 def gone(pid: int) -> bool:
-    """No such process, or one that only waits to be buried."""
+    """No such process, or one that only waits to be buried, with all its threads."""
     try:
         os.kill(pid, 0)
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        threads = len(list(Path(f"/proc/{pid}/task").iterdir()))
+        return threads == 1 and Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
     except (ProcessLookupError, FileNotFoundError):
         return True
