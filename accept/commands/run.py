@@ -48,7 +48,8 @@ class Wanted:
 
 
 def run(wanted: Wanted) -> Exit:
-    """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open."""
+    """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open. Raises
+    SystemExit for a fault of the program, whose traceback stands above."""
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
         print("accept: run shows screens and needs a terminal; without one: accept run --web", file=sys.stderr)
         return Exit.BAD_INPUT
@@ -61,6 +62,10 @@ def run(wanted: Wanted) -> Exit:
             app.bench.close()
     for serial, verdict in app.done.verdicts.items():
         print(f"{serial}: {verdict}", file=sys.stderr)
+    if app.return_code:
+        said = "accept: the program failed; what it acknowledged is stored. Please report the lines above"
+        print(said, file=sys.stderr)
+        raise SystemExit(app.return_code)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 
 
