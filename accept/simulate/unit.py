@@ -59,7 +59,7 @@ def _fault(order: Order) -> Fault:
         return SOUND
     possible = [name for name, fault in FAULTS.items() if order.kind in fault.kinds]
     if order.fault not in possible:
-        raise OrderError(f"fault '{order.fault}': an {order.kind} can have {', '.join(possible)}")
+        raise OrderError(f"fault '{order.fault}': a unit of kind {order.kind} can have {', '.join(possible)}")
     return FAULTS[order.fault]
 
 
