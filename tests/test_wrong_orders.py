@@ -91,3 +91,17 @@ def test_a_section_without_instrument_is_bad_input_and_begins_nothing(tmp_path: 
     words = refused("hw", "measure", tmp_path / "new", "frf", "--begin", "N-1", "--bench", tmp_path / "none.toml")
     assert "'frf' is not measured by an instrument here (known: flatness" in words
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (("modes", "--f-max", -1), "--f-max -1: expected a frequency above 0 Hz"),
+        (("modes", "--f-max", "nan"), "--f-max nan"),
+        (("frf", "--points", 10**12), "expected 2 to 1000000 of them"),
+        (("frf", "--f-hi", "inf"), "to inf Hz"),
+        (("sweep", "nope"), "name them with --value "),
+    ],
+)
+def test_what_no_model_can_be_asked_for(order: tuple[object, ...], said: str) -> None:
+    assert said in refused("model", *order)

@@ -21,6 +21,8 @@ from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.units import unit_of
 
+MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
+
 
 @clear_errors
 def show(name: str) -> Exit:
@@ -46,6 +48,8 @@ def show(name: str) -> Exit:
 @clear_errors
 def modes(name: str, f_max: float, clamped: bool, as_json: Path | None) -> Exit:
     """Poles, and the zeros of every channel, with their damping."""
+    if not 0.0 < f_max < np.inf:
+        raise ModelError(f"--f-max {f_max:g}: expected a frequency above 0 Hz")
     model = opened(name).model
     model = model.clamped() if clamped else model
     found = {"poles": _roots(model.poles(), f_max)}
@@ -71,8 +75,9 @@ def frf(
     H = model.frf(f)
     if csv is not None:
         write_atomic(csv, csv_bytes(_columns(f, H, model.channels)))
+        say(f"{csv}: written")
     if plot is not None:
-        draw_to(plot, list(frf_panels(f, H, model.channels).values()))
+        draw_to(plot, list(frf_panels(f, H, model.channels).values()), columns=2)  # magnitude beside phase
     document = {
         "model": model.name,
         "f_Hz": f.tolist(),
@@ -98,7 +103,7 @@ def run_sweep(
     names = tuple(each for n in names for each in _both_joints(model, n))
     chosen = tuple(values) or usual
     if not chosen:
-        raise ModelError(f"no values for '{what}': name them with --values (the seed's: {', '.join(SEED_SWEEPS)})")
+        raise ModelError(f"no values for '{what}': name them with --value (the seed's: {', '.join(SEED_SWEEPS)})")
     swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
     rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {channel} [Hz]")
     for row in swept.rows:
@@ -141,8 +146,10 @@ def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> N
 
 def grid(f_lo: float, f_hi: float, points: int) -> Array:
     """(points,) frequencies [Hz] spread evenly over log f. Raises ModelError."""
-    if not 0.0 < f_lo < f_hi or points < 2:
-        raise ModelError(f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected two or more over a rising range")
+    if not 0.0 < f_lo < f_hi < np.inf or not 2 <= points <= MAX_POINTS:
+        raise ModelError(
+            f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected 2 to {MAX_POINTS} of them over a rising range"
+        )
     return np.geomspace(f_lo, f_hi, points)
 
 
