@@ -288,3 +288,13 @@ def copy(unit: Path, folder: Path) -> Path:
     for file in unit.iterdir():
         (folder / file.name).write_bytes(file.read_bytes())
     return folder
+
+
+@pytest.mark.parametrize(
+    ("value", "U", "said"),
+    [(0.0822, 2.7, "0.1"), (-0.04, 2.7, "0"), (-133.72, 4.5, "-134"), (53.35, 0.02, "53.4"), (8.0, float("nan"), "8")],
+)
+def test_a_sentence_tells_no_digit_that_is_not_known(value: float, U: float, said: str):
+    values = {"dx_um": value, "dy_um": 1234.5}
+    words = EFFECTS["misalignment"].say(values, {"dx_um": U, "dy_um": 0.0})
+    assert words == f"The APA sits {said} um (x) and 1234 um (y) beside the axis of the joints."

@@ -35,7 +35,8 @@ def named_effects(good: Sequence[Claim], final: Fit, early: tuple[Early, ...], l
         effect = claim.effect
         values = {p.name: final.at[f"{effect.name}.{p.name}"] for p in effect.parameters}
         shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}
-        out.append(Named(effect.name, effect.title, effect.say(values), shown, claim.delta_lnL, claim.p))
+        words = effect.say(values, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
+        out.append(Named(effect.name, effect.title, words, shown, claim.delta_lnL, claim.p))
     if loops is not None:
         out.append(_loops_named(loops))
     return tuple(out)
@@ -51,7 +52,7 @@ def _loops_named(slow: Slow) -> Named:
     half = 1.96 * float(np.hypot(g.u, 0.01 * g.value))
     z = g.value / g.u
     value = {"relative_width": NamedValue(g.value, g.value - half, g.value + half)}
-    words = effect.say({"relative_width": g.value})
+    words = effect.say({"relative_width": g.value}, {"relative_width": half})
     return Named(effect.name, effect.title, words, value, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
 
 

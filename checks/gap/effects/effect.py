@@ -79,9 +79,9 @@ class Effect:
         """Values at which it does nothing to this model."""
         return {p.name: _off(self, p, model) for p in self.parameters}
 
-    def say(self, values: Values) -> str:
-        """The sentence with its numbers."""
-        return self.sentence.format(**{k: _short(v) for k, v in values.items()})
+    def say(self, values: Values, half_widths: Values) -> str:
+        """The sentence with its numbers. half_widths: of their 95 % intervals."""
+        return self.sentence.format(**{k: _short(v, half_widths[k]) for k, v in values.items()})
 
 
 def _off(effect: Effect, p: Parameter, model: Model) -> float:
@@ -90,7 +90,10 @@ def _off(effect: Effect, p: Parameter, model: Model) -> float:
     return model.values[targets[0]] if math.isnan(p.off) and targets else p.off
 
 
-def _short(value: float) -> str:
+def _short(value: float, U: float) -> str:
+    """Three digits, and none beyond the second one of its uncertainty (JCGM 100, 7.2.6)."""
+    if math.isfinite(U) and U > 0.0:
+        value = round(value, 1 - math.floor(math.log10(U))) + 0.0  # no "-0"
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
