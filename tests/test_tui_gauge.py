@@ -5,6 +5,7 @@ from dataclasses import replace
 from accept.store import open_store
 from accept.tui.fields import Field
 from accept.tui.gauge import Gauge, gauge_text
+from accept.tui.strip import numbers
 from accept.workflow.bench import Bench
 from checks.declare import Measured
 from hw.errors import NoReply
@@ -105,3 +106,9 @@ async def test_a_stored_value_stands_in_its_limits_without_an_instrument():
         await press(pilot, "down", "enter", *"1.72", "enter", "up")
         assert "outside" in words(pilot, "#gauge")
         assert "4.4 … 5.5 uF" in words(pilot, "#gauge")
+
+
+def test_a_pure_number_has_no_unit():
+    assert numbers({"value": 1.35, "U": 0.05, "unit": "1"}) == "1.350 ± 0.050"
+    assert numbers({"value": 1.35, "U": None, "unit": "um"}) == "1.35 um, U unknown"
+    assert numbers({"value": None, "U": None, "unit": "1"}) == "no value"

@@ -6,7 +6,7 @@ from typing import Any
 from rich.text import Text
 from textual.widgets import Static
 
-from accept.tui.strip import limits, numbers, strip
+from accept.tui.strip import limits, numbers, strip, unit
 from accept.workflow.advice import advice
 from accept.workflow.judgement import StepJudgement
 from accept.workflow.status import Status, of_findings
@@ -54,7 +54,7 @@ def finding_text(finding: Mapping[str, Any]) -> Text:
     text.append(f"{status.word}\n", colour)
     drawn = strip(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
     text.append(f"  {drawn}  ", colour)
-    text.append(f"{limits(finding)} {finding['unit']}, {finding['rule']}\n", "dim")
+    text.append(f"{limits(finding)}{unit(finding)}, {finding['rule']}\n", "dim")
     if finding["reason"]:
         text.append(f"  {finding['reason']}\n", colour)
     return text

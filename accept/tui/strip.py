@@ -46,13 +46,18 @@ def _zone(x: float, lower: float | None, upper: float | None) -> str:
 
 def numbers(finding: Mapping[str, Any]) -> str:
     """Value ± U unit, as many digits as U carries."""
-    value, U, unit = finding["value"], finding["U"], finding["unit"]
+    value, U, of = finding["value"], finding["U"], unit(finding)
     if value is None:
-        return f"no value {unit}"
+        return f"no value{of}"
     if U is None:
-        return f"{value:.4g} {unit}, U unknown"
+        return f"{value:.4g}{of}, U unknown"
     digits = max(0, 1 - math.floor(math.log10(U))) if U > 0 else 4
-    return f"{value:.{digits}f} ± {U:.{digits}f} {unit}"
+    return f"{value:.{digits}f} ± {U:.{digits}f}{of}"
+
+
+def unit(finding: Mapping[str, Any]) -> str:
+    """The unit as it follows a number: a pure number has none."""
+    return "" if finding["unit"] == "1" else f" {finding['unit']}"
 
 
 def limits(finding: Mapping[str, Any]) -> str:
