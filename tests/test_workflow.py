@@ -185,6 +185,41 @@ def test_an_entry_after_the_verdict_makes_it_stale(session: Session):
     assert session.attempt.verdict is None
 
 
+def test_a_certificate_holds_as_long_as_the_same_is_found_again(session: Session, store: Store):
+    """After a restart the summary judges once more: what was signed stays signed, unless something else is found."""
+    certify.make_keys(session.home, "Ann", "correct horse", "")
+    fill(session)
+    session.judge()
+    certify.sign_unit(session, "correct horse")
+    signed = session.attempt.certificate
+    assert signed is not None
+    session.close()
+    again = Session(store, home(), session.spec, "Ann", "APA-02")
+    again.judge()
+    assert again.attempt.certificate == signed
+    take(again, "stroke", "stroke_um", 364.0)
+    again.judge()
+    assert again.attempt.verdict == "accepted"
+    assert again.attempt.certificate is None
+    again.close()
+
+
+def test_a_step_that_lacks_something_it_can_do_without_stands_until_it_was_judged(store: Store, tmp_path: Path):
+    session = Session(store, home(), load_spec("apa"), "Ann", "APA-03")
+    session.begin({})
+    session.steps = tuple(step for step in session.steps if step.name in ("sensor_highpass", "frf"))
+    assert session.next_step() is session.steps[0]
+    t = np.arange(0.0, 2.0, 0.01)
+    write_csv(tmp_path / "sweep.csv", {"t": t, "Va": np.sin(t), "Vs": np.sin(t)})
+    with_resistor = session.steps[0].check.inputs["with_resistor"]
+    session.link("sensor_highpass", with_resistor, tmp_path / "sweep.csv")
+    assert session.next_step() is session.steps[0]  # the sweep without the resistor may still come
+    session.judge_step("sensor_highpass")
+    assert session.status(session.steps[0]) is Status.NO_RESULT  # a loopback is no high-pass
+    assert session.next_step() is session.steps[0]
+    session.close()
+
+
 def test_a_batch_over_another_folder_is_no_verdict_of_the_attempt(session: Session, store: Store):
     fill(session)
     result = {"verdict": "accepted"}
