@@ -4,12 +4,15 @@ import multiprocessing
 import os
 import signal
 import sqlite3
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Engine, event
 from sqlalchemy.pool import Pool
 
+TIMEOUT_S = 60.0  # for a process to start or to end on a crowded machine
 SOAK = bool(os.environ.get("ACCEPT_SOAK"))
 fork = multiprocessing.get_context("fork")
 
@@ -44,3 +47,21 @@ class Points:
 
     def after(self, conn: Any, cursor: Any, statement: Any, parameters: Any, context: Any, executemany: Any) -> None:
         self()
+
+
+def until(condition: Callable[[], bool]) -> bool:
+    """Whether it came true in time."""
+    deadline = time.monotonic() + TIMEOUT_S
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return condition()
+
+
+def gone(pid: int) -> bool:
+    """No such process, or one that only waits to be buried, with all its threads."""
+    try:
+        os.kill(pid, 0)
+        threads = len(list(Path(f"/proc/{pid}/task").iterdir()))
+        return threads == 1 and Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except (ProcessLookupError, FileNotFoundError):
+        return True

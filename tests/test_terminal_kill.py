@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -20,8 +19,8 @@ from accept.version import code_sha256
 from accept.workflow.state import Attempt, fold_run
 from accept.workflow.status import next_step
 from accept.workflow.steps import steps_of
-from tests.killing import SOAK
-from tests.terminal import ACCEPT, FILES, TIMEOUT_S, Technician, Terminal, bench_for_seed
+from tests.killing import SOAK, gone, until
+from tests.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
 
 pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux (Debian: apt install tmux)")
 
@@ -69,14 +68,10 @@ class Doomed(Terminal):
             os.kill(pid, signal.SIGKILL)
         self._killed.set()
 
-    def wait_for(self, pattern: str) -> re.Match[str]:
-        deadline = time.monotonic() + TIMEOUT_S
-        while not self._killed.is_set():
-            if found := re.search(pattern, self.screen()):
-                return found
-            assert time.monotonic() < deadline, f"{pattern!r} did not appear on\n{self.screen()}"
-            time.sleep(0.05)
-        raise Killed
+    def screen(self) -> str:
+        if self._killed.is_set():
+            raise Killed
+        return super().screen()
 
     def close(self) -> None:
         if self._timer is not None:
@@ -88,13 +83,6 @@ class Doomed(Terminal):
 def children(pid: int) -> set[int]:
     found = Path(f"/proc/{pid}/task/{pid}/children")
     return {int(child) for child in found.read_text().split()} if found.exists() else set()
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def attempt_of_store() -> Attempt | None:
@@ -163,10 +151,7 @@ def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events
         pass
     finally:
         terminal.close()
-    deadline = time.monotonic() + TIMEOUT_S
-    while any(alive(pid) for pid in terminal.left_behind):
-        assert time.monotonic() < deadline, "a computation went on without its program"
-        time.sleep(0.05)
+    assert until(lambda: all(gone(pid) for pid in terminal.left_behind)), "a computation went on without its program"
     return max([ann.events, *(int(number) for number in ACKNOWLEDGED.findall(terminal.seen))])
 
 

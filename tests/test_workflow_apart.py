@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,8 +12,7 @@ import pytest
 
 from accept.workflow.apart import Apart, Broken, NotDone, Work
 from tests import apart_work as work
-
-TIMEOUT_S = 60.0  # for a process to start or to end on a crowded machine
+from tests.killing import TIMEOUT_S, gone, until
 
 
 @pytest.fixture
@@ -127,20 +125,3 @@ def test_a_program_that_is_killed_leaves_no_computation_behind(tmp_path: Path):
     parent.send_signal(signal.SIGKILL)
     parent.wait()
     assert until(lambda: gone(int(pid_file.read_text())))
-
-
-def until(condition) -> bool:
-    deadline = time.monotonic() + TIMEOUT_S
-    while not condition() and time.monotonic() < deadline:
-        time.sleep(0.02)
-    return condition()
-
-
-def gone(pid: int) -> bool:
-    """No such process, or one that only waits to be buried, with all its threads."""
-    try:
-        os.kill(pid, 0)
-        threads = len(list(Path(f"/proc/{pid}/task").iterdir()))
-        return threads == 1 and Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except (ProcessLookupError, FileNotFoundError):
-        return True

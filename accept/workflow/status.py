@@ -73,11 +73,11 @@ def next_step(steps: Iterable[Step], states: Mapping[str, StepState], spec: str,
 
     def complete(step: Step) -> bool:
         state = states.get(step.name, StepState())
+        if not ready(step, state):
+            return False
         judgement = judgement_of(state, spec, code)
         if step.derived:
-            return judgement is not None and ready(step, state)
-        if not ready(step, state) or full(step, state):
-            return ready(step, state)
-        return judgement is not None and of_findings(judgement.findings) is not Status.NO_RESULT
+            return judgement is not None
+        return full(step, state) or (judgement is not None and of_findings(judgement.findings) is not Status.NO_RESULT)
 
     return next((step for step in steps if not complete(step)), None)

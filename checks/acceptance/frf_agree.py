@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from checks.acceptance.frf_rules import OUTPUTS, STATIC_HZ, Rules
 from checks.acceptance.gain import wrong_gain
+from checks.acceptance.lag import ALIKE
 from checks.quantity import NoResult, Quantity
 from checks.record import Record
 from checks.signals.frf import Frf
@@ -28,7 +29,6 @@ BEYOND_POLE = 1.3, 1.5  # times the resonance
 # One mode of a damping ratio of 5 percent, five times what any strut has, is ten times larger at its pole than at 1.4
 # times its frequency; what does not follow the structure is as large at both.
 STANDS_OUT = 3.0
-ALIKE = 1e-7  # of a channel's size: below the step of a converter of 24 bits
 
 
 def vet_copies(records: Mapping[str, Record]) -> None:
