@@ -17,6 +17,12 @@ def check_place(path: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
 
 
+def check_places(*paths: Path | None) -> None:
+    """`check_place` of those that are wanted."""
+    for path in filter(None, paths):
+        check_place(path)
+
+
 def write_atomic(path: Path, content: bytes) -> None:
     """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ from accept.commands.batch import specs_for
 from accept.commands.talk import clear_errors, say, stdout
 from accept.comparison import Comparison, Fleet, Member
 from accept.exit import Exit
-from accept.files import check_place, write_atomic
+from accept.files import check_places, write_atomic
 from accept.pictures.formats import format_of
 from accept.result import UnitResult
 from accept.unit import UnitError
@@ -31,8 +31,7 @@ from checks.signals.outliers import CHANCE, MIN_UNITS
 @clear_errors
 def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Path | None) -> Exit:
     """Measure the units at or below `paths` as `batch` would, and compare those of a kind."""
-    for place in filter(None, (as_json, plot)):
-        check_place(place)  # said before the work, not after
+    check_places(as_json, plot)  # said before the work, not after
     format = None if plot is None else format_of(plot)
     results = _measured(paths, spec)
     fleets: list[Fleet] = []

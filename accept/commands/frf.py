@@ -19,7 +19,7 @@ from rich.table import Table
 
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
-from accept.files import check_place, write_atomic
+from accept.files import check_places, write_atomic
 from accept.pictures.formats import format_of
 from checks.declare import Series
 from checks.picture import Panel
@@ -67,8 +67,7 @@ class Response:
 @clear_errors
 def run(paths: Sequence[Path], wanted: Wanted, as_json: Path | None, plot: Path | None, uff: Path | None) -> Exit:
     """Estimate the responses of every record, or of two merged, and write what is asked for."""
-    for place in filter(None, (as_json, plot, uff)):
-        check_place(place)  # said before the work, not after
+    check_places(as_json, plot, uff)  # said before the work, not after
     format = None if plot is None else format_of(plot)
     records = [_read(path, wanted.input) for path in paths]
     responses = responses_of(records, wanted)

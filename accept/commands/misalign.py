@@ -7,7 +7,7 @@ from typing import Any
 from accept.commands.model import draw_to
 from accept.commands.talk import clear_errors, say
 from accept.exit import Exit
-from accept.files import check_place, write_atomic
+from accept.files import check_places, write_atomic
 from accept.lookup import table_for
 from accept.measured import Responses, responses
 from accept.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
@@ -24,8 +24,7 @@ from checks.verdict import Verdict
 @clear_errors
 def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) -> Exit:
     """Estimate the misalignment of a strut. Exit 4 where there is no result."""
-    for place in filter(None, (as_json, plot)):
-        check_place(place)  # said before the search, not after
+    check_places(as_json, plot)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     folder = read(unit)

@@ -11,7 +11,7 @@ from rich.table import Table
 from accept.commands.model import draw_to, grid, model_for, whole
 from accept.commands.talk import clear_errors, say, stdout
 from accept.exit import Exit
-from accept.files import check_place, write_atomic
+from accept.files import check_places, write_atomic
 from accept.measured import Responses, responses
 from accept.model_file import Opened, write_model
 from accept.pictures.formats import format_of
@@ -66,8 +66,7 @@ class Fitted:
 def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: Ask) -> Exit:
     """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
     write, plot, as_json = ask.places()
-    for place in filter(None, (write, plot, as_json)):
-        check_place(place)  # said before the search, not after
+    check_places(write, plot, as_json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     fitted = fit_unit(folder, name, f_lo, f_hi, starts)
