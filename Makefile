@@ -23,12 +23,12 @@ soak: $(STAMP)
 
 # Speed as ratios measured in one run; numbers, not verdicts.
 bench: $(STAMP)
-	for b in tests/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+	for b in benchmarks/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
 # The blind test of the gap workflow: CASES units it has never seen, truth sealed beforehand, scores against their targets.
 CASES ?= 300
 challenge: $(STAMP)
-	$(BIN)/python -m tests.challenge --cases $(CASES) --out out/challenge
+	$(BIN)/python -m validation.challenge --cases $(CASES) --out out/challenge
 
 setup: $(STAMP)
 
@@ -46,7 +46,7 @@ pictures: $(STAMP)
 	$(BIN)/accept demo --out build/pictures
 	mkdir -p docs/img
 	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
-	$(BIN)/python tests/picture_screens.py docs/img
+	$(BIN)/python tests/accept/tui/picture_screens.py docs/img
 
 # Renew the lock after a change of pyproject.toml (needs uv).
 lock:

@@ -1,3 +1,3 @@
-from accept.cli import main
+from accept.cli.main import main
 
 main()

@@ -3,14 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-
-
-class RecordError(ValueError):
-    """A record that must not be used; the text names the file, the channel, what was found and what was expected."""
+from checks.arrays import Array
+from checks.errors import RecordError
 
 
 @dataclass(frozen=True, eq=False)

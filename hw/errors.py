@@ -1,8 +1,10 @@
 """What can go wrong between the bench and an instrument. Every text names the instrument or port, what came and what
 was expected; no reading ever comes with one of these."""
 
+from specs.errors import AcceptError
 
-class InstrumentError(RuntimeError):
+
+class InstrumentError(AcceptError, RuntimeError):
     """No reading: the text says why and what to look at."""
 
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import io
 
-from checks.model.superelement import ModelError, Nodes, Superelement
-from checks.model.superelement_check import check_superelement
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.model.structure.superelement import Nodes, Superelement
+from checks.model.structure.superelement_check import check_superelement
 
-Array = NDArray[np.float64]
 DEFAULT_NODES = Nodes()
 
 

@@ -8,13 +8,15 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from specs.errors import AcceptError
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Words = Annotated[str, Field(min_length=1)]
 Full = TypeVar("Full", bound="Strict")
 
 
-class SpecError(ValueError):
+class SpecError(AcceptError, ValueError):
     """Every problem of one file, a line each: file, key path, what is wrong."""
 
     def __init__(self, path: str, problems: list[str]) -> None:

@@ -8,9 +8,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from accept.cli import app
-from accept.describe import all_checks
-from tests.units import make_unit
+from accept.cli.main import app
+from accept.judging.check_docs import all_checks
+from tests.accept.units.units import make_unit
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])

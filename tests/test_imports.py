@@ -75,9 +75,9 @@ def test_contracts_hold(copy: Path) -> None:
 @pytest.mark.parametrize(
     ("module", "line", "contract"),
     [
-        ("checks/verdict.py", "import accept.exit", "imports point down only"),
+        ("checks/verdict.py", "import accept.base.exit_codes", "imports point down only"),
         ("specs/units.py", "import checks.record", "imports point down only"),
-        ("hw/__init__.py", "import accept.home", "imports point down only"),
+        ("hw/__init__.py", "import accept.base.home", "imports point down only"),
         ("checks/record.py", "import reportlab", "checks and specs know no screen"),
     ],
 )

@@ -12,7 +12,8 @@ from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.certificate import authority, keybox
+from accept.certificate import authority, encrypted_key
+from specs.errors import AcceptError
 
 TECHNICIAN, QA = "technician", "qa"
 ROLES = (TECHNICIAN, QA)
@@ -20,7 +21,7 @@ CA = "ca"
 PASSPHRASE, PASSPHRASE_FILE = "ACCEPT_PASSPHRASE", "ACCEPT_PASSPHRASE_FILE"
 
 
-class KeysError(RuntimeError):
+class KeysError(AcceptError, RuntimeError):
     """Keys that are missing, exist already or do not open; the text names the file and what to do."""
 
 
@@ -148,12 +149,12 @@ def passphrase(given: str | None = None, prompt: Callable[[], str] | None = None
 def _make(persons: dict[str, str], passphrase: str, qa_passphrase: str, now: datetime) -> dict[str, bytes]:
     ca_key = authority.new_key()
     root = authority.root(ca_key, now)
-    files = {f"{CA}.pem": root.public_bytes(Encoding.PEM), f"{CA}.key.pem": keybox.lock(ca_key, passphrase)}
+    files = {f"{CA}.pem": root.public_bytes(Encoding.PEM), f"{CA}.key.pem": encrypted_key.lock(ca_key, passphrase)}
     for role, person in persons.items():
         key = authority.new_key()
         certificate = authority.leaf(role, person, key.public_key(), root, ca_key, now)
         files[f"{role}.pem"] = certificate.public_bytes(Encoding.PEM)
-        files[f"{role}.key.pem"] = keybox.lock(key, qa_passphrase if role == QA else passphrase)
+        files[f"{role}.key.pem"] = encrypted_key.lock(key, qa_passphrase if role == QA else passphrase)
     return files
 
 
@@ -182,8 +183,8 @@ def _refuse_empty(**texts: str) -> None:
 
 def _unlocked(box: Path, passphrase: str) -> ec.EllipticCurvePrivateKey:
     try:
-        return keybox.unlock(_read(box), passphrase)
-    except keybox.LockedError as e:
+        return encrypted_key.unlock(_read(box), passphrase)
+    except encrypted_key.LockedError as e:
         raise KeysError(f"{box}: {e}") from e
 
 

@@ -19,8 +19,9 @@ from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
 from pyhanko_certvalidator.registry import SimpleCertificateStore
 
 from accept.certificate import stamp
+from accept.certificate.fixed_parts import field_rectangles
 from accept.certificate.keys import QA, TECHNICIAN, Credential
-from accept.certificate.page import field_rectangles
+from specs.errors import AcceptError
 
 RESERVED = 4096  # bytes of the hole; our CMS takes some 2000
 P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
@@ -28,7 +29,7 @@ _REASONS = {TECHNICIAN: "measured and judged", QA: "reviewed and countersigned"}
 _BEFORE = {TECHNICIAN: [], QA: [TECHNICIAN]}
 
 
-class SigningRefused(ValueError):
+class SigningRefused(AcceptError, ValueError):
     """A document that must not be signed in this role now; the text says why."""
 
 

@@ -10,10 +10,11 @@ from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.stamp import StaticStampStyle
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate import authority, look
-from accept.certificate.fonts import BOLD, REGULAR, fitted, register
+from accept.certificate import authority
+from accept.certificate.fixed_parts import BOXES
 from accept.certificate.keys import Credential
-from accept.certificate.page import BOXES
+from accept.pdf import page_style
+from accept.pdf.fonts import BOLD, REGULAR, fitted, register
 
 _WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
 
@@ -52,16 +53,21 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float]) -> 
     buffer = io.BytesIO()
     canvas = Canvas(buffer, pagesize=size, invariant=1)
     width, height = size
-    canvas.setFillColor(look.WHITE)
-    canvas.setStrokeColor(look.INK_COLOUR)
+    canvas.setFillColor(page_style.WHITE)
+    canvas.setStrokeColor(page_style.INK_COLOUR)
     canvas.setLineWidth(0.8)
     canvas.rect(0.4, 0.4, width - 0.8, height - 0.8, stroke=1, fill=1)
     lines = (
-        (credential.person, BOLD, 12.0, look.INK_COLOUR),
-        (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, look.INK_COLOUR),
-        (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, 8.0, look.INK_COLOUR),
-        (f"certificate sha256 {authority.fingerprint(credential.certificate)[:32]}", REGULAR, 5.4, look.GREY_COLOUR),
-        (f"issued by {authority.person_of(credential.ca)}", REGULAR, 5.4, look.GREY_COLOUR),
+        (credential.person, BOLD, 12.0, page_style.INK_COLOUR),
+        (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, page_style.INK_COLOUR),
+        (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, 8.0, page_style.INK_COLOUR),
+        (
+            f"certificate sha256 {authority.fingerprint(credential.certificate)[:32]}",
+            REGULAR,
+            5.4,
+            page_style.GREY_COLOUR,
+        ),
+        (f"issued by {authority.person_of(credential.ca)}", REGULAR, 5.4, page_style.GREY_COLOUR),
     )
     y = height - 6.0
     for text, font, largest, colour in lines:

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from accept import batch
-from accept.campaign import DEFAULT_SPEC, load_spec
-from accept.commands.signing import bench_credential
-from accept.commands.talk import clear_errors, operator_name, say, stdout
-from accept.exit import Exit
-from accept.home import home
-from accept.model_file import open_model
+from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.batch import judge_batch
+from accept.batch.table import explanations, reasons, units_table
+from accept.commands.bench_keys import bench_credential
+from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.models.model_file import open_model
 from accept.store import open_store
-from accept.table import explanations, reasons, units_table
 from specs import Spec
 from specs.bench import load_bench
 
@@ -31,11 +31,11 @@ def run(
     if model is not None:
         open_model(model)  # the one that is named, unlike a spec's, must be there
     credential = bench_credential(home(), who) if certificates else None
-    order = batch.Order(
+    order = judge_batch.Order(
         paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model
     )
     with open_store() as store:
-        report = batch.run(order, store, say)
+        report = judge_batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))
         for line in (*reasons(report.units), *explanations(report.units)):

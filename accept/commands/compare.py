@@ -15,15 +15,17 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from accept import batch, campaign, comparison, unit
+from accept.base.atomic_files import check_places, write_atomic
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.batch import fleet_comparison, judge_batch
+from accept.batch.fleet_comparison import Comparison, Fleet, Member
 from accept.commands.batch import specs_for
-from accept.commands.talk import clear_errors, say, stdout
-from accept.comparison import Comparison, Fleet, Member
-from accept.exit import Exit
-from accept.files import check_places, write_atomic
+from accept.judging import judge_unit
+from accept.judging.result import UnitResult
 from accept.pictures.formats import format_of
-from accept.result import UnitResult
-from accept.unit import UnitError
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitError
 from checks.picture import Panel
 from checks.signals.outliers import CHANCE, MIN_UNITS
 
@@ -38,9 +40,9 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
     panels: list[Panel] = []
     for kind in dict.fromkeys(r.kind for r in results):
         same = [r for r in results if r.kind == kind]
-        compared = comparison.compare(same)
+        compared = fleet_comparison.compare(same)
         fleets.append(compared)
-        panels += comparison.pictures(same, compared)
+        panels += fleet_comparison.pictures(same, compared)
         _show(compared)
     if as_json is not None:
         write_atomic(as_json, json.dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
@@ -52,13 +54,13 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
 def _measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
     """Results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than two."""
     specs = specs_for(spec)
-    folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit.find(path))
+    folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))
     results: dict[str, UnitResult] = {}
     for folder in folders:
-        one = unit.read(folder)
+        one = unit_folder.read(folder)
         if one.serial in results:
-            raise UnitError(folder / unit.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
-        results[one.serial] = campaign.judge_unit(one, batch.spec_for(one, specs))
+            raise UnitError(folder / unit_folder.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
+        results[one.serial] = judge_unit.judge_unit(one, judge_batch.spec_for(one, specs))
         say(f"[{len(results)}/{len(folders)}] {one.serial}: measured")
     if len(results) < 2:
         raise UnitError(paths[0], ["holds one unit only; a comparison needs two or more"])

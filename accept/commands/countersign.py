@@ -3,17 +3,17 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
-from accept import ledger
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.batch import events
 from accept.certificate import keys
 from accept.certificate.keys import QA
 from accept.certificate.signing import sign
+from accept.commands.bench_keys import passphrase_of
 from accept.commands.keys import QA_PASSPHRASE
-from accept.commands.signing import passphrase_of
-from accept.commands.talk import clear_errors, say
 from accept.commands.verify import verify_here
-from accept.exit import Exit
-from accept.files import write_atomic
-from accept.home import home
 from accept.store import open_store
 
 
@@ -29,6 +29,6 @@ def run(path: Path, passphrase_file: Path | None) -> Exit:
     signed = sign(content, credential, datetime.now(UTC))
     with open_store() as store:
         write_atomic(path, signed)
-        ledger.signed(store, before.serial, path, signed, QA, who=credential.person)
+        events.signed(store, before.serial, path, signed, QA, who=credential.person)
     say(f"{before.serial}: countersigned by {credential.person}")
     return Exit.ACCEPTED

@@ -8,19 +8,19 @@ from typing import Any
 
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept import batch, seed
-from accept.campaign import load_spec
-from accept.commands.signing import DEMO, demo_credential
-from accept.commands.talk import clear_errors, operator_name, say, stdout
-from accept.exit import Exit
-from accept.gap_words import gap_of, in_order, one_line
-from accept.home import home
-from accept.rejudge import is_valid, ready
-from accept.simulate import write
+from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.batch import judge_batch
+from accept.batch.table import reasons, units_table
+from accept.commands.bench_keys import DEMO, demo_credential
+from accept.gap.text import gap_of, in_order, one_line
+from accept.judging.judge_unit import load_spec
+from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut
 from accept.simulate.unit import TRUTH_FILE
 from accept.store import open_store
-from accept.table import reasons, units_table
+from accept.verify.rejudge import is_valid, ready
 
 
 @clear_errors
@@ -29,15 +29,15 @@ def run(out: Path, operator: str | None) -> Exit:
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
-    with batch.processes(1) as elsewhere:
+    with judge_batch.processes(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
-        units = [*seed.write_units(out / "units"), _write_strut(out / "units")]
+        units = [*published_units.write_units(out / "units"), _write_strut(out / "units")]
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-        order = batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere)
+        order = judge_batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere)
         ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
-            report = batch.run(order, store, say)
+            report = judge_batch.run(order, store, say)
         files = {u["serial"]: out / u["certificate"] for u in report.units}
         pending = [elsewhere.submit(is_valid, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
         valid = [is_valid(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
@@ -46,7 +46,7 @@ def run(out: Path, operator: str | None) -> Exit:
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))
     print(*reasons(report.units), sep="\n")
-    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / batch.CERTIFICATES}")
+    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / judge_batch.CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden(units[-1])
     print(*(_found(strut, truth) for strut in struts), sep="\n")
@@ -83,4 +83,4 @@ def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
 
 def _published() -> dict[str, str]:
     """Table 2.1 of the seed: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
-    return {apa.serial: f"{apa.published_flatness_um:g}" for apa in seed.SEED_APAS}
+    return {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from accept.commands.talk import clear_errors, say
-from accept.exit import Exit
-from accept.files import write_atomic
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
 from accept.pictures.draw import picture
 from accept.pictures.formats import format_of
 from checks.declare import Series
-from checks.signals import excitation as ex
-from checks.signals.excitation import Excitation, Rig
-from checks.signals.excitation_panels import panels
-from checks.signals.frf import h1_record
-from checks.signals.shapes import Both, Flat, LowPass, Notch, Shape, notch_at_resonance
+from checks.signals.drive import excitation as ex
+from checks.signals.drive.excitation import Excitation, Rig
+from checks.signals.drive.excitation_panels import panels
+from checks.signals.drive.shapes import Both, Flat, LowPass, Notch, Shape, notch_at_resonance
+from checks.signals.spectral.frf import h1_record
 from hw.records import read
 from hw.records.writers import csv_bytes, mat_bytes
 

@@ -17,20 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.files import check_places, write_atomic
+from accept.base.atomic_files import check_places, write_atomic
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
 from accept.pictures.formats import format_of
 from checks.declare import Series
+from checks.errors import RecordError
 from checks.picture import Panel
-from checks.record import Record, RecordError
-from checks.signals.bode import bode
-from checks.signals.frf import Frf, h1_record
-from checks.signals.lpm import lpm_record
-from checks.signals.merge import merge
-from checks.signals.periodic import detect, periodic_frf
-from checks.signals.poles import Transforms
-from checks.signals.resonance import Resonance, find
+from checks.record import Record
+from checks.signals.spectral.bode import bode
+from checks.signals.spectral.frf import Frf, h1_record
+from checks.signals.spectral.lpm import lpm_record
+from checks.signals.spectral.merge import merge
+from checks.signals.spectral.periodic import detect, periodic_frf
+from checks.signals.spectral.poles import Transforms
+from checks.signals.spectral.resonance import Resonance, find
 from hw.records import list_channels, read
 from hw.records.uff import frf_bytes
 

@@ -4,18 +4,17 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from accept import gap
-from accept.commands.talk import clear_errors, say
-from accept.exit import Exit
-from accept.files import write_atomic
-from accept.fleet import SETTLED, common, lines
-from accept.gap_words import REFUSED, summary
-from accept.model_file import DEFAULT_MODEL
-from accept.unit import UNIT_FILE, UnitError, UnitFolder, find, read
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
+from accept.gap import analyse_unit
+from accept.gap.fleet import SETTLED, common, lines
+from accept.gap.text import REFUSED, summary
+from accept.models.model_file import DEFAULT_MODEL
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
+from checks.errors import ModelError, RecordError
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused
-from checks.model.superelement import ModelError
-from checks.record import RecordError
 
 
 @clear_errors
@@ -52,16 +51,16 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> gap.Done | None:
+def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> analyse_unit.Done | None:
     """The answer for one unit, written and printed; None where it was refused."""
     try:
         start = model or DEFAULT_MODEL[unit.kind]
-        done = gap.analyse(unit.path, start, without, lambda words: say(f"{unit.serial}: {words}"))
+        done = analyse_unit.analyse(unit.path, start, without, lambda words: say(f"{unit.serial}: {words}"))
     except (GapRefused, ModelError, RecordError, UnitError) as e:
         words = str(e)
         say(f"accept: {words if words.startswith(f'{unit.serial}:') else f'{unit.serial}: {words}'}")
         return None
-    gap.write(done, place)
+    analyse_unit.write(done, place)
     print("\n".join(summary(unit.serial, done.result)))
     say(f"{place}: gap.json, gap.pdf and model.toml written")
     return done

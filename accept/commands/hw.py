@@ -11,16 +11,16 @@ from rich import box
 from rich.table import Table
 from serial.tools.list_ports import comports
 
-from accept import unitfile
-from accept.capture import CAPTURES, Run, capture
-from accept.commands.talk import clear_errors, operator_name, say, stdout
-from accept.exit import Exit
-from accept.hands import Hands, Person, Player, Staged
-from accept.home import home
-from accept.pickup import STABLE_S, Watched, declared_file, pick_up
+from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.capture.capture import CAPTURES, Run, capture
+from accept.capture.operator_actions import Hands, Person, Player, Staged
+from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
 from accept.store import open_store
-from accept.unit import UNIT_FILE
-from checks.record import RecordError
+from accept.units import toml_edit
+from accept.units.unit_folder import UNIT_FILE
+from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
 from specs import SpecError
@@ -133,7 +133,7 @@ def measure(
         return Exit.BAD_INPUT
     bench = load_bench(bench_path(path))
     if begin is not None:
-        unitfile.begin(folder, begin, "apa")
+        toml_edit.begin(folder, begin, "apa")
     try:
         name, entry = _serving(bench, section)
         with open_store() as store:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from rich.table import Table
 
+from accept.base.console import clear_errors, operator_name, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
 from accept.certificate import keys
-from accept.commands.signing import passphrase_of, terminal_prompt
-from accept.commands.talk import clear_errors, operator_name, stdout
-from accept.exit import Exit
-from accept.home import home
+from accept.commands.bench_keys import passphrase_of, terminal_prompt
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 from rich.table import Table as Rows
 
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
 from accept.commands.model import whole
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.home import home
-from accept.lookup import Plan, TableError, build, open_table, read_table
-from accept.model_file import open_model
-from checks.model.lookup import DX_MAX_UM, DY_MAX_UM
+from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
+from accept.models.model_file import open_model
+from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
 from checks.model.model import Model
 
 

@@ -4,19 +4,19 @@ import json
 from pathlib import Path
 from typing import Any
 
+from accept.base.atomic_files import check_places, write_atomic
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
 from accept.commands.model import draw_to
-from accept.commands.talk import clear_errors, say
-from accept.exit import Exit
-from accept.files import check_places, write_atomic
-from accept.lookup import table_for
-from accept.measured import Responses, responses
-from accept.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
+from accept.gap.responses import Responses, responses
+from accept.models.lookup_cache import table_for
+from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
 from accept.pictures.formats import format_of
-from accept.unit import UNIT_FILE, UnitError, read
-from checks.model.lookup import Table
-from checks.model.misalign import CHANNELS, estimate
-from checks.model.misalign_panels import panels
-from checks.model.misalignment import Along, Estimate
+from accept.units.unit_folder import UNIT_FILE, UnitError, read
+from checks.misalignment.estimate import CHANNELS, estimate
+from checks.misalignment.estimate_types import Along, Estimate
+from checks.misalignment.panels import panels
+from checks.misalignment.table import Table
 from checks.quantity import NoResult
 from checks.verdict import Verdict
 

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 from rich.table import Column, Table
 
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.files import write_atomic
-from accept.model_file import DEFAULT_MODEL, Opened, opened
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.models.model_file import DEFAULT_MODEL, Opened, opened
 from accept.pictures.draw import PictureError, picture
-from checks.model.fit_panels import UNITS, frf_panels
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.fit_panels import UNITS, frf_panels
 from checks.model.model import Model, frequency_and_damping
-from checks.model.superelement import Array, ModelError
-from checks.model.sweep import SEED_SWEEPS, panels, sweep, table
+from checks.model.parameter_sweep import SEED_SWEEPS, panels, sweep, table
 from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.units import unit_of

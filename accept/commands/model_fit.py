@@ -8,21 +8,21 @@ from typing import Any
 
 from rich.table import Table
 
+from accept.base.atomic_files import check_places, write_atomic
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
 from accept.commands.model import draw_to, grid, model_for, whole
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.files import check_places, write_atomic
-from accept.measured import Responses, responses
-from accept.model_file import Opened, write_model
+from accept.gap.responses import Responses, responses
+from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of
-from accept.unit import read
-from checks.model.constants import Constant, fit_constants, seed_constants
-from checks.model.dataset import Dataset
-from checks.model.fit import Fit, calibrate, free_of
-from checks.model.fit_panels import fit_panels
-from checks.model.goodness import Gap, gaps
+from accept.units.unit_folder import read
+from checks.errors import ModelError
+from checks.fitting.constants import Constant, fit_constants, seed_constants
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import Fit, calibrate, free_of
+from checks.fitting.fit_panels import fit_panels
+from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
-from checks.model.superelement import ModelError
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 

@@ -5,10 +5,10 @@ import datetime
 from rich import box
 from rich.table import Table
 
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.recall import touched
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
 from accept.store import open_store
+from accept.store.instrument_recall import touched
 
 
 @clear_errors

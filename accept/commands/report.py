@@ -3,20 +3,23 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
-from accept import batch, campaign, ledger, unit
-from accept.calibration import statement
-from accept.certificate import dossier_of, render
+from accept.base.atomic_files import check_place, write_atomic
+from accept.base.console import clear_errors, operator_name, say
+from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.home import home
+from accept.batch import events, judge_batch
+from accept.batch.table import reasons
+from accept.certificate.content import of as dossier_of
+from accept.certificate.document import render
 from accept.certificate.signing import sign
 from accept.commands.batch import specs_for
-from accept.commands.signing import bench_credential
-from accept.commands.talk import clear_errors, operator_name, say
-from accept.exit import Exit, of_verdicts
-from accept.explain import Start, explained
-from accept.files import check_place, write_atomic
-from accept.home import home
-from accept.model_file import open_model
+from accept.commands.bench_keys import bench_credential
+from accept.gap.attach_to_result import Start, explained
+from accept.judging import judge_unit
+from accept.judging.calibration import statement
+from accept.models.model_file import open_model
 from accept.store import open_store
-from accept.table import reasons
+from accept.units import unit_folder
 from specs.bench import load_bench
 
 
@@ -32,21 +35,21 @@ def run(
     """Judge one unit, write its certificate to `out`, and store both events."""
     who = operator_name(operator)
     check_place(out)
-    one = unit.read(folder)
+    one = unit_folder.read(folder)
     if model is not None:
         open_model(model)  # the one that is named, unlike a spec's, must be there
-    chosen = batch.spec_for(one, specs_for(spec))
+    chosen = judge_batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    result = explained(campaign.judge_unit(one, chosen, stated), one, Start.of(chosen, model), say)
+    result = explained(judge_unit.judge_unit(one, chosen, stated), one, Start.of(chosen, model), say)
     unsigned = render(dossier_of(result, chosen, folder, who))
     credential = bench_credential(home(), who)
     with open_store() as store:
-        ledger.judged(store, folder, result.to_json(), chosen, who)
+        events.judged(store, folder, result.to_json(), chosen, who)
         content = sign(unsigned, credential, datetime.now(UTC)) if credential else unsigned
         write_atomic(out, content)
         if credential:
-            ledger.signed(store, result.serial, out, content, credential.role, who=who, spec=chosen)
+            events.signed(store, result.serial, out, content, credential.role, who=who, spec=chosen)
     for line in reasons([result.to_json()]):
         say(line)
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {out}")

@@ -8,13 +8,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.operator_name import operator_name
 from accept.commands import web
-from accept.exit import Exit, of_verdicts
-from accept.operator_name import operator_name
 from accept.tui.app import BenchApp
-from accept.tui.start import Given
+from accept.tui.screens.start import Given
 
-UNIT_FILE = "unit.toml"  # as in accept.unit, which takes longer to import than the first screen may
+UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Bench

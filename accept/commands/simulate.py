@@ -7,14 +7,14 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.model_file import DEFAULT_MODEL, effects_of, opened
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, Order, OrderError, simulate, write
 from accept.simulate.order import drawn, on_bench
-from checks.model.converters import Converters
 from checks.model.model import Model
-from checks.signals.excitation import ExcitationError
+from checks.model.time.adc_dac import Converters
+from checks.signals.drive.excitation import ExcitationError
 
 Effect = tuple[str, dict[str, float]]
 

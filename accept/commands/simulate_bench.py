@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from accept.commands.talk import clear_errors, say
-from accept.exit import Exit
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
+from accept.simulate.bench_truth import world_of
 from accept.simulate.order import OrderError
-from accept.world import world_of
 from hw.simulated import Fault, FaultKind, Server, SimulatedBench
 from hw.simulated.server import swap
 

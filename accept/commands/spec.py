@@ -2,10 +2,10 @@
 
 from rich.table import Table
 
-from accept.campaign import load_spec
-from accept.commands.talk import clear_errors, say, stdout
-from accept.describe import all_checks
-from accept.exit import Exit
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.judging.check_docs import all_checks
+from accept.judging.judge_unit import load_spec
 from specs import Limit, SpecError, builtin
 
 

@@ -1,7 +1,7 @@
 """`accept store`."""
 
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
 from accept.store import check_lines, open_store
 
 

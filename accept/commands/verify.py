@@ -4,12 +4,14 @@ from pathlib import Path
 
 from cryptography import x509
 
-from accept.certificate import Rejudge, Report, keys, verify
-from accept.commands.signing import DEMO
-from accept.commands.talk import clear_errors, say, stdout
-from accept.exit import Exit
-from accept.home import home
-from accept.rejudge import rejudge, rejudge_demo
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.certificate import keys
+from accept.certificate.attachments import Rejudge
+from accept.commands.bench_keys import DEMO
+from accept.verify.rejudge import rejudge, rejudge_demo
+from accept.verify.verification import Report, verify
 
 
 @clear_errors

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from accept.exit import Exit
+from accept.base.exit_codes import Exit
 
 HOST = "127.0.0.1"
 MISSING = "accept: --web needs the extra 'web': pip install 'accept[web]'"

@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+from specs.errors import AcceptError
+
 FORMATS = ("pdf", "svg", "png")
 
 
-class PictureError(ValueError):
+class PictureError(AcceptError, ValueError):
     """A picture that cannot be drawn or written; the text says which and why."""
 
 

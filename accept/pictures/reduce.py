@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.picture import Array, Band, Heights, Image, Item, Line, Panel
+from checks.arrays import Array
+from checks.picture import Band, Heights, Image, Item, Line, Panel
 
 POINTS = 800  # a certificate's panel is 55 mm wide: 15 points per millimetre
 _DIGITS = 7

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from accept.simulate.hammer_records import FS, DoubleHits, ShellMode, hammer_record
 from accept.simulate.order import Order
 from accept.simulate.records import Bench, Columns, slow_record
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
-from checks.model.converters import in_steps
+from checks.arrays import Array
 from checks.model.electrical import highpass_corner
-from checks.model.hammer_test import FS, DoubleHits, ShellMode, hammer_record
-from checks.model.simulate import answer
-from checks.model.slow import mass_steps, stroke_of
-from checks.model.superelement import Array
-from checks.signals import excitation
-from checks.signals.excitation import Rig
+from checks.model.time.adc_dac import in_steps
+from checks.model.time.hysteresis_creep import mass_steps, stroke_of
+from checks.model.time.time_response import answer
+from checks.signals.drive import excitation
+from checks.signals.drive.excitation import Rig
 
 UM = 1e-6
 START_V, TOP_V = -20.0, 150.0

@@ -1,6 +1,6 @@
 """The demo's strut: simulated from the built-in model with an effect hidden in it, the same every time."""
 
-from accept.model_file import open_model
+from accept.models.model_file import open_model
 from accept.simulate.order import SHORT_S, Order
 from accept.simulate.unit import SimulatedUnit, simulate
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from accept.simulate.apa import Figures, dead_stack, heights
+from accept.simulate.hammer_records import DoubleHits
 from accept.simulate.records import Columns
-from accept.unit import KINDS
-from checks.model.converters import RANGE_V
-from checks.model.hammer_test import DoubleHits
+from accept.units.unit_folder import KINDS
+from checks.model.time.adc_dac import RANGE_V
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from accept.unit import KINDS, SERIAL
-from checks.model.converters import Converters
+from accept.units.unit_folder import KINDS, SERIAL
 from checks.model.effects import effect_changes
-from checks.model.fractions import Fractions
 from checks.model.model import Model
 from checks.model.parameters import rule
-from checks.model.slow import Rayleigh, creep, loops_of
+from checks.model.time.adc_dac import Converters
+from checks.model.time.hysteresis_creep import Rayleigh, creep, loops_of
+from checks.model.time.partial_fractions import Fractions
+from specs.errors import AcceptError
 
 SLOW_EFFECTS = {"hysteresis": "relative_width", "creep": "per_decade"}  # not linear, or no parameter of the model
 SHORTEST_S = 2.0
@@ -21,7 +22,7 @@ SHORT_S = 10.5  # quick to simulate, and long enough: the specs ask for 10 s
 APA_PAYLOAD_KG = 5.0  # seed 3.1.7; the models have what a strut carries
 
 
-class OrderError(ValueError):
+class OrderError(AcceptError, ValueError):
     """An order that cannot be carried out; the text says which value is wrong and what is possible."""
 
 

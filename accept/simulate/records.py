@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from accept.simulate.order import Order
+from checks.arrays import Array
 from checks.model.model import Model, frequency_and_damping
-from checks.model.simulate import Answer, answer
-from checks.model.slow import loops_of
-from checks.model.superelement import Array
-from checks.signals import excitation
-from checks.signals.excitation import Rig
-from checks.signals.shapes import Notch
+from checks.model.time.hysteresis_creep import loops_of
+from checks.model.time.time_response import Answer, answer
+from checks.signals.drive import excitation
+from checks.signals.drive.excitation import Rig
+from checks.signals.drive.shapes import Notch
 
 Columns = dict[str, Array | float]
 

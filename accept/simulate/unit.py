@@ -8,12 +8,12 @@ from typing import Any
 
 import tomlkit
 
-from accept.files import write_atomic
+from accept.base.atomic_files import write_atomic
 from accept.simulate import apa
 from accept.simulate.faults import FAULTS, Fault
 from accept.simulate.order import Order, OrderError
 from accept.simulate.records import MERGE_HZ, Bench, Columns, noise_record, slow_record, sweep_record
-from accept.unit import KINDS, UNIT_FILE
+from accept.units.unit_folder import KINDS, UNIT_FILE
 from hw.records import csv_bytes, mat_bytes
 
 TRUTH_FILE = "truth.json"

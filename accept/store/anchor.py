@@ -5,7 +5,7 @@ from pathlib import Path
 
 from sqlalchemy import URL
 
-from accept.files import write_atomic
+from accept.base.atomic_files import write_atomic
 from accept.store.chain import Head
 from accept.store.errors import StoreError
 

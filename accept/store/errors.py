@@ -6,6 +6,8 @@ from contextlib import contextmanager
 
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
+from specs.errors import AcceptError
+
 OTHER_PLACE = "make it writable, or set ACCEPT_HOME to a folder that is"
 
 _CAUSES = {
@@ -21,7 +23,7 @@ _CAUSES = {
 }
 
 
-class StoreError(RuntimeError):
+class StoreError(AcceptError, RuntimeError):
     """The store cannot be used; the text names it, says why and what to do."""
 
 

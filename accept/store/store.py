@@ -10,14 +10,14 @@ from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, Row, Select, insert, make_url, select, update
 
-from accept.home import HomeError, home
+from accept.base.home import HomeError, home
+from accept.base.version import code_sha256
 from accept.store import tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, Head, Problem, first_problem
 from accept.store.engine import appending, make_engine, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Entry, Event, sealed
-from accept.version import code_sha256
 
 _PAGE = 500  # events read at once; between pages no lock is held
 

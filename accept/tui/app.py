@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App
 from textual.binding import Binding, BindingType
 
-from accept.tui.help import Help
-from accept.tui.start import Begin, Given, Start
+from accept.tui.screens.help import Help
+from accept.tui.screens.start import Begin, Given, Start
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Bench
@@ -54,7 +54,9 @@ class BenchApp(App[None]):
         if begin is None:
             self.exit()
             return
-        from accept.tui.steps import Steps  # the checks are imported by now, in the thread that opened the bench
+        from accept.tui.screens.steps import (
+            Steps,  # the checks are imported by now, in the thread that opened the bench
+        )
 
         self.session = begin.session
         self.given = Given(begin.session.operator, "", begin.session.spec.kind)

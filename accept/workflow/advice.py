@@ -7,7 +7,7 @@ is: the advice is an addition, never the only word.
 from collections.abc import Mapping
 from typing import Any
 
-from accept.workflow.judgement import StepJudgement
+from accept.workflow.state.step_judgement import StepJudgement
 from checks.declare import Check, Series
 
 ADVICE: tuple[tuple[str, str], ...] = (

@@ -4,18 +4,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from accept import unit
-from accept.campaign import DEFAULT_SPEC, load_spec
-from accept.home import home
+from accept.base.home import home
+from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.store import Store, open_store
-from accept.unit import UnitError, UnitFolder
-from accept.workflow.adopted import adopt
-from accept.workflow.apart import Apart
-from accept.workflow.hardware import BenchInstruments
-from accept.workflow.instruments import Instruments, NoInstruments
-from accept.workflow.known import KnownUnit, known_unit, known_units
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitError, UnitFolder
+from accept.workflow.entry.parse_entry import serial_problem
+from accept.workflow.import_folder import adopt
+from accept.workflow.instruments.hardware import BenchInstruments
+from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.session import Session
-from accept.workflow.typed import serial_problem
+from accept.workflow.unit_list import KnownUnit, known_unit, known_units
+from accept.workflow.worker.process import Apart
 from specs import Spec
 from specs.bench import Bench as StatedBench
 from specs.bench import load_bench
@@ -100,11 +100,11 @@ def open_bench(
 ) -> Bench:
     """The bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
     SettingsError, UnitError."""
-    taken = unit.read(folder) if folder else None
+    taken = unit_folder.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
     if taken is not None and taken.kind not in {one.kind for one in specs}:
         problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
-        raise UnitError(taken.path / unit.UNIT_FILE, [problem])
+        raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
     stated = load_bench(bench_file) if bench_file else None
     instruments = BenchInstruments(stated) if stated else NoInstruments()
     return Bench(

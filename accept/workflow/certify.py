@@ -4,14 +4,17 @@ import os
 from datetime import UTC, datetime
 from pathlib import Path
 
-from accept import ledger
-from accept.certificate import Report, dossier_of, keys, render
+from accept.base.atomic_files import write_atomic
+from accept.batch import events
+from accept.certificate import keys
+from accept.certificate.content import of as dossier_of
+from accept.certificate.document import render
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.signing import SigningRefused, sign
-from accept.files import write_atomic
-from accept.rejudge import verify_file
+from accept.verify.rejudge import verify_file
+from accept.verify.verification import Report
 from accept.workflow.session import Session
-from accept.workflow.state import certificate_name
+from accept.workflow.state.unit_state import certificate_name
 
 
 def make_keys(home: Path, operator: str, passphrase: str, qa_passphrase: str) -> None:
@@ -65,7 +68,7 @@ def _keep_older(path: Path) -> None:
 
 def _write(session: Session, path: Path, content: bytes, credential: Credential) -> Report:
     write_atomic(path, content)
-    ledger.signed(
+    events.signed(
         session.store, session.serial, path, content, credential.role, who=credential.person, spec=session.spec
     )
     session.refresh()

@@ -4,8 +4,10 @@ import fcntl
 import os
 from pathlib import Path
 
+from specs.errors import AcceptError
 
-class UnitBusy(RuntimeError):
+
+class UnitBusy(AcceptError, RuntimeError):
     """Another program has the unit open; the text says what to do."""
 
 

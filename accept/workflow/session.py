@@ -10,21 +10,23 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from accept import ledger
-from accept.calibration import Statement, statement
-from accept.explain import PREFIX, on_certificate
-from accept.result import UnitResult
+from accept.base.version import code_sha256
+from accept.batch import events
+from accept.gap.attach_to_result import PREFIX, on_certificate
+from accept.judging.calibration import Statement, statement
+from accept.judging.result import UnitResult
 from accept.store import Entry, Event, Store
-from accept.version import code_sha256
-from accept.workflow import drawn, entries, folder, section
-from accept.workflow.instruments import Instrument, reading
-from accept.workflow.judgement import StepJudgement
-from accept.workflow.judging import Explained, Judge, judge_here, judgement_of_result
+from accept.units import attach
+from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
+from accept.workflow.instruments.port import Instrument, reading
 from accept.workflow.lock import UnitLock
-from accept.workflow.state import Attempt, Given, StepState, UnitRun, fold_run, folder_name
+from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun, entries, fold_run, folder_name
 from accept.workflow.status import Status, judgement_of, next_step, status_of
-from accept.workflow.steps import Step, steps_of
-from accept.workflow.typed import EntryError, check_plausible, plain_words, serial_problem
+from accept.workflow.steps import section
+from accept.workflow.steps.plan import Step, steps_of
+from accept.workflow.worker import panel_cache
+from accept.workflow.worker.judging import Explained, Judge, judge_here, judgement_of_result
 from checks.declare import Input, Measured, Scalar, Series, Table
 from checks.picture import Panel
 from hw.errors import InstrumentError
@@ -96,7 +98,7 @@ class Session:
         program before."""
         key = (step, self.state(step).upto)
         if key not in self._panels and self.step(step).check.model is not None:
-            self._panels[key] = drawn.load(self.folder, *key)
+            self._panels[key] = panel_cache.load(self.folder, *key)
         return self._panels.get(key, {})
 
     def begin(self, parts: Mapping[str, str], reason: str = "", channels: Mapping[str, str] | None = None) -> Event:
@@ -161,7 +163,7 @@ class Session:
     def link(self, step: str, declared: Series | Table, source: Path, day: str | None = None) -> Event:
         """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
-        name, digest = folder.take_in(source, declared, self.folder, self.attempt.channels)
+        name, digest = attach.take_in(source, declared, self.folder, self.attempt.channels)
         return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source), day))
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
@@ -202,7 +204,7 @@ class Session:
         panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
         self._panels[name, state.upto] = panels
         if self.step(name).check.model is not None:
-            drawn.save(self.folder, name, state.upto, panels)
+            panel_cache.save(self.folder, name, state.upto, panels)
         judged = judgement_of_result(name, result, state, self.spec_name)
         if self.judgement(name) != judged:
             self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
@@ -222,7 +224,7 @@ class Session:
     @property
     def gap_panels(self) -> Mapping[str, Panel]:
         state = self.responses
-        return {} if self.gap is None or state is None else drawn.load(self.folder, "gap", state.upto)
+        return {} if self.gap is None or state is None else panel_cache.load(self.folder, "gap", state.upto)
 
     def explain(self, explain: Callable[[Path, Spec], Explained]) -> Event:
         """Run the gap workflow on the present responses and store its answer. Raises EntryError without responses,
@@ -231,7 +233,7 @@ class Session:
         if state is None or not state.entries:
             raise EntryError("there are no frequency responses yet")
         found = explain(self.folder, self.spec)
-        drawn.save(self.folder, "gap", attempt.step("frf").upto, found.panels)
+        panel_cache.save(self.folder, "gap", attempt.step("frf").upto, found.panels)
         return self._append(entries.explained(self.serial, attempt.step("frf").upto, found.gap))
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
@@ -243,7 +245,7 @@ class Session:
             shown = {f"{PREFIX}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
             result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
-            ledger.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
+            events.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
             self._catch_up()
             self._result = given, result
         return result
@@ -286,7 +288,7 @@ class Session:
         """The present attempt, with `unit.toml` in its folder as the state has it."""
         with self._mutex:
             attempt = self.attempt
-            folder.write_document(self.folder, section.document(self.serial, attempt, self.steps))
+            attach.write_document(self.folder, section.document(self.serial, attempt, self.steps))
             return attempt
 
 

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Any
 
-from accept.workflow.judgement import StepJudgement
-from accept.workflow.section import full, ready
-from accept.workflow.state import StepState
-from accept.workflow.steps import Step
+from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import StepState
+from accept.workflow.steps.plan import Step
+from accept.workflow.steps.section import full, ready
 
 
 class Status(Enum):

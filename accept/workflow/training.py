@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from accept import unit
-from accept.campaign import DEFAULT_SPEC, load_spec
-from accept.files import write_atomic
-from accept.home import home
-from accept.model_file import DEFAULT_MODEL, open_model
+from accept.base.atomic_files import write_atomic
+from accept.base.home import home
+from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
+from accept.models.model_file import DEFAULT_MODEL, open_model
 from accept.simulate import FAULTS, Order, simulate
+from accept.simulate.bench_truth import world_of
 from accept.simulate.order import SHORT_S, drawn, on_bench
 from accept.store import open_store
-from accept.unit import UNIT_FILE, UnitFolder
+from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE, UnitFolder
 from accept.workflow.bench import LOCK_WAIT_S, Bench
-from accept.workflow.hardware import BenchInstruments
-from accept.workflow.instruments import Instrument
-from accept.workflow.steps import is_needed
-from accept.world import world_of
+from accept.workflow.instruments.hardware import BenchInstruments
+from accept.workflow.instruments.port import Instrument
+from accept.workflow.steps.plan import is_needed
 from checks.declare import Measured
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
@@ -75,7 +75,7 @@ def open_training(spec: str | None, seed: int | None) -> Bench:
     records = place / "records" / serial
     for name, content in made.files.items():
         write_atomic(records / name, content)
-    taught = unit.read(records)
+    taught = unit_folder.read(records)
     running = ExitStack()
     bench = running.enter_context(SimulatedBench(world_of(records), place / "bench" / serial, seed=seed, byte_s=BYTE_S))
     (records / UNIT_FILE).unlink()  # the technician finds records, not their list

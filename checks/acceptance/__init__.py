@@ -3,7 +3,6 @@
 from checks.acceptance import (
     capacitance,
     flatness,
-    frf,
     hysteresis,
     misalignment,
     sensor_highpass,
@@ -11,6 +10,7 @@ from checks.acceptance import (
     stiffness,
     stroke,
 )
+from checks.acceptance.responses import check as frf
 from checks.declare import Check
 
 CHECKS: dict[str, Check] = {

@@ -1,6 +1,6 @@
 """Capacitance of the sensor stack and of the two actuator stacks at 1 kHz (seed 2.2)."""
 
-from checks.acceptance.typed import typed_quantity
+from checks.acceptance.common.typed_value import typed_quantity
 from checks.declare import Check, Form, Scalar, Values
 from checks.quantity import Outcome
 from specs.spec import CheckSpec

@@ -4,15 +4,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from checks.arrays import Array
 from checks.declare import Check, Form, Setting, Table, Values, Vector
 from checks.picture import Band, Heights, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from specs.spec import CheckSpec, StatedU
-
-Array = NDArray[np.float64]
 
 POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
 MIN_POINTS_PER_INTERFACE = 4  # three points always lie in a plane: they would show a flatness of zero

@@ -3,21 +3,19 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from checks.acceptance.gain import GAIN_UM_PER_V, wrong_gain
-from checks.acceptance.lag import vet_lag, vet_noise
-from checks.acceptance.stated import stated
+from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V, wrong_gain
+from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
+from checks.acceptance.common.stated_uncertainty import stated
+from checks.arrays import Array
 from checks.declare import Check, Form, Series, Setting, Values
 from checks.picture import Band, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
-from checks.signals.cycles import Cycle, last_cycles
-from checks.signals.loops import Estimate, longest_stand, thin
 from checks.signals.regression import least_squares
+from checks.signals.slow.cycles import Cycle, last_cycles
+from checks.signals.slow.loops import Estimate, longest_stand, thin
 from specs.spec import CheckSpec
-
-Array = NDArray[np.float64]
 
 UM = 1e-6
 CENTRE_LINE_DEGREE = 5

@@ -7,15 +7,15 @@ answer give none: missing bands, turned channels, a model that does not explain 
 
 import numpy as np
 
-from checks.acceptance import frf
+from checks.acceptance.responses import check
 from checks.declare import Check, Measured, Setting, Values
-from checks.model.dataset import Dataset, dataset_from_records
-from checks.model.lookup import Table, grid, ratios, table_frequencies
-from checks.model.misalign import CHANNELS, estimate, of_damping, with_payload
-from checks.model.misalign_panels import panels
-from checks.model.misalignment import Along, Estimate
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset, dataset_from_records
+from checks.misalignment.estimate import CHANNELS, estimate, of_damping, with_payload
+from checks.misalignment.estimate_types import Along, Estimate
+from checks.misalignment.panels import panels
+from checks.misalignment.table import Table, grid, ratios, table_frequencies
 from checks.model.model import Model
-from checks.model.superelement import ModelError
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from specs.spec import CheckSpec
@@ -56,7 +56,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
         return None
     merge: Measured | None = values.get("merge_Hz")
     return dataset_from_records(
-        below, above, frf.MERGE_HZ if merge is None else merge.value, channels=CHANNELS, name=f"{low}, {high}"
+        below, above, check.MERGE_HZ if merge is None else merge.value, channels=CHANNELS, name=f"{low}, {high}"
     )
 
 
@@ -85,10 +85,10 @@ CHECK = Check(
     name="misalignment",
     title="Misalignment of the APA from the joints' axis",
     kinds=("strut",),
-    forms=frf.CHECK.forms,
+    forms=check.CHECK.forms,
     quantities=("dx_um", "dy_um"),
     measure=measure,
     settings=(Setting("model", "strut", "built-in model or TOML file of the strut to compare with"),),
-    section=frf.CHECK.name,
+    section=check.CHECK.name,
     model="model",
 )

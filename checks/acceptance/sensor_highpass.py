@@ -4,22 +4,20 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import csd, welch
 
-from checks.acceptance.clock import SAMPLING, remarks, vet_rates
-from checks.acceptance.frf_rules import LOOKS
-from checks.acceptance.stated import stated
+from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
+from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.responses.rules import LOOKS
+from checks.arrays import Array
 from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
-from checks.signals.highpass import HighPass, fit_highpass
 from checks.signals.overload import overload
-from checks.signals.timechecks import mismatches
+from checks.signals.record_checks import mismatches
+from checks.signals.slow.highpass import HighPass, fit_highpass
 from specs.spec import CheckSpec
-
-Array = NDArray[np.float64]
 
 UF = 1e-6
 TOP_HZ = 5.0

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance import hammer_panels
-from checks.acceptance.clock import SAMPLING, remarks, vet_rates
-from checks.acceptance.stated import stated
+from checks.acceptance import spurious_modes_panels
+from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
+from checks.acceptance.common.stated_uncertainty import stated
 from checks.declare import Check, Form, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.hammer import HammerTest, ImpactFrf, analyse
-from checks.signals.impacts import ImpactRules, tally
-from checks.signals.modalfit import Mode, amplitude_at, find_modes
+from checks.signals.impact.hammer import HammerTest, ImpactFrf, analyse
+from checks.signals.impact.impacts import ImpactRules, tally
+from checks.signals.impact.modal_fit import Mode, amplitude_at, find_modes
 from specs.spec import CheckSpec
 
 RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
@@ -62,7 +62,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     for name, orders in HARMONICS.items():
         quantities += [_harmonic(name, n, found[name], chosen[name], spec) for n in orders]
     tested = {key: a for key, a in analysed.items() if isinstance(a, HammerTest)}
-    panels = hammer_panels.panels(
+    panels = spurious_modes_panels.panels(
         values, tested, {k: f.modes for k, f in found.items() if isinstance(f, Tested)}, rules.band_Hz
     )
     return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen), *remarks(values, spec)), panels)

@@ -4,21 +4,19 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from checks.acceptance.stated import stated
-from checks.acceptance.typed import typed_quantity
+from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.common.typed_value import typed_quantity
+from checks.arrays import Array
 from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
-from checks.signals.creep import CreepFit, fit_creep
-from checks.signals.loops import Estimate, thin
 from checks.signals.regression import colour
-from checks.signals.steps import REACH_S, Step, find_steps
+from checks.signals.slow.creep import CreepFit, fit_creep
+from checks.signals.slow.loops import Estimate, thin
+from checks.signals.slow.steps import REACH_S, Step, find_steps
 from specs.spec import CheckSpec
-
-Array = NDArray[np.float64]
 
 UM = 1e-6
 N_PER_UM = 1e6

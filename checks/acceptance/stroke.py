@@ -4,21 +4,19 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from checks.acceptance import stroke_ends as ends
-from checks.acceptance.lag import vet_bend, vet_lag
-from checks.acceptance.stated import stated, with_stated
-from checks.acceptance.typed import typed_quantity
+from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
+from checks.acceptance.common.stated_uncertainty import stated, with_stated
+from checks.acceptance.common.typed_value import typed_quantity
+from checks.arrays import Array
 from checks.declare import Check, Form, Scalar, Series, Setting, Values
 from checks.picture import Item, Line, Mark, Panel
 from checks.quantity import Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
-from checks.signals import loops
-from checks.signals.loops import Branch, Estimate
+from checks.signals.slow import loops
+from checks.signals.slow.loops import Branch, Estimate
 from specs.spec import CheckSpec
-
-Array = NDArray[np.float64]
 
 UM = 1e-6
 RECORDS = {"one_stack": "stroke_one_stack_um", "two_stacks": "stroke_two_stacks_um"}

@@ -5,11 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.arrays import Array
 from checks.quantity import NoResult
-from checks.signals.loops import Estimate
 from checks.signals.regression import least_squares
-
-Array = NDArray[np.float64]
+from checks.signals.slow.loops import Estimate
 
 UM = 1e-6
 MIN_SAMPLES = 12

@@ -2,17 +2,17 @@
 
 from dataclasses import replace
 
-from checks.gap.augmented import Augmented, Member
+from checks.errors import ModelError
+from checks.fitting.fit import BEYOND_DOUBT
+from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Inputs, Prepared
-from checks.gap.naming import is_bent
-from checks.gap.search import Candidate, Say, Search
-from checks.gap.slow import Slow
-from checks.gap.thresholds import Thresholds
-from checks.gap.unnamed import levels, stand_ins
-from checks.model.fit import BEYOND_DOUBT
+from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.unmodelled_modes import levels, stand_ins
+from checks.gap.records.inputs import Inputs, Prepared
+from checks.gap.records.slow_sines import Slow
+from checks.gap.search.forward import Candidate, Say, Search
+from checks.gap.statistics.thresholds import Thresholds
 from checks.model.model import Model
-from checks.model.superelement import ModelError
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 SECOND = {"full": "modal", "modal": "full"}

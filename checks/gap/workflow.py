@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 
-from checks.gap.answer import answer
 from checks.gap.calibrate import calibrated, searching
-from checks.gap.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
-from checks.gap.result import Result
-from checks.gap.search import Found, Say, Search, explain
-from checks.gap.thresholds import THRESHOLDS, Thresholds
+from checks.gap.decision.report import answer
+from checks.gap.decision.result import Result
+from checks.gap.records.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
+from checks.gap.search.forward import Found, Say, Search, explain
+from checks.gap.statistics.thresholds import THRESHOLDS, Thresholds
 
 FIRST = 2  # effects that are looked for before a channel is left out
 

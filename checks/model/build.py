@@ -6,16 +6,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from checks.model.apa import ApaBody, superelement_body
-from checks.model.apa_2dof import two_dof_body
-from checks.model.frame import frame_matrices
-from checks.model.frame_geometry import FrameGeometry
+from checks.errors import ModelError
+from checks.model.free_apa_modes import with_modes
 from checks.model.model import Model, Values
 from checks.model.parameters import in_range, si
-from checks.model.reduce import reduce_apa
-from checks.model.softened import with_modes
-from checks.model.superelement import ModelError, Nodes, Superelement
-from checks.model.superelement_check import check_superelement
+from checks.model.structure.apa import ApaBody, superelement_body
+from checks.model.structure.apa_2dof import two_dof_body
+from checks.model.structure.frame import frame_matrices
+from checks.model.structure.frame_geometry import FrameGeometry
+from checks.model.structure.static_reduction import reduce_apa
+from checks.model.structure.superelement import Nodes, Superelement
+from checks.model.structure.superelement_check import check_superelement
 from specs.model import ModelSpec
 from specs.model_sections import ApaFrame, ApaSuperelement
 

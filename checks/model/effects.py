@@ -6,8 +6,8 @@ to the response. `payload_mass` and `encoder_mass` count from the model's value,
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from checks.errors import ModelError
 from checks.model.model import Model
-from checks.model.superelement import ModelError
 
 Changes = dict[str, float]
 

@@ -3,11 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from checks.model.superelement import Array
-
-Complex = NDArray[np.complex128]
+from checks.arrays import Array, Complex
 
 
 @dataclass(frozen=True)

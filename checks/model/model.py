@@ -12,16 +12,17 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from checks.model.apa import ApaBody
-from checks.model.assemble import assemble
-from checks.model.builder import System
-from checks.model.derivatives import Change, change, derivatives, modal_derivatives
-from checks.model.modal import Complex, Modal, direct_frf, modal
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.model.dynamics.complex_modes import Modal, direct_frf, modal
+from checks.model.dynamics.derivatives import Change, change, derivatives, modal_derivatives
+from checks.model.dynamics.real_modes import real_modal
+from checks.model.measured_outputs import seen
 from checks.model.parameters import TURNS_TIES, depends_on, derivative_step, in_range, is_mechanical, known, last
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
-from checks.model.real_modes import real_modal
-from checks.model.seen import seen
-from checks.model.superelement import Array, ModelError
+from checks.model.structure.apa import ApaBody
+from checks.model.structure.assemble import assemble
+from checks.model.structure.matrix_builder import System
 
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
 FORCE_SENSOR = "apa.ke_N_per_um"
@@ -106,7 +107,7 @@ class Model:
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
         """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is in the
-        matrices (`checks.model.derivatives`), central differences for what is seen of the motion."""
+        matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
         form = self.modal(changes)

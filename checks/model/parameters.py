@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from checks.model.superelement import ModelError
+from checks.errors import ModelError
 from specs.units import unit_of
 
 

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from checks.model.bench import Bench
+from checks.arrays import Array
 from checks.model.electrical import Electrical
-from checks.model.encoder import Encoder
-from checks.model.joint import RIGID, Joint
 from checks.model.parameters import si
-from checks.model.superelement import Array
+from checks.model.structure.bench import Bench
+from checks.model.structure.encoder import Encoder
+from checks.model.structure.joint import RIGID, Joint
 
 Values = Mapping[str, float]
 

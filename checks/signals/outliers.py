@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-Array = NDArray[np.float64]
+from checks.arrays import Array
 
 CHANCE = 0.01  # probability that a fleet in which nobody is odd has anyone flagged
 MIN_UNITS = 4

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from checks.record import RecordError
+from checks.errors import RecordError
 
 # What numpy, zlib and HDF5 were seen to raise, or document, on files with flipped bytes, cut ends and absurd sizes.
 DAMAGE = (

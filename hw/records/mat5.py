@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.record import RecordError
-from hw.records.variable import Array, Variable, unique
+from checks.arrays import Array
+from checks.errors import RecordError
+from hw.records.variable import Variable, unique
 
 HEADER_BYTES = 128
 COMPRESSED, MATRIX = 15, 14

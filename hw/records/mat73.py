@@ -6,9 +6,10 @@ import math
 import h5py
 import numpy as np
 
-from checks.record import RecordError
+from checks.arrays import Array
+from checks.errors import RecordError
 from hw.records.mat5 import DEFLATE_RATIO, NUMBERS
-from hw.records.variable import Array, Variable, unique
+from hw.records.variable import Variable, unique
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file

@@ -6,12 +6,14 @@ from types import MappingProxyType
 
 import numpy as np
 
+from checks.arrays import Array
 from checks.declare import Series
-from checks.record import Record, RecordError
+from checks.errors import RecordError
+from checks.record import Record
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import load_bytes
-from hw.records.variable import Array, Variables, listing
+from hw.records.variable import Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 
 NO_RENAME: Mapping[str, str] = MappingProxyType({})

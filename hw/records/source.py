@@ -5,7 +5,7 @@ import stat
 from dataclasses import dataclass
 from pathlib import Path
 
-from checks.record import RecordError
+from checks.errors import RecordError
 from hw.records.limits import ReadLimits
 from hw.records.mat5 import HEADER_BYTES, open_mat5
 from hw.records.mat73 import SIGNATURE, USERBLOCK_BYTES, open_mat73

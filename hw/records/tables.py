@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
+from checks.arrays import Array
 from checks.declare import Table
-from checks.record import RecordError
+from checks.errors import RecordError
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import load_bytes
 from hw.records.textfile import open_csv
-from hw.records.variable import Array, listing
+from hw.records.variable import listing
 from hw.records.vet import loaded
 
 

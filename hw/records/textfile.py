@@ -4,8 +4,9 @@ from functools import cache
 
 import numpy as np
 
-from checks.record import RecordError
-from hw.records.variable import Array, Variable, unique
+from checks.arrays import Array
+from checks.errors import RecordError
+from hw.records.variable import Variable, unique
 
 
 def open_csv(file: str, raw: bytes) -> dict[str, Variable]:

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.record import RecordError
+from checks.arrays import Array
+from checks.errors import RecordError
 from hw.records import uff58
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import load_bytes
 from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED, Function
-from hw.records.variable import Array
 
 NAME_CHARACTERS = 10  # of an entity in record 6
 FREQUENCY, DISPLACEMENT, UNKNOWN = 18, 8, 0  # specific data types of records 8 to 10

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.record import RecordError
-from hw.records.variable import Array
+from checks.arrays import Array
+from checks.errors import RecordError
 
 TIME, FRF = 1, 4
 DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from checks.record import RecordError
+from checks.arrays import Array
+from checks.errors import RecordError
 from hw.records import uff58
 from hw.records.uff58 import TIME, UNNAMED, Function
-from hw.records.variable import Array, Variable, unique
+from hw.records.variable import Variable, unique
 
 
 def open_uff(file: str, raw: bytes) -> dict[str, Variable]:

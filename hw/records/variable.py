@@ -4,12 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from checks.record import RecordError
-
-Array = NDArray[np.float64]
+from checks.arrays import Array
+from checks.errors import RecordError
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,9 @@ Nothing is repaired: whatever does not hold is refused in words.
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.record import RecordError
-from hw.records.variable import Array, Variable
+from checks.arrays import Array
+from checks.errors import RecordError
+from hw.records.variable import Variable
 
 # Largest distance of a time stamp from the uniform grid, in sampling periods. The analysis takes the grid for the
 # time: at a fifth of the sampling frequency 0.05 is 0.06 rad. A time vector stored in single precision strays by 0.04

@@ -17,7 +17,7 @@ from checks.gap.effects import (
     sensor_highpass,
     sensor_polarity,
 )
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECTS: dict[str, Effect] = {
     module.EFFECT.name: module.EFFECT

@@ -2,7 +2,7 @@
 Leang, Design, Modeling and Control of Nanopositioning Systems, 2014, ch. 14; seed, section 2.1 for the amplifier's
 load)."""
 
-from checks.gap.effects.effect import Effect, Parameter, spread
+from checks.gap.modelling.effect import Effect, Parameter, spread
 
 EFFECT = Effect(
     name="amplifier_bandwidth",

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 FASTEST_S, SLOWEST_S = 1e-5, 1e3
 

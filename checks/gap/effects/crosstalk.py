@@ -2,7 +2,7 @@
 Control of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a collocated pair; seed, section 3.2.3 for
 Vs)."""
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECT = Effect(
     name="crosstalk",

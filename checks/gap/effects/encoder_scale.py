@@ -1,7 +1,7 @@
 """The encoder's scale is off: grating pitch, interpolation or cosine error of its mounting (Heidenhain, Encoders for
 Linear Positioning, accuracy; seed, section 5.1.4 compares encoder and interferometer)."""
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECT = Effect(
     name="encoder_scale",

@@ -1,7 +1,7 @@
 """The piezo's hysteresis: a loop between drive and displacement whose width grows with the amplitude and does not
 depend on the rate (seed, section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops)."""
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECT = Effect(
     name="hysteresis",

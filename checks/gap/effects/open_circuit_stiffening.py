@@ -1,7 +1,7 @@
 """A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; seed, section 3.1.8: 2.3 N/um open
 and 1.7 connected)."""
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECT = Effect(
     name="open_circuit_stiffening",

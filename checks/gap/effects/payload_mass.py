@@ -1,7 +1,7 @@
 """The payload is heavier or lighter than the model says (seed, section 3.2.1: 5.7 kg; the axial resonance goes with the
 root of stiffness over mass)."""
 
-from checks.gap.effects.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter
 
 EFFECT = Effect(
     name="payload_mass",

@@ -1,7 +1,7 @@
 """The sensor stack's capacitance discharges through the resistor across it: a first-order high-pass on Vs alone (seed,
 section 3.1.5: 80.6 kOhm with 5.1 uF, 0.39 Hz)."""
 
-from checks.gap.effects.effect import Effect, Parameter, spread
+from checks.gap.modelling.effect import Effect, Parameter, spread
 
 EFFECT = Effect(
     name="sensor_highpass",

@@ -1,7 +1,7 @@
 """The sensor stack's wires are exchanged, so Vs has the wrong sign (seed, section 3.2.3: the model shows the opposite
 sign in Vs, mended by the sign of gs)."""
 
-from checks.gap.effects.effect import Effect
+from checks.gap.modelling.effect import Effect
 
 EFFECT = Effect(
     name="sensor_polarity",

@@ -1,0 +1,60 @@
+"""What every command does alike: talk on stderr, one clear line for an error, who is at the bench."""
+
+import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec
+
+from rich.console import Console
+
+from accept.base.exit_codes import Exit
+from accept.base.operator_name import operator_name
+from specs.errors import AcceptError
+
+__all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]
+
+P = ParamSpec("P")
+KNOWN_ERRORS = (AcceptError, OSError)
+
+# A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for. Without markup: it would
+# take "[percent]" or "[a]" in a file's name for a style and drop it.
+stdout = Console(highlight=False, markup=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
+
+
+def say(words: str) -> None:
+    """Talk goes to stderr, so that stdout stays data."""
+    print(words, file=sys.stderr, flush=True)
+
+
+def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
+    """A command whose bad input, unwritable folder or unusable store ends in its message and exit 6, no traceback."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
+        try:
+            return command(*args, **kwargs)
+        except BrokenPipeError:
+            raise
+        except KNOWN_ERRORS as e:
+            say(f"accept: {_words(e)}")
+            return Exit.BAD_INPUT
+        except KeyboardInterrupt:
+            say("accept: stopped; what was said to be judged is stored, run again to go on")
+            return Exit.INCOMPLETE
+
+    return run
+
+
+def _words(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.strerror and not isinstance(error, AcceptError):
+        return f"{error.filename or 'a file'}: {_PLAIN.get(type(error), error.strerror)}"
+    return str(error)
+
+
+_PLAIN: dict[type[BaseException], str] = {  # what the system says in words of its own
+    FileExistsError: "is a file, expected a folder",
+    NotADirectoryError: "is a file, expected a folder",
+    IsADirectoryError: "is a folder, expected a file",
+    FileNotFoundError: "no such file or folder",
+    PermissionError: "no permission to read or write it",
+}

@@ -1,0 +1,23 @@
+"""Which program judged: its version and the hash of its own code."""
+
+import hashlib
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+PACKAGES = ("accept", "hw", "checks", "specs")
+
+
+def version() -> str:
+    return metadata.version("accept")
+
+
+@cache
+def code_sha256() -> str:
+    """Hash over every source file and built-in spec, by path and content: it changes when a verdict could."""
+    root = Path(__file__).resolve().parents[2]
+    files = sorted(p for package in PACKAGES for p in (root / package).rglob("*") if p.suffix in {".py", ".toml"})
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()

@@ -1,0 +1,38 @@
+"""What judging leaves in the event store, the same for batch, report and workflow."""
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+from accept.base.version import code_sha256
+from accept.store import Event, Store
+from specs import Spec
+
+
+def judged(store: Store, folder: Path, entry: dict[str, Any], spec: Spec, who: str) -> Event:
+    """Store a unit's entry of results.json with all that it depends on: inputs, spec, code."""
+    payload = {
+        "path": str(folder.resolve()),
+        "inputs": entry["inputs"],
+        "spec_sha256": spec.sha256,
+        "code_sha256": code_sha256(),
+        "result": entry,
+    }
+    return store.append("unit_judged", entry["serial"], payload, who=who, spec=_name(spec))
+
+
+def refused(store: Store, path: Path, reason: str, who: str) -> Event:
+    """Store that a folder could not be judged at all."""
+    return store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=who)
+
+
+def signed(
+    store: Store, serial: str, path: Path, content: bytes, role: str, *, who: str, spec: Spec | None = None
+) -> Event:
+    """Store that a certificate was signed in a role and written to `path`."""
+    what = {"path": str(path.resolve()), "sha256": hashlib.sha256(content).hexdigest(), "role": role}
+    return store.append("certificate_signed", serial, what, who=who, spec=_name(spec) if spec else "")
+
+
+def _name(spec: Spec) -> str:
+    return f"{spec.name}@{spec.sha256}"

@@ -1,0 +1,280 @@
+"""Many units: judge what changed, certify it, and leave results that scripts and people can read."""
+
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import write_atomic
+from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.version import code_sha256
+from accept.batch import events, outputs
+from accept.batch.worker import Job, Judged, judge_folder
+from accept.certificate.keys import Credential
+from accept.certificate.signing import sign
+from accept.gap.attach_to_result import Start, applies, is_there, same_start
+from accept.gap.text import one_line
+from accept.judging import calibration, judge_unit
+from accept.judging.calibration import Statement
+from accept.store import BenchState, Store, fold
+from accept.units import unit_folder
+from accept.units.shared_records import same_records
+from accept.units.unit_folder import UnitError, UnitFolder
+from specs import Spec
+from specs.bench import Bench
+
+Say = Callable[[str], None]
+CERTIFICATES = "certificates"
+MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
+
+
+@dataclass(frozen=True)
+class Order:
+    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
+    calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
+    pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
+    break it."""
+
+    paths: Sequence[Path]
+    out: Path
+    specs: dict[str, Spec]
+    operator: str
+    credential: Credential | None = None
+    workers: int | None = None
+    bench: Bench | None = None
+    on: date = field(default_factory=lambda: datetime.now(UTC).date())
+    model: str | None = None
+    pool: ProcessPoolExecutor | None = None
+    _starts: dict[str, Start | None] = field(default_factory=dict, init=False, repr=False)
+
+    def calibration(self, folder: UnitFolder) -> Statement | None:
+        """Of the instruments behind the checks of a unit, where a bench file is in use."""
+        if self.bench is None:
+            return None
+        stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on)
+        return calibration.checked(stated, folder.measured)
+
+    def start(self, folder: UnitFolder) -> Start | None:
+        """The model that a unit's responses are explained by; None where there is nothing to explain or to explain
+        it by."""
+        if not applies(folder):
+            return None
+        if folder.kind not in self._starts:  # opening a model takes most of a second
+            self._starts[folder.kind] = Start.of(self.specs[folder.kind], self.model)
+        return self._starts[folder.kind]
+
+
+@dataclass
+class Report:
+    """What a batch did: results.json entries in order of serial, refused folders, and which units were unchanged."""
+
+    units: list[dict[str, Any]] = field(default_factory=list)
+    refused: list[dict[str, str]] = field(default_factory=list)
+    unchanged: list[str] = field(default_factory=list)
+
+    def exit(self) -> Exit:
+        return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
+
+
+def run(order: Order, store: Store, say: Say) -> Report:
+    """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
+    where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
+
+    Raises OSError when `out` cannot be written, StoreError when the store cannot.
+    """
+    report = Report()
+    folders = list(_readable(order.paths, store, order, report, say))
+    names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in order.specs.items()}
+    store.append(
+        "batch_started", "", {"out": str(order.out), "units": len(folders), "specs": names}, who=order.operator
+    )
+    state = fold(store.events())
+    jobs = []
+    for folder in folders:
+        known = _unchanged(folder, order, state)
+        if known is not None:
+            report.units.append(known)
+            report.unchanged.append(folder.serial)
+            say(f"{folder.serial}: unchanged, {known['verdict']}")
+        else:
+            jobs.append(_job(folder, order))
+    for number, judged in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
+        _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
+    report.units.sort(key=lambda u: u["serial"])
+    for words in same_records(report.units, (one.result for one in state.units.values())):
+        say(f"warning: {words}")
+    _write_results(order, report)
+    counts = Counter(u["verdict"] for u in report.units)
+    store.append("batch_finished", "", {"verdicts": counts, "refused": len(report.refused)}, who=order.operator)
+    return report
+
+
+def _numbered(say: Say, number: int, of: int) -> Say:
+    return lambda words: say(f"[{number}/{of}] {words}")
+
+
+def _readable(paths: Iterable[Path], store: Store, order: Order, report: Report, say: Say) -> Iterator[UnitFolder]:
+    """Units that can be judged; the others are refused, said and stored. One serial in two folders refuses both."""
+    units: list[UnitFolder] = []
+    for path in paths:
+        try:
+            found = unit_folder.find(path)
+        except UnitError as e:
+            _refuse(path, str(e), store, order, report, say)
+            continue
+        for folder in dict.fromkeys(found):
+            try:
+                one = unit_folder.read(folder)
+                spec_for(one, order.specs)
+                units.append(one)
+            except UnitError as e:
+                _refuse(folder, str(e), store, order, report, say)
+    first_seen = {u.path.resolve(): u for u in reversed(units)}  # the same folder named twice is one unit
+    distinct = sorted(first_seen.values(), key=lambda u: u.serial)
+    folders = Counter(u.serial for u in distinct)
+    for one in distinct:
+        if folders[one.serial] > 1:
+            others = ", ".join(str(u.path) for u in distinct if u.serial == one.serial and u is not one)
+            where = one.path / unit_folder.UNIT_FILE
+            reason = f"{where}: serial = '{one.serial}' is also that of {others}; serials must be unique"
+            _refuse(one.path, reason, store, order, report, say)
+        else:
+            yield one
+
+
+def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
+    """Spec of a unit's kind. Raises UnitError when there is none, or the serial is not of the form that it asks for."""
+    if one.kind not in specs:
+        have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
+        raise UnitError(one.path / unit_folder.UNIT_FILE, [f"kind = '{one.kind}' has no spec in this run ({have})"])
+    spec = specs[one.kind]
+    judge_unit.serial_fits(one, spec)
+    return spec
+
+
+def _refuse(path: Path, reason: str, store: Store, order: Order, report: Report, say: Say) -> None:
+    events.refused(store, path, reason, order.operator)
+    report.refused.append({"path": str(path), "reason": reason})
+    say(f"refused: {reason}")
+
+
+def _certificate_path(order: Order, serial: str) -> Path:
+    return order.out / CERTIFICATES / f"{serial}.pdf"
+
+
+def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str, Any] | None:
+    """The stored entry of a unit whose inputs, spec and code are those of its last judgement, and whose certificate, if
+    one is wanted, lies in `out` as it was signed."""
+    known = state.units.get(folder.serial)
+    spec = order.specs[folder.kind]
+    if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
+        return None
+    if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
+        return None
+    explanation = known.result.get("gap")
+    if not (same_start(explanation, order.start(folder)) and is_there(explanation, order.out)):
+        return None
+    if order.credential is None:
+        return dict(known.result) | {"certificate": None}
+    path = _certificate_path(order, folder.serial)
+    if known.certificate is None or _sha256(path) != known.certificate.sha256:
+        return None
+    return dict(known.result) | {"certificate": f"{CERTIFICATES}/{folder.serial}.pdf"}
+
+
+def _sha256(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
+def _job(folder: UnitFolder, order: Order) -> Job:
+    spec = order.specs[folder.kind]
+    wanted = order.credential is not None
+    stated, start = order.calibration(folder), order.start(folder)
+    return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
+
+
+def processes(count: int) -> ProcessPoolExecutor:
+    """Fresh ones, which share nothing with this one."""
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def _judge_all(jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None) -> Iterator[Judged]:
+    """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
+    pool of its own the caller judges the longest unit here."""
+    wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
+    if wanted <= 1 or len(jobs) <= 1:
+        yield from map(judge_folder, jobs)
+        return
+    left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
+    try:
+        with nullcontext(pool) if pool else processes(min(wanted, len(jobs))) as running:
+            own = 0 if pool else None
+            pending = {running.submit(judge_folder, job): key for key, job in left.items() if key != own}
+            if own is not None:
+                judged = judge_folder(left[own])
+                del left[own]
+                yield judged
+            for future in as_completed(pending):
+                judged = future.result()
+                del left[pending[future]]
+                yield judged
+    except BrokenProcessPool:
+        yield from (_judge_apart(job) for job in left.values())
+
+
+def _bytes(job: Job) -> int:
+    """Of the files in a unit's folder, which say how long it takes."""
+    return sum(path.stat().st_size for path in job.folder.iterdir() if path.is_file())
+
+
+def _judge_apart(job: Job) -> Judged:
+    """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
+    try:
+        with processes(1) as pool:
+            return pool.submit(judge_folder, job).result()
+    except BrokenProcessPool:
+        return Judged(job.folder, refused=f"{job.folder}: the process that judged it died (out of memory?)")
+
+
+def _keep(judged: Judged, order: Order, store: Store, report: Report, say: Say) -> None:
+    """Store a verdict, then its certificate; only then say it."""
+    if judged.result is None:
+        _refuse(judged.folder, judged.refused or "not judged", store, order, report, say)
+        return
+    entry, serial = judged.result, judged.result["serial"]
+    spec = order.specs[entry["kind"]]
+    events.judged(store, judged.folder, entry, spec, order.operator)
+    certificate = None
+    if judged.unsigned is not None and order.credential is not None:
+        certificate = f"{CERTIFICATES}/{serial}.pdf"
+        path = _certificate_path(order, serial)
+        content = sign(judged.unsigned, order.credential, datetime.now(UTC))
+        write_atomic(path, content)
+        events.signed(store, serial, path, content, order.credential.role, who=order.operator, spec=spec)
+    report.units.append(entry | {"certificate": certificate})
+    say(f"{serial}: {entry['verdict']}{_why(entry)}")
+
+
+def _why(entry: dict[str, Any]) -> str:
+    bad = [f"{f['quantity']} {f['verdict'].replace('_', ' ')}" for f in entry["findings"] if f["verdict"] != "pass"]
+    because = f" ({', '.join(bad)})" if bad else ""
+    return because + (f"; {one_line(entry['gap'])}" if "gap" in entry else "")
+
+
+def _write_results(order: Order, report: Report) -> None:
+    used = [s for kind, s in order.specs.items() if any(u["kind"] == kind for u in report.units)]
+    listed = [{"name": s.name, "sha256": s.sha256} for s in used or order.specs.values()]
+    write_atomic(order.out / "results.json", outputs.results_json(listed, report.units, report.refused))
+    write_atomic(order.out / "results.csv", outputs.results_csv(report.units))
+    write_atomic(order.out / "junit.xml", outputs.junit_xml(report.units, report.refused))

@@ -1,0 +1,74 @@
+"""What a batch leaves behind for scripts: results.json, results.csv, junit.xml."""
+
+import json
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import pandas as pd
+
+from accept.base.version import version
+from accept.gap.text import one_line
+
+COLUMNS = [
+    "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
+    "p_false_accept", "required", "reason", "gap",
+]  # fmt: skip
+
+
+def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
+    """The document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
+    spec = specs[0] if specs else None
+    document = {"accept_version": version(), "spec": spec, "specs": specs, "units": units, "refused": refused}
+    # sorted: an entry taken from the store and one just judged are then the same bytes
+    return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
+
+
+def findings_frame(units: list[dict[str, Any]]) -> pd.DataFrame:
+    """One row per finding, columns `COLUMNS`; what the gap workflow found stands in every row of its unit."""
+    rows = [
+        {"serial": unit["serial"], "kind": unit["kind"], "unit_verdict": unit["verdict"]}
+        | finding
+        | ({"gap": one_line(unit["gap"])} if "gap" in unit else {})
+        for unit in units
+        for finding in unit["findings"]
+    ]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def results_csv(units: list[dict[str, Any]]) -> bytes:
+    return findings_frame(units).to_csv(index=False).encode()
+
+
+def junit_xml(units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
+    """A suite per unit, a case per finding: fail and conditional are failures, no result is an error. What the gap
+    workflow found is the suite's output: it passes and fails nothing."""
+    root = ET.Element("testsuites", name="accept")
+    for unit in units:
+        root.append(_suite(unit))
+    for row in refused:
+        suite = ET.SubElement(root, "testsuite", name=_clean(row["path"]), tests="1", failures="0", errors="1")
+        case = ET.SubElement(suite, "testcase", classname="unit", name="unit.toml")
+        ET.SubElement(case, "error", type="refused", message=_clean(row["reason"]))
+    ET.indent(root)
+    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def _suite(unit: dict[str, Any]) -> ET.Element:
+    findings = unit["findings"]
+    failures = sum(f["verdict"] in {"fail", "conditional"} for f in findings)
+    errors = sum(f["verdict"] == "no_result" for f in findings)
+    counts = {"tests": len(findings), "failures": failures, "errors": errors}
+    suite = ET.Element("testsuite", {"name": unit["serial"]} | {k: str(v) for k, v in counts.items()})
+    for finding in findings:
+        case = ET.SubElement(suite, "testcase", classname=finding["check"], name=finding["quantity"])
+        if finding["verdict"] != "pass":
+            tag = "error" if finding["verdict"] == "no_result" else "failure"
+            ET.SubElement(case, tag, type=finding["verdict"], message=_clean(finding["reason"] or ""))
+    if "gap" in unit:
+        ET.SubElement(suite, "system-out").text = _clean(one_line(unit["gap"]))
+    return suite
+
+
+def _clean(text: str) -> str:
+    """XML 1.0 has no place for control characters; a damaged file's name or message may hold some."""
+    return "".join(c if c in "\t\n" or (c.isprintable() and c <= "\U0010ffff") else "?" for c in text)

@@ -1,0 +1,64 @@
+"""The table of units that batch and demo print, and why a unit was not accepted."""
+
+from typing import Any
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from accept.gap.text import one_line
+
+STYLES = {"accepted": "bold green", "conditional": "bold yellow", "rejected": "bold red", "incomplete": "bold yellow"}
+MARKS = {"pass": "  ", "conditional": " ~", "fail": " ✗", "no_result": " ?"}
+MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
+
+
+def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | None = None) -> Table:
+    """A row per unit with its judged values (where they are few) and its verdict.
+
+    extra : column title -> serial -> text, put before the judged quantities.
+    """
+    extra = extra or {}
+    quantities = list(dict.fromkeys(f["quantity"] for unit in units for f in unit["findings"]))
+    shown = quantities if len(quantities) <= MAX_COLUMNS - len(extra) else []
+    table = Table(
+        "unit", *extra, *(_title(q, units) for q in shown), "verdict", box=box.SIMPLE_HEAD, padding=0, pad_edge=False
+    )
+    for column in table.columns[1:-1]:
+        column.justify = "right"
+    for column in table.columns:
+        column.no_wrap = True
+    for unit in units:
+        found = {f["quantity"]: f for f in unit["findings"]}
+        cells = [Text(column.get(unit["serial"], "")) for column in extra.values()]
+        cells += [_cell(found.get(q)) for q in shown]
+        table.add_row(unit["serial"], *cells, Text(unit["verdict"], style=STYLES[unit["verdict"]]))
+    return table
+
+
+def reasons(units: list[dict[str, Any]]) -> list[str]:
+    """A line per finding that is no pass: unit, quantity, verdict, reason."""
+    return [
+        f"{unit['serial']}: {f['quantity']} {f['verdict'].replace('_', ' ')}: {f['reason']}"
+        for unit in units
+        for f in unit["findings"]
+        if f["verdict"] != "pass"
+    ]
+
+
+def explanations(units: list[dict[str, Any]]) -> list[str]:
+    """A line per unit whose responses were held against a model."""
+    return [f"{unit['serial']}: {one_line(unit['gap'])}" for unit in units if "gap" in unit]
+
+
+def _title(quantity: str, units: list[dict[str, Any]]) -> str:
+    unit = next(f["unit"] for u in units for f in u["findings"] if f["quantity"] == quantity)
+    suffix = "_" + unit.replace(" ", "_").replace("/", "_per_")
+    return quantity.removesuffix(suffix).replace("_", " ") + f"\n{unit}"
+
+
+def _cell(finding: dict[str, Any] | None) -> Text:
+    if finding is None or finding["value"] is None:
+        return Text("-  ")
+    bad = finding["verdict"] != "pass"
+    return Text(f"{finding['value']:.4g}{MARKS[finding['verdict']]}", style="red" if bad else "")

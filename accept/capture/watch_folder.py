@@ -1,0 +1,97 @@
+"""Records of the real-time rig, picked up from a watched folder once they are complete; never moved, never deleted."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from accept.store import Store
+from accept.units import toml_edit, unit_folder
+from accept.units.attach import take_in
+from accept.units.unit_folder import UnitError
+from checks.acceptance import CHECKS
+from checks.declare import Input, Series, Table
+from checks.errors import RecordError
+
+SUFFIXES = (".mat", ".csv", ".uff")
+STABLE_S = 2.0  # a file that is still written grows or is touched within that time
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a file looked like, and since when [s] it looks so."""
+
+    size: int
+    mtime_ns: int
+    since: float
+
+
+class Watched:
+    """A folder that is looked at again and again. stable_s: how long a file must not change. Files that are there at
+    the first look are old: they are not offered, unless `old_too`."""
+
+    def __init__(
+        self,
+        folder: Path,
+        stable_s: float = STABLE_S,
+        old_too: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.folder, self._stable_s, self._clock = folder, stable_s, clock
+        self._seen: dict[Path, Seen] = {}
+        self._offered: set[tuple[Path, int, int]] = set()
+        if not old_too:
+            self._offered = {(path, size, mtime) for path, size, mtime in self._files()}
+
+    def stable(self) -> list[Path]:
+        """Files that stopped changing, each once; one that changes later is offered again. Raises OSError."""
+        now, found = self._clock(), []
+        there = list(self._files())
+        for path, size, mtime in there:
+            before = self._seen.get(path)
+            if before is None or (before.size, before.mtime_ns) != (size, mtime):
+                self._seen[path] = Seen(size, mtime, now)
+            elif now - before.since >= self._stable_s and (path, size, mtime) not in self._offered:
+                self._offered.add((path, size, mtime))
+                found.append(path)
+        self._seen = {path: self._seen[path] for path, _, _ in there}
+        return sorted(found)
+
+    def _files(self) -> list[tuple[Path, int, int]]:
+        found = []
+        for path in sorted(self.folder.iterdir()):
+            if path.suffix.lower() in SUFFIXES and not path.name.startswith("."):
+                try:
+                    status = path.stat()
+                except FileNotFoundError:  # gone since the folder was listed
+                    continue
+                found.append((path, status.st_size, status.st_mtime_ns))
+        return found
+
+
+def pick_up(source: Path, folder: Path, section: str, name: str, store: Store, who: str) -> str:
+    """Copy a record into the unit folder, hash it, enter it as input `name` of `section`; returns its name there.
+
+    Raises RecordError for a file that is not what the input declares (an incomplete one does not read), UnitError.
+    """
+    declared = declared_file(folder, section, name)
+    serial = unit_folder.read(folder).serial
+    try:
+        copy, sha256 = take_in(source, declared, folder)
+    except OSError as e:
+        raise RecordError(f"{source.name}: cannot be copied ({e.strerror})") from e
+    toml_edit.enter(folder, section, {name: copy})
+    payload = {"section": section, "input": name, "file": copy, "sha256": sha256, "origin": str(source.resolve())}
+    store.append("record_picked_up", serial, payload, who=who)
+    return copy
+
+
+def declared_file(folder: Path, section: str, name: str) -> Series | Table:
+    """The file that an input declares. Raises UnitError for any other name."""
+    if section not in CHECKS:
+        raise UnitError(folder, [f"no check '{section}' (known: {', '.join(CHECKS)})"])
+    inputs: dict[str, Input] = CHECKS[section].inputs
+    files = {key: i for key, i in inputs.items() if isinstance(i, Series | Table)}
+    if name not in files:
+        raise UnitError(folder, [f"[{section}] has no file '{name}' (it has: {', '.join(files) or 'none'})"])
+    return files[name]

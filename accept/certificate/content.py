@@ -1,0 +1,186 @@
+"""All that one certificate says and carries, and how it is written into files that travel inside the PDF."""
+
+import hashlib
+import json
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from accept.base import version
+from accept.judging.result import UnitResult
+from accept.pictures.jsonform import panels_from_json, panels_to_json
+from accept.pictures.reduce import reduced
+from checks.picture import Panel
+from specs.errors import AcceptError
+from specs.spec import Spec
+
+FORMAT = 1
+UNIT_FILE = "unit.toml"
+RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
+RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
+SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
+STATEMENT = (
+    "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
+    "there; values are compared unrounded and shown to two digits of U. P(false) is the probability that the true "
+    "value lies outside the limits although it was accepted (JCGM 106). The unit was judged as it was when measured."
+)
+
+
+class DossierError(AcceptError, ValueError):
+    """A certificate that cannot be made of what was given; the text names what is wrong."""
+
+
+def renderer() -> dict[str, str]:
+    """The programs that decide the bytes of a drawn page."""
+    return {name: metadata.version(name) for name in ("matplotlib", "pypdf", "reportlab")} | {
+        "zlib": zlib.ZLIB_RUNTIME_VERSION
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class Dossier:
+    """What one certificate is made of. Equal dossiers give equal bytes.
+
+    result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
+    files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
+    inputs : sha256 of every input, also of those too large to attach. instruments : check -> words of the spec.
+    code_sha256, drawn_with : which program judged and drew; they say whether the page can be drawn again to the byte.
+    """
+
+    result: Mapping[str, Any]
+    spec_name: str
+    spec_title: str
+    spec_text: str
+    operator: str
+    instruments: Mapping[str, str] = field(default_factory=dict)
+    panels: Mapping[str, Panel] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    statement: str = STATEMENT
+    accept_version: str = field(default_factory=version.version)
+    code_sha256: str = field(default_factory=version.code_sha256)
+    drawn_with: Mapping[str, str] = field(default_factory=renderer)
+
+    @property
+    def serial(self) -> str:
+        return str(self.result["serial"])
+
+    @property
+    def spec_sha256(self) -> str:
+        return _sha256(self.spec_text.encode())
+
+    @property
+    def record_sha256(self) -> str:
+        """Hash of the attached results.json, which is the result in canonical form."""
+        return _sha256(canonical(self.result))
+
+    def manifest(self) -> dict[str, Any]:
+        """What is not in the other attachments, and the hash of every input."""
+        return {
+            "format": FORMAT,
+            "serial": self.serial,
+            "record_sha256": self.record_sha256,
+            "accept": {"version": self.accept_version, "code_sha256": self.code_sha256},
+            "drawn_with": dict(self.drawn_with),
+            "spec": {"name": self.spec_name, "title": self.spec_title, "sha256": self.spec_sha256},
+            "operator": self.operator,
+            "instruments": dict(self.instruments),
+            "statement": self.statement,
+            "inputs": {
+                name: {"sha256": digest, "attached": name in self.files} for name, digest in self.inputs.items()
+            },
+        }
+
+    def attachments(self) -> dict[str, bytes]:
+        """Name -> content of every file inside the PDF, sorted."""
+        panels = {name: reduced(panel) for name, panel in self.panels.items()}
+        own = {
+            RESULTS: canonical(self.result),
+            MANIFEST: canonical(self.manifest()),
+            SPEC: self.spec_text.encode(),
+            PANELS: _json(panels_to_json(panels), None),
+        }
+        return dict(sorted((own | dict(self.files)).items()))
+
+
+def of(result: UnitResult, spec: Spec, folder: Path, operator: str, size_limit: int = SIZE_LIMIT) -> Dossier:
+    """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
+
+    Raises DossierError when an input is gone or is not the one that was judged.
+    """
+    return Dossier(
+        result=result.to_json(),
+        spec_name=spec.name,
+        spec_title=spec.title,
+        spec_text=spec.text,
+        operator=operator,
+        instruments={name: check.instrument for name, check in spec.checks.items() if check.instrument},
+        panels=result.panels,
+        files=_read(folder, result.inputs, size_limit),
+        inputs=dict(sorted(result.inputs.items())),
+    )
+
+
+def read(attachments: Mapping[str, bytes]) -> Dossier:
+    """The dossier that wrote these attachments. Raises DossierError when they are not a certificate's."""
+    missing = [name for name in RESERVED if name not in attachments]
+    if missing:
+        raise DossierError(f"no {' and no '.join(missing)} is attached")
+    try:
+        manifest = json.loads(attachments[MANIFEST])
+        if manifest["format"] != FORMAT:
+            raise DossierError(f"{MANIFEST} has format {manifest['format']!r}, this program reads {FORMAT}")
+        return Dossier(
+            result=json.loads(attachments[RESULTS]),
+            spec_name=manifest["spec"]["name"],
+            spec_title=manifest["spec"]["title"],
+            spec_text=attachments[SPEC].decode("utf-8"),
+            operator=manifest["operator"],
+            instruments=manifest["instruments"],
+            panels=panels_from_json(json.loads(attachments[PANELS])),
+            files={name: content for name, content in attachments.items() if name not in RESERVED},
+            inputs={name: entry["sha256"] for name, entry in manifest["inputs"].items()},
+            statement=manifest["statement"],
+            accept_version=manifest["accept"]["version"],
+            code_sha256=manifest["accept"]["code_sha256"],
+            drawn_with=manifest["drawn_with"],
+        )
+    except (KeyError, TypeError, AttributeError, ValueError) as e:
+        raise DossierError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
+
+
+def canonical(data: Mapping[str, Any]) -> bytes:
+    """JSON with sorted keys, one per line, UTF-8: what results.json inside a certificate holds and what is hashed."""
+    return _json(data, 1)
+
+
+def _json(data: Any, indent: int | None) -> bytes:
+    try:
+        text = json.dumps(data, sort_keys=indent is not None, indent=indent, ensure_ascii=False, allow_nan=False)
+        return text.encode("utf-8") + b"\n"
+    except ValueError as e:
+        raise DossierError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
+
+
+def _read(folder: Path, inputs: Mapping[str, str], size_limit: int) -> dict[str, bytes]:
+    files: dict[str, bytes] = {}
+    left = size_limit
+    try:
+        sizes = {name: (folder / name).stat().st_size for name in inputs if name not in RESERVED}
+        for name in sorted(sizes, key=lambda n: (n != UNIT_FILE, sizes[n], n)):
+            if name == UNIT_FILE or sizes[name] <= left:
+                files[name] = (folder / name).read_bytes()
+                left -= len(files[name])
+    except OSError as e:
+        raise DossierError(f"{e.filename}: cannot be attached ({e.strerror})") from e
+    changed = [name for name, content in files.items() if _sha256(content) != inputs[name]]
+    if changed:
+        raise DossierError(f"{folder / changed[0]}: changed since it was judged")
+    return files
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

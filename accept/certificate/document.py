@@ -1,0 +1,105 @@
+"""A dossier as an unsigned PDF. Equal dossiers give equal bytes."""
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
+
+from accept.certificate import body, fixed_parts
+from accept.certificate.content import Dossier
+from accept.pdf import page_style
+from accept.pdf.assemble import assemble
+from accept.pdf.figure_row import Room
+from accept.pdf.fonts import register
+from accept.pictures.reduce import reduced
+
+_ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
+_SPACE_ABOVE = 5.0  # pt
+
+
+class _Canvas(Canvas):
+    """Holds the pages back until their number is known, for "page x of y"."""
+
+    dossier: Dossier
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._held: list[dict[str, Any]] = []
+
+    def showPage(self) -> None:
+        self._held.append(dict(self.__dict__))
+        self._startPage()
+
+    def save(self) -> None:
+        for number, held in enumerate(self._held, 1):
+            self.__dict__.update(held)
+            fixed_parts.footer(self, self.dossier, number, len(self._held))
+            super().showPage()
+        super().save()
+
+
+def render(dossier: Dossier) -> bytes:
+    """The unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
+    register()
+    panels = [reduced(panel) for panel in dossier.panels.values()]
+    above = [*body.identity(dossier), *body.findings(dossier)]
+    more = [*body.explanation(dossier), *body.information(dossier), *body.budgets(dossier)]
+    below = [*more, *body.remarks(dossier)]
+    columns = 2 if len(panels) in (1, 2, 4) else 3
+    rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
+    height = _row_height(_height(above), _height(below), len(rows))
+    rooms = [Room(row, height, columns, _SPACE_ABOVE) for row in rows]
+    text = _build(dossier, [*above, *rooms, *below])
+    return assemble(
+        text, [room.placed() for room in rooms], dossier.attachments(), fixed_parts.field_rectangles(), _title(dossier)
+    )
+
+
+def _build(dossier: Dossier, flowables: list[Flowable]) -> bytes:
+    buffer = io.BytesIO()
+    document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
+    first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, dossier))
+    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, dossier))
+    first.autoNextPageTemplate = "later"
+    document.addPageTemplates([first, later])
+    document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"dossier": dossier}))
+    return buffer.getvalue()
+
+
+def _first_frame() -> tuple[float, float]:
+    """(bottom, height) of the text on the first page."""
+    bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
+    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
+
+
+def _later_frame() -> tuple[float, float]:
+    bottom = page_style.MARGIN + page_style.FOOTER
+    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
+
+
+def _frame(place: tuple[float, float]) -> Frame:
+    bottom, height = place
+    return Frame(page_style.MARGIN, bottom, page_style.INNER, height, 0, 0, 0, 0)
+
+
+def _row_height(above: float, below: float, rows: int) -> float:
+    """Height [mm] of a row of panels between text of these heights [pt]: all on the first page where that can be read,
+    else as many rows on it as can be read, filling it."""
+    least, most = _ROW_HEIGHTS
+    free = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
+    if rows and (free - below / mm) / rows >= least:
+        return min((free - below / mm) / rows, most)
+    fitting = min(int(free / least), rows)
+    return min(free / fitting, most) if fitting > 0 else most
+
+
+def _height(flowables: Sequence[Flowable]) -> float:
+    """Height [pt] of text, at most: neighbours share some of the space between them."""
+    return sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
+
+
+def _title(dossier: Dossier) -> str:
+    return f"Acceptance certificate {dossier.serial}: {dossier.result['verdict']}"

@@ -1,0 +1,225 @@
+"""The commands: thin. Each imports what it runs, so that `accept --help` stays quick."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.base.exit_codes import Exit
+from accept.cli.excite import app as excite_app
+from accept.cli.frf import compare, frf
+from accept.cli.gap import gap
+from accept.cli.hw import app as hw_app
+from accept.cli.hw import recall
+from accept.cli.misalign import app as lookup_app
+from accept.cli.misalign import misalign
+from accept.cli.model import app as model_app
+from accept.cli.simulate import app as simulate_app
+
+app = typer.Typer(
+    name="accept",
+    help="The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+spec_app = typer.Typer(help="Acceptance specs: list, show, validate.", no_args_is_help=True)
+keys_app = typer.Typer(help="The bench's signing keys.", no_args_is_help=True)
+store_app = typer.Typer(help="The bench's event store.", no_args_is_help=True)
+app.add_typer(spec_app, name="spec")
+app.add_typer(keys_app, name="keys")
+app.add_typer(store_app, name="store")
+app.add_typer(excite_app, name="excite")
+app.add_typer(model_app, name="model")
+app.add_typer(lookup_app, name="lookup")
+app.add_typer(simulate_app, name="simulate")
+app.add_typer(hw_app, name="hw")
+
+app.command()(frf)
+app.command()(compare)
+app.command()(recall)
+app.command()(gap)
+app.command()(misalign)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from accept.base.version import code_sha256, version
+
+        print(f"accept {version()}, code {code_sha256()[:12]}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version and hash of the code.")
+    ] = False,
+) -> None:
+    """The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."""
+
+
+Out = Annotated[Path, typer.Option(help="Folder for the results.")]
+SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
+BenchOption = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
+ModelOption = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")]
+Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
+
+
+@app.command()
+def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
+    """The whole job on built-in data. Judge the seed's seven APAs and a simulated strut, certify, verify."""
+    from accept.commands import demo as command
+
+    raise typer.Exit(command.run(out, operator))
+
+
+@app.command()
+def batch(
+    paths: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
+    out: Out,
+    spec: SpecOption = None,
+    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False,
+    workers: Workers = None,
+    operator: Operator = None,
+    bench: BenchOption = None,
+    model: ModelOption = None,
+) -> None:
+    """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
+    from accept.commands import batch as command
+
+    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench, model))
+
+
+@app.command()
+def report(
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    out: Annotated[Path, typer.Option(help="The certificate to write.")],
+    spec: SpecOption = None,
+    operator: Operator = None,
+    bench: BenchOption = None,
+    model: ModelOption = None,
+) -> None:
+    """Judge one unit and write its signed certificate."""
+    from accept.commands import report as command
+
+    raise typer.Exit(command.run(unit, out, spec, operator, bench, model))
+
+
+@app.command()
+def countersign(
+    certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
+    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
+) -> None:
+    """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
+    from accept.commands import countersign as command
+
+    raise typer.Exit(command.run(certificate, passphrase_file))
+
+
+@app.command()
+def verify(
+    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
+    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
+) -> None:
+    """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
+    from accept.commands import verify as command
+
+    raise typer.Exit(command.run(certificate, trust or []))
+
+
+@spec_app.command("list")
+def spec_list() -> None:
+    """The specs that come with the program."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.show_list())
+
+
+@spec_app.command("show")
+def spec_show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> None:
+    """Every limit of a spec with its rule and source."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.show(name))
+
+
+@spec_app.command("validate")
+def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> None:
+    """Check specs. One report lists every problem with its file and key path."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.validate(names))
+
+
+@spec_app.command("checks")
+def spec_checks() -> None:
+    """Every check that a spec may ask for. What it needs, what it measures, what can be set."""
+    from accept.commands import spec as command
+
+    raise typer.Exit(command.checks())
+
+
+@keys_app.command("init")
+def keys_init(
+    technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,
+    qa: Annotated[str | None, typer.Option(help="Name on the QA engineer's certificate.")] = None,
+    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase.")] = None,
+) -> None:
+    """Make the bench's CA and the keys of technician and QA."""
+    from accept.commands import keys as command
+
+    raise typer.Exit(command.init(technician, qa, passphrase_file))
+
+
+@keys_app.command("list")
+def keys_list() -> None:
+    """The bench's CA and keys."""
+    from accept.commands import keys as command
+
+    raise typer.Exit(command.show())
+
+
+@store_app.command("check")
+def store_check() -> None:
+    """Walk the chain of events. Names the first that is altered or missing."""
+    from accept.commands import store as command
+
+    raise typer.Exit(command.check())
+
+
+@store_app.command("log")
+def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None) -> None:
+    """Who did what, when, by which spec and code."""
+    from accept.commands import store as command
+
+    raise typer.Exit(command.log(serial))
+
+
+@app.command("run")
+def run_workflow(
+    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to go on with; else it is typed.")] = None,
+    spec: SpecOption = None,
+    bench: BenchOption = None,
+    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None,
+    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None,
+    operator: Operator = None,
+    web: Annotated[bool, typer.Option("--web", help="In a browser on this machine (needs the extra 'web').")] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
+) -> None:
+    """Guided, step by step to the signed certificate."""
+    from accept.commands import run as command
+
+    wanted = command.Wanted(unit, spec, bench, records, operator, training, seed)
+    raise typer.Exit(command.serve(wanted, port) if web else command.run(wanted))
+
+
+def main() -> None:
+    """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
+    try:
+        app()
+    except BrokenPipeError:
+        raise SystemExit(Exit.BAD_INPUT) from None

@@ -1,0 +1,214 @@
+"""The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out."""
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import write_atomic
+from accept.gap.improved_model import write_improved
+from accept.gap.responses import Responses, responses
+from accept.models.model_file import Opened, as_weighed, opened
+from accept.units import unit_folder as units
+from checks.errors import NotHeld, RecordError
+from checks.fitting.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
+from checks.fitting.fit import CONTRADICTION
+from checks.gap.decision.result import Gaps, Result
+from checks.gap.workflow import GapRefused, Inputs, Say, run
+from checks.misalignment.estimate import F_HI_ROUGH
+from checks.model.free_apa_modes import is_rough, softened
+from checks.record import Record
+
+F_LO = 5.0  # [Hz] below the seed's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
+NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """The answer with what it was found from."""
+
+    result: Result
+    measured: Responses
+    model: Opened
+
+    @property
+    def document(self) -> dict[str, Any]:
+        return to_json(self.measured.serial, self.result)
+
+
+def run_gap(
+    folder: Path,
+    model: str | Path,
+    out: Path | None = None,
+    without: Sequence[str] = (),
+    say: Say = lambda words: None,
+) -> dict[str, Any]:
+    """gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are taken
+    out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    done = analyse(folder, model, without, say)
+    if out is not None:
+        write(done, out)
+    return done.document
+
+
+def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda words: None) -> Done:
+    """The workflow on a unit folder."""
+    given = opened(model)
+    say("reading the records")
+    given, f_hi, rough = _at_its_best(given)
+    measured, notes = _read(folder, given.model.tolerance, f_hi)
+    given = as_weighed(given, measured.serial, measured.payload_kg)
+    A, B, more = _realisations(measured, given.model.tolerance)
+    fs = measured.records["low"].fs
+    inputs = Inputs(
+        model=given.model,
+        A=A,
+        B=B,
+        fs=fs,
+        merge_Hz=measured.merge_Hz,
+        slow=_slow(folder),
+        without=frozenset(without),
+        notes=(*notes, *more, *rough, *_quality(A)),
+    )
+    try:
+        return Done(run(inputs, say), measured, given)
+    except NotHeld as e:
+        given.model.modal()  # raises where the model itself falls over, and nothing was searched yet
+        raise GapRefused(f"{CONTRADICTION}; {e}") from e
+
+
+def write(done: Done, out: Path) -> None:
+    """gap.json, gap.pdf and model.toml into a folder."""
+    from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
+
+    write_atomic(out / "gap.json", json.dumps(done.document, indent=1, allow_nan=False).encode())
+    write_atomic(out / "gap.pdf", render(done.measured.serial, done.result))
+    write_improved(out / "model.toml", done.model, done.measured, done.result)
+
+
+def _at_its_best(given: Opened) -> tuple[Opened, float, tuple[str, ...]]:
+    """The model as it can be held against data, to which frequency [Hz], and what is to be said of that. One that does
+    not know where its own modes lie is calibrated there too, and not believed above."""
+    if not is_rough(given.model):
+        return given, F_HI, ()
+    note = f"compared to {F_HI_ROUGH:.0f} Hz only: {given.model.name} is rough, so its APA's modes are calibrated too"
+    return replace(given, model=softened(given.model)), F_HI_ROUGH, (note,)
+
+
+def _read(folder: Path, tolerance: float, f_hi: float) -> tuple[Responses, tuple[str, ...]]:
+    """Responses of the channels that there are, and what is lost where one is missing."""
+    try:
+        return responses(folder, tolerance, f_lo=F_LO, f_hi=f_hi), ()
+    except RecordError as e:
+        first = e
+    for kept in (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",)):
+        try:
+            found = responses(folder, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
+        except RecordError:
+            continue
+        lost = ", ".join(c for c in CHANNELS if c not in kept)
+        return found, (f"without {lost} ({first}): what shows only there cannot be found, and power is lost elsewhere",)
+    raise first
+
+
+def _realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
+    """A to fit and B to judge with; a single realisation is cut in two halves."""
+    if measured.second is not None:
+        return measured.first, measured.second, ()
+    channels = measured.first.channels
+
+    def half(record: Record, second: bool) -> Record:
+        n = record.t.size // 2
+        part = slice(n, 2 * n) if second else slice(0, n)
+        return replace(record, t=record.t[part], channels={k: v[part] for k, v in record.channels.items()})
+
+    low, high = measured.records["low"], measured.records.get("high")
+    parts = [
+        dataset_from_records(
+            half(low, second),
+            None if high is None else half(high, second),
+            measured.merge_Hz,
+            tolerance=tolerance,
+            channels=channels,
+            f_lo=F_LO,
+            f_hi=measured.first.f[-1] + 1e-9 if high is not None else measured.merge_Hz,
+            name=f"{measured.serial} half {1 + second}",
+        )
+        for second in (False, True)
+    ]
+    note = "a single realisation, cut in two halves: half of the data to fit and half to judge with, so power is lost"
+    return parts[0], parts[1], (note,)
+
+
+def _quality(A: Dataset) -> tuple[str, ...]:
+    """Notes on channels that say little. Raises GapRefused where none says anything."""
+    poor = {c: float((A.noise[:, i] > NOISE_ALONE * abs(A.H[:, i]) ** 2).mean()) for i, c in enumerate(A.channels)}
+    if min(poor.values()) > 0.5:
+        raise GapRefused("no channel follows the drive in half of the band: coherence is too low to say anything")
+    return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
+
+
+def _slow(folder: Path) -> Record | None:
+    unit = units.read(folder)
+    section = unit.sections.get("hysteresis")
+    if section is None:
+        return None
+    try:
+        record = units.load(unit, section, unit.input_hashes()).get("record")
+    except RecordError:
+        return None
+    return record if isinstance(record, Record) else None
+
+
+def to_json(serial: str, r: Result) -> dict[str, Any]:
+    """gap.json (design, section 6)."""
+    return {
+        "serial": serial,
+        "model": r.model,
+        "verdict": r.verdict,
+        "gap_before": _gap_json(r.gap_before),
+        "where": [
+            {"channel": w.channel, "f_lo_Hz": w.f_lo_Hz, "f_hi_Hz": w.f_hi_Hz, "p": w.p, "excess_dB": w.excess_dB}
+            for w in r.where
+        ],
+        "named": [
+            {
+                "effect": n.effect,
+                "parameters": {k: {"value": v.value, "ci95": [v.lo, v.hi]} for k, v in n.parameters.items()},
+                "evidence": {"delta_lnL": _finite(n.delta_lnL), "p": n.p},
+                "sentence": n.sentence,
+            }
+            for n in r.named
+        ],
+        "ambiguous": [{"effects": list(a.effects), "experiment": a.experiment} for a in r.ambiguous],
+        "unnamed": [
+            {
+                "channel": u.channel,
+                "poles_Hz": list(u.poles_Hz),
+                "zeros_Hz": list(u.zeros_Hz),
+                "level_dependent": bool(u.level_dependent),
+                "words": u.words,
+            }
+            for u in r.unnamed
+        ],
+        "detection_limits": {k: dict(v) for k, v in r.detection_limits.items()},
+        "gap_after": _gap_json(r.gap_after),
+        "p_before": r.p_before,
+        "p_after": r.p_after,
+        "damping": r.damping,
+        "notes": list(r.notes),
+    }
+
+
+def _gap_json(g: Gaps) -> dict[str, Any]:
+    return {
+        "G": g.G,
+        "channels": {c: gap.G for c, gap in g.channels.items()},
+        "modes": [{"f_Hz": m.f_Hz, "G": m.G} for m in g.modes],
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,84 @@
+"""What several units have in common: an effect of all of them belongs to the bench, of one to that strut."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scipy import stats
+
+from accept.gap.text import number
+from checks.gap.decision.result import EXPLAINED, NO_MISSING
+
+Document = Mapping[str, Any]
+
+SAME = 1e-3  # chance of such a spread of a parameter, were it the same in all units
+TWO_SIDED_95 = 1.96
+SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an effect that is not named is not there
+
+
+def common(documents: Sequence[Document]) -> dict[str, Any]:
+    """From gap.json of every unit: effects of the bench, and those of single struts.
+
+    An effect is of the bench (`common`) where more than half of the units, and at least two, have it with one value,
+    and no unit that is explained is without it. A unit that is not explained may have it unseen: it is in
+    `undecided`."""
+    seen: dict[str, list[Document]] = defaultdict(list)
+    for document in documents:
+        for named in document["named"]:
+            seen[named["effect"]].append({**named, "serial": document["serial"]})
+    shared: list[dict[str, Any]] = []
+    single: list[dict[str, Any]] = []
+    for effect, entries in sorted(seen.items()):
+        row = _row(effect, entries, documents)
+        (shared if _of_the_bench(row, documents) else single).append(row)
+    return {"units": [d["serial"] for d in documents], "common": shared, "single": single}
+
+
+def lines(found: Mapping[str, Any]) -> list[str]:
+    """For a person, a line per effect."""
+    out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
+    for row in found["common"]:
+        values = ", ".join(_value(k, p) for k, p in row["parameters"].items())
+        out.append(f"  of the bench: {row['effect']} {values} (in {', '.join(row['serials'])})")
+        if row["undecided"]:
+            out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
+    for row in found["single"]:
+        differ = ", values differ" if row["without"] == [] and len(row["serials"]) > 1 else ""
+        out.append(f"  of single struts: {row['effect']} (in {', '.join(row['serials'])}{differ})")
+    return out if len(out) > 1 else [*out, "  no effect was named"]
+
+
+def _value(name: str, p: Mapping[str, float]) -> str:
+    return f"{name} {number(p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
+
+
+def _of_the_bench(row: Mapping[str, Any], documents: Sequence[Document]) -> bool:
+    many = len(row["serials"]) >= max(2, len(documents) // 2 + 1)
+    return many and not row["without"] and all(p["p_same"] > SAME for p in row["parameters"].values())
+
+
+def _row(effect: str, entries: Sequence[Document], documents: Sequence[Document]) -> dict[str, Any]:
+    serials = [e["serial"] for e in entries]
+    absent = [d for d in documents if d["serial"] not in serials]
+    return {
+        "effect": effect,
+        "serials": serials,
+        "without": [d["serial"] for d in absent if d["verdict"] in SETTLED],
+        "undecided": [d["serial"] for d in absent if d["verdict"] not in SETTLED],
+        "parameters": {n: _mean([e["parameters"][n] for e in entries]) for n in entries[0]["parameters"]},
+    }
+
+
+def _mean(values: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Weighted mean, its 95 % interval, and the chance of the spread."""
+    x = [float(v["value"]) for v in values]
+    sd = [
+        max((v["ci95"][1] - v["ci95"][0]) / (2 * TWO_SIDED_95), 1e-12 * max(abs(float(v["value"])), 1e-12))
+        for v in values
+    ]
+    weight = [1.0 / s**2 for s in sd]
+    mean = sum(w * v for w, v in zip(weight, x, strict=True)) / sum(weight)
+    spread = sum(w * (v - mean) ** 2 for w, v in zip(weight, x, strict=True))
+    half = TWO_SIDED_95 / sum(weight) ** 0.5
+    p = float(stats.chi2.sf(spread, len(x) - 1)) if len(x) > 1 else 1.0
+    return {"value": mean, "lo": mean - half, "hi": mean + half, "p_same": p}

@@ -1,0 +1,41 @@
+"""The improved model as a file: fitted values, the effects that were named, covariance, and where they came from."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from accept.gap.responses import Responses
+from accept.models.model_file import Opened, write_model
+from checks.gap.decision.result import Result
+from checks.gap.effects import EFFECTS
+from specs.model_sections import FitRecord
+
+PAYLOAD = "bench.payload_kg"
+
+
+def write_improved(path: Path, given: Opened, measured: Responses, result: Result) -> None:
+    """model.toml. What the checks before the search found is a fault of the records, not of the model, and is left out;
+    only a turned sensor is an effect that a model can have."""
+    fit, spec = result.fit, given.spec
+    # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
+    added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}
+    own = [n for n in fit.names if n in given.model.values and n not in added]
+    record = FitRecord(
+        names=list(fit.names),
+        covariance=[[float(v) for v in row] for row in fit.cov],
+        model=spec.name,
+        model_sha256=given.model.sha256,
+        serial=measured.serial,
+        inputs=measured.inputs,
+        G={c: g.G for c, g in result.gap_after.channels.items()},
+    )
+    weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
+    values = weighed | {n: fit.at[n] for n in own}
+    sds = {n: fit.sds[n] for n in own}
+    effects = [(n.effect, _values(result, n.effect)) for n in result.named if n.effect in EFFECTS]
+    name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
+    write_model(path, spec, values, sds, effects=effects, damping=result.damping, record=record, name=name)
+
+
+def _values(result: Result, effect: str) -> Mapping[str, float]:
+    named = next(n for n in result.named if n.effect == effect)
+    return {k: v.value for k, v in named.parameters.items()}

@@ -1,0 +1,167 @@
+"""gap.pdf: what a person reads in two minutes. Equal answers give equal bytes."""
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Spacer, Table, TableStyle
+
+from accept.gap.text import HEADLINE, chance, gap_number, named_line, number, plain
+from accept.pdf import page_style
+from accept.pdf.assemble import assemble
+from accept.pdf.figure_row import Room
+from accept.pdf.fonts import BOLD, REGULAR, fitted, register
+from accept.pdf.paragraphs import words
+from accept.pictures.reduce import reduced
+from checks.gap.decision.panels import errors, panels
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, UNEXPLAINED, Result
+
+HEAD = 20 * mm
+FILLS = {
+    NO_MISSING: page_style.UNIT_SIGNS["accepted"],
+    EXPLAINED: page_style.UNIT_SIGNS["accepted"],
+    UNEXPLAINED: page_style.UNIT_SIGNS["rejected"],
+}
+CANDIDATES = 6
+BEFORE = (
+    "Before: the model with its uncertain values fitted as well as they can without the effects; after: with what is "
+    "named. Both on records that were not fitted."
+)
+
+
+def render(serial: str, result: Result) -> bytes:
+    """The report as a PDF."""
+    register()
+    drawn = panels(result)
+    channels = result.before.data.channels
+    rows = [
+        Room([reduced(drawn["map"])], 36.0),
+        Room([reduced(drawn[f"{c} residual"]) for c in channels], 54.0),
+        Room([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
+    ]
+    story: list[Flowable] = [
+        *_found(result),
+        words("Where they disagree, and what is left", page_style.HEADING),
+        words(BEFORE, page_style.QUIET),
+        *rows[:2],
+        words("Model against data", page_style.HEADING),
+        rows[2],
+        *_gap_table(result),
+        *_candidates(result),
+        *_remarks(result),
+    ]
+    buffer = io.BytesIO()
+    document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
+    bottom = page_style.MARGIN + page_style.FOOTER
+    frame = Frame(
+        page_style.MARGIN, bottom, page_style.INNER, page_style.HEIGHT - page_style.MARGIN - HEAD - bottom, 0, 0, 0, 0
+    )
+    document.addPageTemplates([PageTemplate("page", [frame], onPage=lambda c, _: _head(c, serial, result))])
+    document.build(story)
+    return assemble(buffer.getvalue(), [r.placed() for r in rows], {}, {}, f"Gap report {serial}")
+
+
+def _head(canvas: Canvas, serial: str, result: Result) -> None:
+    top = page_style.HEIGHT - page_style.MARGIN
+    canvas.setFillColor(page_style.GREY_COLOUR)
+    canvas.setFont(BOLD, 8)
+    canvas.drawString(page_style.MARGIN, top - 8, "MODEL AGAINST DATA")
+    canvas.setFillColor(page_style.INK_COLOUR)
+    canvas.setFont(BOLD, fitted(serial, BOLD, 24, 80 * mm))
+    canvas.drawString(page_style.MARGIN, top - 34, serial)
+    canvas.setFont(REGULAR, 7)
+    canvas.drawString(page_style.MARGIN, top - 46, f"model {result.model}, damping {result.damping}")
+    sign = FILLS.get(result.verdict, page_style.UNIT_SIGNS["conditional"])
+    left, width, height = page_style.WIDTH - page_style.MARGIN - 100 * mm, 100 * mm, 13 * mm
+    canvas.setFillColor(sign.fill)
+    canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=0, fill=1)
+    canvas.setFillColor(sign.ink)
+    line = HEADLINE[result.verdict]
+    canvas.setFont(BOLD, fitted(line, BOLD, 15, width - 8 * mm))
+    canvas.drawCentredString(left + width / 2, top - height / 2 - 5, line)
+    canvas.setFillColor(page_style.GREY_COLOUR)
+    canvas.setFont(REGULAR, 6)
+    canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, page_style.MARGIN, f"page {canvas.getPageNumber()}")
+
+
+def _found(result: Result) -> list[Flowable]:
+    """The named effects in plain words, and what was not told apart or has no name."""
+    story: list[Flowable] = []
+    for n in result.named:
+        story += [
+            words(n.sentence, page_style.STRONG),
+            words(f"{named_line(n)}; chance of so much {chance(n.p)}", page_style.SMALL),
+        ]
+    if result.verdict == NO_MISSING:
+        story.append(
+            words("Noise, the stated tolerance and the calibrated values explain every channel.", page_style.STRONG)
+        )
+    for a in result.ambiguous:
+        story.append(words(f"Not told apart: {', '.join(a.effects)}. To tell: {a.experiment}.", page_style.STRONG))
+    for u in result.unnamed:
+        poles = ", ".join(f"{f:.1f} Hz" for f in u.poles_Hz) or "none"
+        zeros = ", ".join(f"{f:.1f} Hz" for f in u.zeros_Hz) or "none"
+        story.append(words(f"Without a name: {u.channel}, poles {poles}, zeros {zeros}. {u.words}", page_style.STRONG))
+    return story
+
+
+def _gap_table(result: Result) -> list[Flowable]:
+    head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
+    cells: list[list[Any]] = [[words(h, page_style.TABLE_HEAD) for h in head]]
+    off = errors(result)
+    for c, before in result.gap_before.channels.items():
+        dB, deg, dB_after, deg_after = off[c]
+        row = [c, gap_number(before.G), gap_number(result.gap_after.channels[c].G)]
+        row += [f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"]
+        cells.append([words(v, page_style.BODY) for v in row])
+    title = "The gap: squared residual over noise variance plus squared tolerance (1 or less is agreement)"
+    return [words(title, page_style.HEADING), _table(cells, [24, 24, 24, 28, 24, 30, 28])]
+
+
+def _candidates(result: Result) -> list[Flowable]:
+    if not result.tried:
+        return _limits(result)
+    cells: list[list[Any]] = [
+        [words(h, page_style.TABLE_HEAD) for h in ("Explanation tried", "gain in ln L", "p of the rest")]
+    ]
+    for t in result.tried[:CANDIDATES]:
+        row = (", ".join(plain(n) for n in t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
+        cells.append([words(v, page_style.SMALL) for v in row])
+    return [words("Candidates, on records that were not fitted", page_style.HEADING), _table(cells, [110, 36, 36])]
+
+
+def _limits(result: Result) -> list[Flowable]:
+    if not result.detection_limits:
+        return []
+    parts = [
+        f"{effect} ({', '.join(f'{k} {number(v)}' for k, v in values.items())})"
+        for effect, values in result.detection_limits.items()
+    ]
+    return [
+        words("Would have been seen with 90 % power, from", page_style.HEADING),
+        words("; ".join(parts), page_style.SMALL),
+    ]
+
+
+def _remarks(result: Result) -> list[Flowable]:
+    modes = ", ".join(f"{m.f_Hz:.0f} Hz {gap_number(m.G)}" for m in result.gap_after.modes)
+    lines = [f"G after, within 5 Hz about each mode: {modes}.", *result.notes]
+    return [Spacer(1, 4), *(words(line, page_style.SMALL) for line in lines)]
+
+
+def _table(cells: list[list[Any]], widths_mm: Sequence[float]) -> Table:
+    table = Table(cells, colWidths=[w * mm for w in widths_mm], hAlign="LEFT")
+    every = ((0, 0), (-1, -1))
+    table.setStyle(
+        TableStyle(
+            [
+                ("LINEBELOW", (0, 0), (-1, 0), 0.6, page_style.GREY_COLOUR),
+                ("TOPPADDING", *every, 0.8),
+                ("BOTTOMPADDING", *every, 0.8),
+                ("LEFTPADDING", *every, 2),
+            ]
+        )
+    )
+    return table

@@ -1,0 +1,86 @@
+"""The measured responses of a unit, from the records that its folder names under [frf]."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from accept.units import unit_folder as units
+from accept.units.unit_folder import UnitError, UnitFolder
+from checks.acceptance import CHECKS
+from checks.declare import Measured, Scalar
+from checks.errors import RecordError
+from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
+from checks.record import Record
+
+_SHARED = CHECKS["frf"].inputs["merge_Hz"]
+DEFAULT_MERGE_HZ = _SHARED.default if isinstance(_SHARED, Scalar) else None
+
+
+@dataclass(frozen=True, eq=False)
+class Responses:
+    """first: to fit; second: another realisation of the same, to judge with, or None. payload_kg: as the folder says.
+    records: by input name; inputs: file name -> sha256 of what was read."""
+
+    serial: str
+    kind: str
+    first: Dataset
+    second: Dataset | None
+    merge_Hz: float
+    payload_kg: float | None = None
+    records: dict[str, Record] = field(default_factory=dict)
+    inputs: dict[str, str] = field(default_factory=dict)
+
+
+def responses(
+    folder: Path,
+    tolerance: float = 0.0,
+    channels: Sequence[str] = CHANNELS,
+    f_lo: float = F_LO,
+    f_hi: float = F_HI,
+) -> Responses:
+    """Responses of a unit folder over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+
+    Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used."""
+    unit = units.read(folder)
+    values = _values(unit)
+    records = {name: value for name, value in values.items() if isinstance(value, Record)}
+    merge_Hz = _number(values.get("merge_Hz"), DEFAULT_MERGE_HZ)
+    if "low" not in records or merge_Hz is None:
+        raise UnitError(folder / units.UNIT_FILE, ["[frf] names no record 'low'"])
+
+    def dataset(low: str, high: str) -> Dataset:
+        return dataset_from_records(
+            records[low],
+            records.get(high),
+            merge_Hz,
+            tolerance=tolerance,
+            channels=channels,
+            f_lo=f_lo,
+            f_hi=f_hi if high in records else min(f_hi, merge_Hz),
+            name=f"{unit.serial} {low}",
+        )
+
+    return Responses(
+        serial=unit.serial,
+        kind=unit.kind,
+        first=dataset("low", "high"),
+        second=dataset("low_repeat", "high_repeat") if "low_repeat" in records else None,
+        merge_Hz=merge_Hz,
+        payload_kg=_number(values.get("payload_kg"), None),
+        records=records,
+        inputs={record.name: record.sha256 for record in records.values()},
+    )
+
+
+def _values(unit: UnitFolder) -> units.Values:
+    section = unit.sections.get("frf")
+    if section is None:
+        raise UnitError(unit.path / units.UNIT_FILE, ["has no section [frf]: no responses were measured"])
+    try:
+        return units.load(unit, section, unit.input_hashes())
+    except RecordError as e:
+        raise RecordError(f"{unit.serial}: [frf] {e}") from e
+
+
+def _number(given: Measured | None, default: float | None) -> float | None:
+    return default if given is None else given.value

@@ -1,0 +1,154 @@
+"""What the gap workflow found, in words for the terminal, the report and the certificate."""
+
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
+from checks.gap.effects import EFFECTS
+
+Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
+REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
+LINES, COLUMNS = 24, 80  # of a terminal
+HEADLINE = {
+    NO_MISSING: "Nothing is missing from the model",
+    EXPLAINED: "Explained",
+    AMBIGUOUS: "Explained, but not by one effect alone",
+    PARTLY: "Partly explained",
+    UNEXPLAINED: "Something is missing that has no name",
+}
+
+
+def number(x: float) -> str:
+    """Four digits, plain where that is readable."""
+    return f"{x:.4g}"
+
+
+def gap_number(G: float) -> str:
+    """G to three digits at most: it says how well a model fits, and no more."""
+    return f"{G:.0f}" if 100.0 <= G < 1e5 else f"{G:.2g}"
+
+
+def plain(member: str) -> str:
+    """A member of an explanation in words: a stand-in is called `unnamed_SHAPE_CHANNEL` by the search."""
+    if not member.startswith("unnamed_"):
+        return member
+    shape, _, channel = member.removeprefix("unnamed_").rpartition("_")
+    where = "in the drive" if channel == "all" else f"on {channel}"
+    return f"a {shape} without a name {where}"
+
+
+def chance(p: float) -> str:
+    return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
+
+
+def named_line(n: Named) -> str:
+    """Name, then every parameter with its interval."""
+    values = parameters((name, v.value, v.lo, v.hi) for name, v in n.parameters.items())
+    return f"{n.effect}: {values}" if values else n.effect
+
+
+def parameters(values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
+    """Of one effect: name, value and the ends of its interval, each in the given form."""
+    return between.join(form.format(name, *map(number, of)) for name, *of in values)
+
+
+def summary(serial: str, r: Result) -> list[str]:
+    """At most 24 lines of 80 columns for a terminal; the gap itself is never what is cut."""
+    lines = _wrapped(f"{serial}: {r.verdict} - {HEADLINE[r.verdict]} (model {r.model}, damping {r.damping})", "")
+    gaps = ["  gap on unseen records, before -> after:"]
+    for c, before in r.gap_before.channels.items():
+        gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
+    more = [line for words, indent in _told(r) for line in _wrapped(words, indent)]
+    room = LINES - len(lines) - len(gaps)
+    cut = [] if len(more) <= room else ["  ... the rest is in gap.json and gap.pdf"]
+    return [*lines, *more[: room - len(cut)], *cut, *gaps]
+
+
+def _told(r: Result) -> Iterator[tuple[str, str]]:
+    """What is to be said besides the gap, the most important first, each with its indent."""
+    for n in r.named:
+        yield n.sentence, "  "
+        yield f"{named_line(n)}  p {chance(n.p)}", "    "
+    for a in r.ambiguous:
+        yield f"not told apart: {', '.join(a.effects)}; to tell: {a.experiment}", "  "
+    for u in r.unnamed:
+        poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
+        level = ", depends on the level" if u.level_dependent else ""
+        yield f"without a name: {u.channel}, poles {poles} Hz{level}", "  "
+    if r.where and r.verdict != EXPLAINED:
+        w = r.where[0]
+        yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
+    for note in r.notes:
+        yield f"note: {note}", "  "
+    if r.detection_limits:
+        yield "would have been seen (90 % power), from:", "  "
+        yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
+
+
+def _limit(effect: str, values: Mapping[str, float]) -> str:
+    """`loop_delay tau_us 1.9`: the parameter says what the number is of, and in which unit."""
+    name, value = list(values.items())[-1]
+    return f"{effect} {name} {number(value)}"
+
+
+def _wrapped(words: str, indent: str) -> list[str]:
+    return textwrap.wrap(words, COLUMNS, initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)
+
+
+def one_line(document: Mapping[str, Any]) -> str:
+    """A judged unit's key `gap` in a line: what is missing, and the gap before and after where it was widest."""
+    if document["verdict"] == REFUSED:
+        return f"not held against model {document['start']}: {document['reason']}"
+    if document["verdict"] == NO_MISSING:
+        worst = max(document["gap_after"]["channels"].values())
+        return f"fits model {document['model']} (largest G {worst:.2g})"
+    parts = [_named(n) for n in document["named"]]
+    parts += [f"{' or '.join(a['effects'])}, not told apart" for a in document["ambiguous"]]
+    parts += [f"something without a name on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
+    words = document["verdict"].replace("_", " ")
+    told = document["named"] or document["ambiguous"]
+    left = f"gap {gap_of(document)}" if told else f"gap left open, {_left(document)}"
+    return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; {left}"
+
+
+def gap_of(document: Mapping[str, Any]) -> str:
+    """`de 81.0 -> 1.02`: of the channel that fitted worst."""
+    before, after = (document[key]["channels"] for key in ("gap_before", "gap_after"))
+    worst = max(before, key=lambda c: before[c])
+    return f"{worst} {gap_number(before[worst])} -> {gap_number(after[worst])}"
+
+
+def _left(document: Mapping[str, Any]) -> str:
+    """`Vs 5.7`: the channel that is explained worst in the end."""
+    after = document["gap_after"]["channels"]
+    worst = max(after, key=lambda c: after[c])
+    return f"{worst} {gap_number(after[worst])}"
+
+
+def _named(n: Mapping[str, Any]) -> str:
+    values = " ".join(f"{k} {n['parameters'][k]['value']:.3g}" for k in in_order(n))
+    return f"{n['effect']} {values}".rstrip()
+
+
+def in_order(n: Mapping[str, Any]) -> list[str]:
+    """The parameters of an entry of `named` as its effect declares them: JSON that was stored has them by letter."""
+    declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
+    return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
+
+
+def values_of(n: Mapping[str, Any]) -> list[Value]:
+    """The parameters of an entry of `named`, in order, for `parameters`."""
+    found = ((name, n["parameters"][name]) for name in in_order(n))
+    return [(name, p["value"], *p["ci95"]) for name, p in found]
+
+
+def without_a_name(u: Mapping[str, Any]) -> str:
+    """Channel, poles and zeros of an entry of `unnamed`, and what was tried for it."""
+    poles, zeros = (", ".join(f"{f:.1f} Hz" for f in u[key]) or "none" for key in ("poles_Hz", "zeros_Hz"))
+    level = ", depends on the level" if u["level_dependent"] else ""
+    return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
+
+
+def _pole(u: Mapping[str, Any]) -> str:
+    return f" ({u['poles_Hz'][0]:.1f} Hz)" if u["poles_Hz"] else ""

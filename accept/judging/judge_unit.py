@@ -1,0 +1,159 @@
+"""Unit x spec -> findings. The workflow, the batch and the demo all call this."""
+
+import math
+import re
+from collections.abc import Mapping
+
+from accept.judging import calibration
+from accept.judging.calibration import Statement
+from accept.judging.result import UnitResult
+from accept.models.model_file import open_model
+from accept.units import unit_folder as units
+from accept.units.unit_folder import Section, UnitError, UnitFolder
+from checks.acceptance import CHECKS
+from checks.declare import Check
+from checks.errors import ModelError, RecordError
+from checks.model.model import Model
+from checks.picture import Panel
+from checks.quantity import NoResult, Outcome, Quantity
+from checks.settings import setting_problem
+from checks.verdict import Finding, judge, missing_findings, unit_verdict
+from specs import CheckSpec, Spec, SpecError, load
+
+DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
+
+
+def load_spec(name: str) -> Spec:
+    """Spec by name or file, also held against what the checks declare. Raises SpecError listing every problem."""
+    spec = load(name)
+    problems = [p for check, section in spec.checks.items() for p in spec_problems(spec.kind, check, section)]
+    if problems:
+        raise SpecError(name, problems)
+    return spec
+
+
+def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
+    """What a spec asks of a check that the check does not know: quantities, settings, uncertainties."""
+    where = f"[checks.{name}"
+    if name not in CHECKS:
+        return [f"{where}] unknown check (known: {', '.join(CHECKS)})"]
+    check = CHECKS[name]
+    problems = [] if kind in check.kinds else [f"{where}] is a check of {' and '.join(check.kinds)}, not of {kind}"]
+    settings = [s.name for s in check.settings]
+    for part, given, known in (
+        ("limits", section.limits, check.quantities),
+        ("uncertainty", section.uncertainty, check.stated),
+        ("settings", section.settings, settings),
+    ):
+        words = f"(known: {', '.join(known) or 'none'})"
+        problems += [f"{where}.{part}.{key}] unknown name {words}" for key in given if key not in known]
+    declared = {s.name: s for s in check.settings}
+    for key, value in section.settings.items():
+        if key in declared and (wrong := setting_problem(declared[key], value)):
+            problems.append(f"{where}.settings.{key}] {wrong}")
+    return problems
+
+
+def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) -> UnitResult:
+    """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
+
+    stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
+    """
+    if unit.kind != spec.kind:
+        raise UnitError(
+            unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
+        )
+    hashes = unit.input_hashes()
+    findings: list[Finding] = []
+    information: list[tuple[str, Quantity]] = []
+    notes: list[str] = []
+    panels: dict[str, Panel] = {}
+    for name, asked in spec.checks.items():
+        section = unit.sections.get(CHECKS[name].reads)
+        if section is None or not section.entries:
+            findings += _absent(name, asked, notes)
+            continue
+        try:
+            outcome = _measure(unit, section, CHECKS[name], asked, hashes)
+        except (RecordError, NoResult) as e:
+            findings += missing_findings(name, asked.limits.items(), str(e), asked.required)
+            continue
+        found, more = _split(name, asked, outcome)
+        findings += found
+        information += [(name, quantity) for quantity in more]
+        notes += [f"{name}: {note}" for note in outcome.notes]
+        panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+    notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
+    if stated is not None:
+        stated = calibration.checked(stated, unit.measured)
+        findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
+        notes += calibration.notes(stated)
+    return UnitResult(
+        serial=unit.serial,
+        kind=unit.kind,
+        verdict=unit_verdict(findings),
+        findings=tuple(findings),
+        information=tuple(information),
+        not_judged=tuple(_not_judged(unit, spec)),
+        notes=tuple(notes),
+        parts=unit.parts,
+        inputs=hashes,
+        spec_name=spec.name,
+        spec_sha256=spec.sha256,
+        panels=panels,
+        calibration=stated,
+    )
+
+
+def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
+    if asked.required:
+        return missing_findings(name, asked.limits.items(), "not measured", True)
+    notes.append(f"{name}: not measured (the spec does not require it)")
+    return []
+
+
+def _measure(unit: UnitFolder, section: Section, check: Check, asked: CheckSpec, hashes: Mapping[str, str]) -> Outcome:
+    values = {**units.load(unit, section, hashes), **_model_of(check, asked)}
+    try:
+        return check.measure(values, asked)
+    except (NoResult, RecordError):
+        raise
+    except Exception as e:
+        raise NoResult(f"the check stopped on an internal error ({type(e).__name__}: {e}); please report it") from e
+
+
+def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:
+    """The model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
+    if check.model is None:
+        return {}
+    default = next(s.default for s in check.settings if s.name == check.model)
+    name = asked.settings.get(check.model, default)
+    try:
+        return {"model": open_model(str(name))}
+    except (SpecError, ModelError, OSError) as e:
+        raise NoResult(f"the spec's model '{name}' cannot be used: {e}") from e
+
+
+def _split(name: str, asked: CheckSpec, outcome: Outcome) -> tuple[list[Finding], list[Quantity]]:
+    """Findings of all limited quantities, one each; what else has a value is information."""
+    found = {q.name: q for q in outcome.quantities}
+    judged = [
+        judge(name, found.get(key, Quantity.missing(key, "the data given do not measure it")), limit, asked.required)
+        for key, limit in asked.limits.items()
+    ]
+    return judged, [q for q in outcome.quantities if q.name not in asked.limits and math.isfinite(q.value)]
+
+
+def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
+    return [
+        f"{name} ({', '.join(section.files or section.entries)})"
+        for name, section in unit.sections.items()
+        if name not in {CHECKS[check].reads for check in spec.checks}
+    ]
+
+
+def serial_fits(unit: UnitFolder, spec: Spec) -> None:
+    """Raises UnitError when the serial is not of the form that the spec asks for."""
+    if not re.fullmatch(spec.serial_pattern, unit.serial):
+        problem = f"serial = '{unit.serial}' does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
+        raise UnitError(unit.path / units.UNIT_FILE, [problem])

@@ -1,0 +1,72 @@
+"""The result of one unit: what campaign decides, and what the store, the certificate and results.json hold."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from checks.picture import Panel
+from checks.quantity import Quantity
+from checks.verdict import Finding, UnitVerdict
+
+
+@dataclass(frozen=True, eq=False)
+class UnitResult:
+    """One judged unit.
+
+    findings : judged quantities. information : measured quantities that the spec does not limit.
+    not_judged : sections of `unit.toml` that the spec does not ask about, with what is in them.
+    inputs : file name (relative to the unit folder, `unit.toml` included) -> sha256.
+    panels : pictures as data by name, for the certificate; not part of the JSON.
+    calibration : a `calibration.Statement` where the unit was judged with a bench file; in the JSON only then.
+    gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
+    """
+
+    serial: str
+    kind: str
+    verdict: UnitVerdict
+    findings: tuple[Finding, ...]
+    information: tuple[tuple[str, Quantity], ...] = ()  # (check, quantity)
+    not_judged: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    parts: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    spec_name: str = ""
+    spec_sha256: str = ""
+    panels: Mapping[str, Panel] = field(default_factory=dict)
+    calibration: Mapping[str, Any] | None = None
+    gap: Mapping[str, Any] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
+        entry = {
+            "serial": self.serial,
+            "kind": self.kind,
+            "verdict": str(self.verdict),
+            "findings": [finding_json(f) for f in self.findings],
+            "information": [information_json(check, q) for check, q in self.information],
+            "not_judged": list(self.not_judged),
+            "notes": list(self.notes),
+            "parts": dict(self.parts),
+            "inputs": dict(sorted(self.inputs.items())),
+        }
+        more = {"calibration": self.calibration, "gap": self.gap}
+        return entry | {key: dict(value) for key, value in more.items() if value is not None}
+
+
+def finding_json(finding: Finding) -> dict[str, Any]:
+    return asdict(finding) | {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
+
+
+def information_json(check: str, quantity: Quantity) -> dict[str, Any]:
+    known = math.isfinite(quantity.value)
+    return {
+        "check": check,
+        "quantity": quantity.name,
+        "value": quantity.value if known else None,
+        "unit": quantity.unit,
+        "U": quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None,
+        "reason": quantity.reason if quantity.reason or known else "no value",
+        "note": quantity.note,
+        "budget": [asdict(c) for c in quantity.budget],
+    }

@@ -1,0 +1,215 @@
+"""Tables of the misalignment on disk: built on all cores, a row at a time, refused when they are not the model's.
+
+A table is `tables/MODEL-KEY.npz` in the bench's folder, KEY a hash of model and grid. While it is built, each finished
+row lies whole in `MODEL-KEY.rows`, so that a build goes on where it was stopped. Tables are per machine: the same file
+of matrices gives a frame model that differs in the last bit elsewhere.
+"""
+
+import hashlib
+import io
+import json
+import os
+import shutil
+import zipfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accept.base.atomic_files import write_atomic
+from accept.base.home import home
+from checks.arrays import Array
+from checks.misalignment.table import Table, check_tabulated, grid, ratios, table_frequencies
+from checks.model.model import Model
+from specs.errors import AcceptError
+
+Row = NDArray[np.complex64]
+Talk = Callable[[str], None]
+
+LAYOUT = 1
+SAME = 1e-3  # relative, of a tabulated ratio computed again; single precision at a sharp zero leaves 1e-5
+UNREADABLE = (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile)
+PARTS = ("dx", "dy", "f", "R")
+ROWS_WORTH_A_PROCESS = 8  # fewer take less time than a process takes to start
+
+
+class TableError(AcceptError, ValueError):
+    """A table that must not be used; the text names the file and why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A table to be: of which model, over which grid (X,), (Y,) [um], at f (F,) [Hz]."""
+
+    model: Model
+    dx: Array
+    dy: Array
+    f: Array
+
+    @classmethod
+    def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
+        """Raises ModelError for a grid that is too small or a model without encoder or joints."""
+        check_tabulated(model)
+        return cls(model, *grid(nx, ny), table_frequencies())
+
+    @property
+    def sha256(self) -> str:
+        """Of model, its values and the grid."""
+        values = json.dumps({n: repr(v) for n, v in sorted(self.model.values.items())})
+        parts = [self.model.sha256.encode(), self.model.damping.encode(), values.encode()]
+        parts += [a.tobytes() for a in (self.dx, self.dy, self.f)]
+        return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+    @property
+    def path(self) -> Path:
+        """Where its table lies."""
+        name = "".join(c if c.isalnum() or c in "._-" else "_" for c in self.model.name)
+        return home() / "tables" / f"{name}-{self.sha256[:12]}.npz"
+
+    @property
+    def rows(self) -> Path:
+        """Folder of its finished rows."""
+        return self.path.with_suffix(".rows")
+
+    def row(self, i: int) -> Row:
+        """(Y, F) row of dx[i]."""
+        return ratios(self.model, float(self.dx[i]), self.dy, self.f)
+
+    def agrees(self, i: int, row: Row) -> bool:
+        """Whether a stored row is what this program computes, by its first entry."""
+        if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
+            return False
+        first = ratios(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
+        return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
+
+
+def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int | None = None) -> Table:
+    """The stored table of a model, built first where it is missing or stale. Raises ModelError, OSError."""
+    plan = Plan.of(model, nx, ny)
+    try:
+        return read_table(plan)
+    except FileNotFoundError:
+        say(f"{plan.path.name}: not there yet, building it")
+    except TableError as e:
+        say(f"{e}; building it anew")
+    return build(plan, say, workers)
+
+
+def build(plan: Plan, say: Talk, workers: int | None = None) -> Table:
+    """Compute the rows that are not there yet, on all cores, and store the table."""
+    ready = dict(_finished(plan))
+    missing = [i for i in range(plan.dx.size) if i not in ready]
+    if ready:
+        say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows are there, going on")
+    for i, row in _computed(plan, missing, workers or os.cpu_count() or 1):
+        write_atomic(_row_file(plan, i), _bytes(row=row))
+        ready[i] = row
+        if len(ready) % 5 == 0 or len(ready) == plan.dx.size:
+            say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows")
+    table = Table(
+        plan.dx, plan.dy, plan.f, np.array([ready[i] for i in range(plan.dx.size)]), plan.model.name, plan.sha256
+    )
+    write_table(plan.path, table)
+    shutil.rmtree(plan.rows, ignore_errors=True)
+    return table
+
+
+def write_table(path: Path, table: Table) -> None:
+    """Store a table with the hash of its content."""
+    arrays = {name: getattr(table, name) for name in PARTS}
+    about = {"layout": LAYOUT, "model": table.model, "sha256": table.sha256, "content": _content(arrays)}
+    write_atomic(path, _bytes(**arrays, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)))
+
+
+def read_table(plan: Plan, path: Path | None = None) -> Table:
+    """The stored table of a plan. Raises FileNotFoundError, or TableError for one that is damaged, of another model, or
+    not what this program computes any more."""
+    path = path or plan.path
+    table = open_table(path)
+    if table.sha256 != plan.sha256:
+        raise TableError(f"{path}: a table of model {table.model}, not of {plan.model.name} as it is now")
+    for i in (0, plan.dx.size // 2, plan.dx.size - 1):
+        if not plan.agrees(i, table.R[i]):
+            raise TableError(f"{path}: stale, model {plan.model.name} gives other ratios at dx = {plan.dx[i]:g} um")
+    return table
+
+
+def open_table(path: Path) -> Table:
+    """A stored table, whosever. Raises FileNotFoundError, or TableError for a damaged one."""
+    if not path.exists():
+        raise FileNotFoundError(2, "no such table", str(path))
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in PARTS}
+            about: dict[str, Any] = json.loads(stored["about"].tobytes())
+    except UNREADABLE as e:
+        raise TableError(f"{path}: cannot be read as a table ({e})") from e
+    if about.get("layout") != LAYOUT:
+        raise TableError(f"{path}: layout {about.get('layout')}, expected {LAYOUT}")
+    if about.get("content") != _content(arrays):
+        raise TableError(f"{path}: its content is not what was stored: the hash differs")
+    return Table(**arrays, model=str(about.get("model")), sha256=str(about.get("sha256")))
+
+
+def _content(arrays: dict[str, Any]) -> str:
+    digest = hashlib.sha256()
+    for name in PARTS:
+        digest.update(f"{name}{arrays[name].dtype}{arrays[name].shape}".encode())
+        digest.update(np.ascontiguousarray(arrays[name]).tobytes())
+    return digest.hexdigest()
+
+
+def _bytes(**arrays: Any) -> bytes:
+    out = io.BytesIO()
+    np.savez(out, **arrays)
+    return out.getvalue()
+
+
+def _row_file(plan: Plan, i: int) -> Path:
+    return plan.rows / f"row_{i:03d}.npz"
+
+
+def _finished(plan: Plan) -> Iterator[tuple[int, Row]]:
+    """Rows of an earlier build that hold."""
+    for i in range(plan.dx.size):
+        path = _row_file(plan, i)
+        if not path.exists():
+            continue
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                row = stored["row"]
+        except UNREADABLE:
+            continue
+        if plan.agrees(i, row):
+            yield i, row
+
+
+def _computed(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[int, Row]]:
+    workers = min(workers, len(missing) // ROWS_WORTH_A_PROCESS)
+    if workers <= 1:
+        yield from ((i, plan.row(i)) for i in missing)
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn"), _hold, (plan,)) as pool:
+        pending = {pool.submit(_held_row, i): i for i in missing}
+        try:
+            for done in as_completed(pending):
+                yield pending[done], done.result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+_PLAN: list[Plan] = []
+
+
+def _hold(plan: Plan) -> None:
+    """In a worker: the plan stays here, so that a task is a number."""
+    _PLAN[:] = [plan]
+
+
+def _held_row(i: int) -> Row:
+    return _PLAN[0].row(i)

@@ -1,0 +1,163 @@
+"""Models as files: opened with their effects built in, written with what was fitted."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit import TOMLDocument
+
+from accept.base.atomic_files import write_atomic
+from checks.errors import ModelError
+from checks.misalignment.estimate import with_payload
+from checks.model.effects import with_effects
+from checks.model.model import Model
+from hw.model_files import model_of
+from specs.model import ModelSpec, load_model, parse_model
+from specs.model_sections import FitRecord
+
+Effects = Sequence[tuple[str, Mapping[str, float]]]
+DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
+NOT_LINEAR = ("hysteresis", "creep")  # they change loops and slow records, and no parameter of a linear model is theirs
+_NO_VALUES: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A model with its description. left_out: its effects that a frequency response does not show."""
+
+    spec: ModelSpec
+    model: Model
+    left_out: tuple[str, ...] = ()
+
+
+def open_model(name: str | Path) -> Model:
+    """Model by built-in name or TOML file, its [[effects]] built in. Raises SpecError or ModelError."""
+    return opened(name).model
+
+
+def opened(name: str | Path) -> Opened:
+    """The same with its description."""
+    spec = load_model(name)
+    effects = effects_of(spec)
+    linear = [(effect, values) for effect, values in effects if effect not in NOT_LINEAR]
+    left_out = tuple(effect for effect, _ in effects if effect in NOT_LINEAR)
+    return Opened(spec, with_effects(model_of(spec), linear), left_out)
+
+
+def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
+    """The model with the payload that a unit's folder states, if it does; as it is where it was fitted to this very
+    unit, because then it knows better."""
+    fitted_to = given.spec.fit.serial if given.spec.fit else None
+    return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
+
+
+def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
+    """The file's effects, in order. Raises ModelError for a parameter that is no number."""
+    out = []
+    for entry in spec.effects:
+        for key, value in entry.parameters.items():
+            if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+                raise ModelError(f"{spec.name}: effect '{entry.name}': {key} is {value!r}; expected a number")
+        out.append((entry.name, {key: float(value) for key, value in entry.parameters.items()}))
+    return out
+
+
+def write_model(
+    path: Path,
+    spec: ModelSpec,
+    values: Mapping[str, float],
+    sds: Mapping[str, float] = _NO_VALUES,
+    *,
+    effects: Effects = (),
+    damping: str | None = None,
+    record: FitRecord | None = None,
+    name: str | None = None,
+) -> ModelSpec:
+    """Write a model file that is `spec` with other values, and what was read back from it.
+
+    values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
+    those that the file has. Comments stay. The superelement's path is made relative to the new place. The file is read
+    back before it replaces anything, so that what is there can be opened. Raises SpecError, ModelError, OSError."""
+    document = tomlkit.parse(spec.text)
+    if name is not None:
+        document["name"] = name
+    if damping is not None and damping != spec.damping:
+        document["damping"] = damping
+    for flat, value in values.items():
+        _set(document, spec, flat, float(value), sds.get(flat, spec.sds.get(flat)))
+    if spec.apa_file is not None:
+        _section(document, ["apa"])["file"] = _from(path.parent, spec.apa_file)
+    for effect, parameters in effects:
+        _add_effect(document, effect, parameters)
+    if record is not None:
+        document["fit"] = _record_table(record)
+    content = tomlkit.dumps(document).encode()
+    read = parse_model(content, str(path), path.parent)
+    write_atomic(path, content)
+    return read
+
+
+def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: float | None) -> None:
+    """Put one number where its flat name says; a number of a list of three becomes `{ value, sd }` within it."""
+    if flat not in spec.values and not math.isfinite(value):
+        return  # an effect that is off: the file says nothing about it
+    *sections, key = flat.split(".")
+    table = _section(document, sections)
+    number: Any = value
+    if sd is not None:
+        number = tomlkit.inline_table()
+        number.update({"value": value, "sd": float(sd)})
+    listed = _listed(table, key)
+    if listed is not None:
+        table[listed[0]][listed[1]] = number
+        return
+    note = table[key].trivia.comment if key in table else ""
+    table[key] = number
+    if note:
+        table[key].comment(note.lstrip("# "))
+
+
+def _listed(table: Any, key: str) -> tuple[str, int] | None:
+    """`com_x_mm` is number 0 of `com_mm`, where the file has such a list."""
+    head, axis, unit = [*key.split("_", 2), "", ""][:3]
+    whole = f"{head}_{unit}"
+    return (whole, "xyz".index(axis)) if axis in ("x", "y", "z") and isinstance(table.get(whole), list) else None
+
+
+def _section(document: TOMLDocument, names: Sequence[str]) -> Any:
+    table: Any = document
+    for name in names:
+        if name not in table:
+            table[name] = tomlkit.table()
+        table = table[name]
+    return table
+
+
+def _record_table(record: FitRecord) -> Any:
+    """The section [fit], a row of the covariance a line."""
+    table = tomlkit.table()
+    table.update(record.model_dump(exclude_none=True, exclude={"covariance"}))
+    rows = tomlkit.array()
+    rows.extend(record.covariance)
+    table["covariance"] = rows.multiline(True)
+    return table
+
+
+def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, float]) -> None:
+    if "effects" not in document:
+        document["effects"] = tomlkit.aot()
+    entry = tomlkit.table()
+    entry.update({"name": name} | {key: float(value) for key, value in parameters.items()})
+    document["effects"].append(entry)
+
+
+def _from(folder: Path, file: Path) -> str:
+    """Path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
+    try:
+        return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return file.resolve().as_posix()

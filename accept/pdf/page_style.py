@@ -1,0 +1,64 @@
+"""Measures, colours and paragraph styles of a certificate; every verdict has a colour, a word and a mark."""
+
+from dataclasses import dataclass
+
+from reportlab.lib.colors import Color, HexColor
+from reportlab.lib.enums import TA_RIGHT
+from reportlab.lib.pagesizes import A4
+from reportlab.lib.styles import ParagraphStyle
+from reportlab.lib.units import mm
+
+from accept.pdf.fonts import BOLD, REGULAR
+from accept.pictures.colours import GREEN, GREY, INK, ORANGE, PALE, VERMILION
+
+WIDTH, HEIGHT = A4
+MARGIN = 14 * mm
+INNER = WIDTH - 2 * MARGIN
+HEADER = 32 * mm  # height of the first page's head
+BAND = 37 * mm  # height of the first page's signatures and code
+FOOTER = 9 * mm
+RUNNING_HEAD = 9 * mm
+
+INK_COLOUR, GREY_COLOUR, PALE_COLOUR = HexColor(INK), HexColor(GREY), HexColor(PALE)
+ZEBRA = HexColor("#f5f6f7")
+WHITE = HexColor("#ffffff")
+
+
+@dataclass(frozen=True)
+class Sign:
+    """How a verdict looks: told apart by colour, by word and by mark, so also in grey and from afar."""
+
+    word: str
+    mark: str
+    fill: Color
+    ink: Color
+
+
+UNIT_SIGNS = {
+    "accepted": Sign("ACCEPTED", "✔", HexColor(GREEN), WHITE),
+    "rejected": Sign("REJECTED", "✘", HexColor(VERMILION), WHITE),
+    "conditional": Sign("CONDITIONAL", "!", HexColor(ORANGE), INK_COLOUR),
+    "incomplete": Sign("INCOMPLETE", "?", HexColor("#ffffff"), INK_COLOUR),
+}
+FINDING_SIGNS = {
+    "pass": Sign("pass", "✔", HexColor(GREEN), HexColor("#00694c")),
+    "fail": Sign("FAIL", "✘", HexColor(VERMILION), HexColor("#b04a00")),
+    "conditional": Sign("conditional", "!", HexColor(ORANGE), HexColor("#8a5f00")),
+    "no_result": Sign("no result", "?", HexColor(GREY), INK_COLOUR),
+}
+
+
+def _style(name: str, size: float, **more: object) -> ParagraphStyle:
+    basic = {"fontName": REGULAR, "fontSize": size, "leading": size * 1.25, "textColor": INK_COLOUR}
+    return ParagraphStyle(name, **(basic | more))
+
+
+BODY = _style("body", 7.5)
+NUMBER = _style("number", 7.5, alignment=TA_RIGHT)
+STRONG = _style("strong", 7.5, fontName=BOLD)
+SMALL = _style("small", 6.2)
+SMALL_NUMBER = _style("small number", 6.2, alignment=TA_RIGHT)
+QUIET = _style("quiet", 6.2, textColor=GREY_COLOUR)
+HEADING = _style("heading", 8.5, fontName=BOLD, spaceBefore=6, spaceAfter=2.5)
+TABLE_HEAD = _style("table head", 6.2, fontName=BOLD, textColor=GREY_COLOUR)
+TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GREY_COLOUR, alignment=TA_RIGHT)

@@ -1,0 +1,69 @@
+"""The truth of a unit for the simulated bench, from the unit's own folder."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from accept.capture.capture import POINTS_MM
+from accept.units import unit_folder as units
+from accept.units.unit_folder import UnitError
+from checks.declare import Measured
+from checks.errors import RecordError
+from checks.record import Record
+from hw.simulated import World
+
+NOMINAL_STROKE_UM = 360.0  # of the seed's good APAs; where a unit has none of its own
+NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
+
+
+def world_of(folder: Path) -> World:
+    """What the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it does not
+    have is nominal. Raises UnitError, also where a section cannot be used."""
+    unit = units.read(folder)
+
+    def values(section: str) -> Mapping[str, Any]:
+        if section not in unit.sections:
+            return {}
+        try:
+            return units.load(unit, unit.sections[section], unit.input_hashes())
+        except RecordError as e:
+            raise UnitError(folder / units.UNIT_FILE, [f"[{section}] cannot be simulated: {e}"]) from e
+
+    capacitance = values("capacitance")
+    one, two = _strokes(values("stroke"))
+    return World(
+        serial=unit.serial,
+        heights_m=_heights(folder, values("flatness")),
+        sensor_F=_number(capacitance, "sensor_uF") * 1e-6,
+        actuator_F=_number(capacitance, "actuator_uF") * 1e-6,
+        one_stack_m=one,
+        two_stacks_m=two,
+    )
+
+
+def _number(values: Mapping[str, Any], name: str) -> float:
+    given = values.get(name)
+    return given.value if isinstance(given, Measured) else NOMINAL[name]
+
+
+def _heights(folder: Path, values: Mapping[str, Any]) -> tuple[float, ...]:
+    """At the probe points, in their order; of a table the point nearest to each."""
+    if "points" in values:
+        table = values["points"]
+        away = [np.hypot(table["x_mm"] - x, table["y_mm"] - y) for x, y in POINTS_MM]
+        return tuple(float(table["z_um"][int(np.argmin(a))]) * 1e-6 for a in away)
+    heights = values.get("z_um", np.zeros(len(POINTS_MM)))
+    return tuple(float(z) * 1e-6 for z in heights)
+
+
+def _strokes(values: Mapping[str, Any]) -> tuple[float, float]:
+    """[m] of one stack and of the two others; a typed stroke is one third and two thirds."""
+    records = [values.get("one_stack"), values.get("two_stacks")]
+    if all(isinstance(record, Record) for record in records):
+        one, two = (float(r["d"].max() - r["d"][0]) for r in records if isinstance(r, Record))
+        return one, two
+    typed = values.get("stroke_um")
+    total = (typed.value if isinstance(typed, Measured) else NOMINAL_STROKE_UM) * 1e-6
+    return total / 3, 2 * total / 3

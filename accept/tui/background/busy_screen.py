@@ -1,0 +1,114 @@
+"""A screen whose slow or blocking work runs in threads, in order, with a visible clock; errors become one line."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeVar
+
+from textual.binding import Binding, BindingType
+from textual.screen import Screen
+from textual.timer import Timer
+from textual.widgets import Label
+from textual.worker import Worker, WorkerState
+
+Then = Callable[[Any], None]
+T = TypeVar("T")
+_CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
+
+
+class Working(Screen[T]):
+    """Holds a `Label` with the id `status`: what is going on, what was stored, what went wrong."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("f1", "app.help", "Help")]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._queued: deque[tuple[Callable[[], Any], Then, str, Then | None]] = deque()
+        self._afterwards: dict[Worker[Any], tuple[Then, Then | None]] = {}
+        self._in_order: Worker[Any] | None = None
+        self._doing: tuple[str, float] | None = None
+        self._clock: Timer | None = None
+        self.progress = ""  # what a slow step says of itself, set from its thread
+        self.stop: Callable[[], None] | None = None  # ends a computation that is under way
+
+    def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
+        """Run `action` in a thread after those sent before, then `then` with its result here."""
+        self._clock = self._clock or self.set_interval(0.5, self._tick)
+        self._queued.append((action, then, doing, failed))
+        self._next()
+
+    def aside(self, action: Callable[[], Any], then: Then, group: str) -> None:
+        """Run `action` in a thread beside the others; a newer one of the same group takes its place."""
+        for worker in [w for w in self._afterwards if w.group == group]:
+            self._afterwards.pop(worker)
+        worker = self.run_worker(action, group=group, thread=True, exit_on_error=False)
+        self._afterwards[worker] = (then, None)
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is running or waiting."""
+        return not self._afterwards and not self._queued
+
+    @property
+    def alive(self) -> bool:
+        """Whether there is still something to show on: a key may leave a screen that is not yet drawn."""
+        return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
+
+    def say(self, words: str, role: str = "quiet") -> None:
+        """One line at the foot of the screen. role: quiet, good, bad."""
+        mark = {"good": "✓ ", "bad": "✗ "}.get(role, "")
+        for status in self.query("#status").results(Label):
+            status.set_classes(role)
+            status.update(f"{mark}{words}".replace("[", r"\["))
+
+    def stop_or(self, otherwise: Callable[[], None]) -> None:
+        """Stop what is under way; without that, the other."""
+        (self.stop or otherwise)()
+
+    def on_unmount(self) -> None:
+        """Nobody waits for the answer any more, and the program must be able to end."""
+        self.stop_or(lambda: None)
+
+    def leave(self, result: T | None = None) -> None:
+        """Dismiss, with whatever stands in front; a key that comes twice leaves once."""
+        while self in self.app.screen_stack and self.app.screen is not self:
+            self.app.pop_screen()
+        if self.is_current:
+            self.dismiss(result)
+
+    def _next(self) -> None:
+        if self._in_order is not None or not self._queued:
+            return
+        action, then, doing, failed = self._queued.popleft()
+        self._in_order = self.run_worker(action, group="in order", thread=True, exit_on_error=False)
+        self._afterwards[self._in_order] = (then, failed)
+        self._doing, self.progress = ((doing, time.monotonic()) if doing else None), ""
+
+    def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
+        worker = event.worker
+        if event.state not in (WorkerState.SUCCESS, WorkerState.ERROR, WorkerState.CANCELLED):
+            return
+        then, failed = self._afterwards.pop(worker, (None, None))
+        if worker is self._in_order:
+            self._in_order, self._doing = None, None
+        if event.state is WorkerState.ERROR and worker.error is not None:
+            self._report(worker.error, failed)
+        elif event.state is WorkerState.SUCCESS and then is not None and self.alive:
+            then(worker.result)
+        self._next()
+
+    def _report(self, error: BaseException, failed: Then | None) -> None:
+        from accept.tui.background.problems import (
+            words_of,  # heavy to import, and only needed when something went wrong
+        )
+
+        words = words_of(error)
+        self.app.bell()
+        self.say(words, "bad")
+        if failed is not None and self.alive:
+            failed(words)
+
+    def _tick(self) -> None:
+        if self._doing and (passed := time.monotonic() - self._doing[1]) > _CLOCK_AFTER_S:
+            more = f" ({self.progress})" if self.progress else ""
+            self.say(f"{self._doing[0]}{more} … {passed:.0f} s")

@@ -1,0 +1,28 @@
+"""Which errors are told to the technician, and how; any other is a fault of the program and ends it loudly."""
+
+import errno
+
+from accept.base.console import KNOWN_ERRORS
+from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.lock import UnitBusy
+from accept.workflow.worker.process import NotDone
+from hw.errors import InstrumentError
+
+_KEPT = "what was stored before is safe; what you typed is still in its field"
+_OS = {
+    errno.ENOSPC: f"the disk is full: free some space and press Enter again; {_KEPT}",
+    errno.EROFS: f"the disk is read-only; {_KEPT}",
+    errno.EACCES: f"no permission; {_KEPT}",
+}
+
+
+def words_of(error: BaseException) -> str:
+    """The error in a line. Raises the error itself when it is none that a bench can have."""
+    if isinstance(error, EntryError | UnitBusy | InstrumentError | NotDone):
+        return str(error)
+    if not isinstance(error, KNOWN_ERRORS):
+        raise error
+    if isinstance(error, OSError) and error.errno is not None:
+        where = f"{error.filename}: " if error.filename else ""
+        return where + _OS.get(error.errno, error.strerror or str(error))
+    return " ".join(str(error).split())

@@ -1,0 +1,25 @@
+"""Work of a screen in the other process: with a clock, what it says of itself, and Escape to stop it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from accept.tui.background.busy_screen import Then, Working
+from accept.workflow.worker.judging import Elsewhere
+from accept.workflow.worker.process import Apart
+
+
+def send_apart(
+    screen: Working[Any], apart: Apart, work: Callable[[Elsewhere], Any], then: Then, doing: str, failed: Then
+) -> None:
+    """As `Working.send`; until it has ended, `screen.stop` stops it."""
+    elsewhere = Elsewhere(apart, lambda words: setattr(screen, "progress", words))
+    screen.stop = elsewhere.cancel
+
+    def ended(go_on: Then) -> Then:
+        def end(what: Any) -> None:
+            screen.stop = None
+            go_on(what)
+
+        return end
+
+    screen.send(lambda: work(elsewhere), ended(then), doing, ended(failed))

@@ -1,0 +1,63 @@
+"""A question in front of the screen: one or more lines, answered or left with Escape."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Input, Label
+
+from accept.tui.widgets.text_entry import Entry, typed
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line to type. secret: not shown."""
+
+    label: str
+    secret: bool = False
+    value: str = ""
+
+
+class Ask(ModalScreen[list[str] | None]):
+    """Dismisses with what was typed, None after Escape."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        # Before the line itself gets it: what is typed behind Enter belongs to the next line.
+        Binding("enter", "next", show=False, priority=True),
+        Binding("escape", "leave", "Leave"),
+        Binding("up", "app.focus_previous", show=False),
+    ]
+
+    def __init__(self, title: str, words: str, lines: Sequence[Line]) -> None:
+        super().__init__()
+        self._title, self._words, self._lines = title, words, lines
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog"):
+            yield Label(self._title, classes="title", markup=False)
+            yield Label(self._words, classes="words", markup=False)
+            for line in self._lines:
+                yield Label(line.label, markup=False)
+                yield Entry(line.value, secret=line.secret)
+            yield Label("Enter: next, then done    Esc: leave", classes="quiet")
+
+    async def action_next(self) -> None:
+        fields = list(self.query(Input))
+        await typed(*fields)
+        at = next((n for n, field in enumerate(fields) if field is self.focused), len(fields) - 1)
+        if at + 1 < len(fields):
+            self.set_focus(fields[at + 1])
+        else:
+            self._leave([field.value for field in fields])
+
+    def action_leave(self) -> None:
+        self._leave(None)
+
+    def _leave(self, answer: list[str] | None) -> None:
+        """A key that comes twice answers once."""
+        if self.is_current:
+            self.dismiss(answer)

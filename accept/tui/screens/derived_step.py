@@ -1,0 +1,42 @@
+"""A step without data of its own: what a model says about the records of another step."""
+
+from typing import ClassVar
+
+from textual.binding import Binding, BindingType
+
+from accept.tui.screens.step_view import StepView
+from checks.acceptance import CHECKS
+
+
+class DerivedScreen(StepView):
+    """Judges by itself where the records are there and nothing was said about them yet."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f3", "compare", "Compare"),
+        Binding("f5", "note", "Note"),
+        Binding("f7", "picture", "Plot"),
+        Binding("escape", "leave", "Back"),
+    ]
+
+    def on_mount(self) -> None:
+        if not self.alive:
+            return
+        self.show()
+        if self.complete and self.session.judgement(self.step.name) is None:
+            self.judge()
+        elif self.complete:
+            self.say("F3 compares once more")
+        else:
+            self.say(self.lacking(), "bad")
+
+    def lacking(self) -> str:
+        other = CHECKS[self.step.check.reads]
+        return "" if self.complete else f"first the records of '{other.title}'"
+
+    def action_compare(self) -> None:
+        if self.stop is not None:
+            self.say("it is under way; Esc stops it")
+        elif self.complete:
+            self.judge()
+        else:
+            self.say(self.lacking(), "bad")

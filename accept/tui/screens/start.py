@@ -1,0 +1,242 @@
+"""The first screen: who is at the bench, which unit, of what kind, made of what."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.actions import SkipAction
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
+from textual.widgets import Footer, Input, Label, OptionList
+from textual.widgets.option_list import Option
+
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens.ask import Ask, Line
+from accept.tui.widgets.text_entry import Entry, typed
+
+if TYPE_CHECKING:
+    from accept.units.unit_folder import UnitFolder
+    from accept.workflow.bench import Bench
+    from accept.workflow.session import Session
+    from accept.workflow.unit_list import KnownUnit
+
+PARTS = {"strut": ("apa", "joint_bottom", "joint_top", "encoder")}
+_LABELS = {
+    "operator": "Who is at the bench",
+    "serial": "Serial, typed or scanned",
+    "kind": "Kind (apa or strut)",
+    "apa": "Serial of its APA",
+    "joint_bottom": "Bottom joint",
+    "joint_top": "Top joint",
+    "encoder": "Encoder (empty: none fixed)",
+}
+
+
+@dataclass(frozen=True)
+class Given:
+    """What the command line or the unit before said: the start screen proposes it."""
+
+    operator: str = ""
+    serial: str = ""
+    kind: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Begin:
+    """A unit that is open. problems: what could not be taken from the folder that it came with."""
+
+    bench: "Bench"
+    session: "Session"
+    problems: list[str]
+
+
+class Start(Working[Begin | None]):
+    """Dismisses with an open unit, None to end."""
+
+    class BenchOpened(Message):
+        """The application keeps the bench for the next unit, and closes it at the end."""
+
+        def __init__(self, bench: "Bench") -> None:
+            super().__init__()
+            self.bench = bench
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "next", show=False, priority=True),
+        Binding("f2", "known", "Known units"),
+        Binding("f8", "anew", "New attempt"),
+        Binding("up", "app.focus_previous", show=False),
+        Binding("down", "app.focus_next", show=False),
+        Binding("escape", "leave", "End"),
+    ]
+
+    def __init__(self, load: "Callable[[], Bench]", bench: "Bench | None", given: Given) -> None:
+        super().__init__()
+        self._load, self._bench, self._given = load, bench, given
+        self._known: KnownUnit | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Label("accept · begin a unit", classes="title")
+        with VerticalScroll(id="begin"):
+            for name, label in _LABELS.items():
+                with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
+                    yield Label(label, classes="label")
+                    value = getattr(self._given, name, "")
+                    yield Entry(value, id=name)
+            yield Label("", id="about", markup=False)
+            yield OptionList(id="units", markup=False)
+        yield Label("getting ready …", id="status")
+        yield Footer(compact=True)
+
+    def on_mount(self) -> None:
+        if not self.alive:
+            return
+        first = "serial" if self._given.operator else "operator"
+        self.query_one(f"#{first}", Input).focus()
+        self.query_one("#units").display = False
+        self._show_parts()
+        if self._bench is None:
+            self.send(self._load, self._opened_bench)
+        else:
+            self._ready(self._bench)
+
+    def _opened_bench(self, bench: "Bench") -> None:
+        self.post_message(self.BenchOpened(bench))
+        if bench.taken is not None:
+            self._propose(bench.taken)
+        self._ready(bench)
+
+    def _ready(self, bench: "Bench") -> None:
+        self._bench = bench
+        kinds = list(bench.specs)
+        kind = self.query_one("#kind", Input)
+        if kind.value not in kinds:
+            kind.value = kinds[0]
+        serial = self.query_one("#serial", Input)
+        serial.value = serial.value or bench.proposed
+        self.say("Enter goes from line to line; on the last one it begins")
+        self._look()
+
+    def _propose(self, taken: "UnitFolder") -> None:
+        """What the unit's folder says of itself."""
+        self.query_one("#kind", Input).value, self.query_one("#serial", Input).value = taken.kind, taken.serial
+        for name, part in taken.parts.items():
+            for line in self.query(f"#{name}").results(Input):
+                line.value = part
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        if event.input.id == "kind":
+            self._show_parts()
+        if event.input.id in ("serial", "kind"):
+            self._look()
+
+    def _show_parts(self) -> None:
+        wanted = PARTS.get(self._value("kind"), ())
+        for name in PARTS["strut"]:
+            self.query_one(f"#line-{name}").display = name in wanted
+
+    def _value(self, name: str) -> str:
+        return self.query_one(f"#{name}", Input).value.strip()
+
+    def _look(self) -> None:
+        """Say beside the fields whether the serial fits, and whether it is known."""
+        bench, serial, kind = self._bench, self._value("serial"), self._value("kind")
+        self._known = None
+        about = self.query_one("#about", Label)
+        if bench is None or not serial:
+            about.update("")
+        elif kind not in bench.specs:
+            about.update(f"✗ kind '{kind}': expected {' or '.join(bench.specs)}")
+        elif problem := bench.problem(serial, kind):
+            about.update(f"✗ serial '{serial}': {problem}")
+        else:
+            about.update("")
+            self.aside(lambda: (serial, bench.known_one(serial)), self._found, "look")
+
+    def _found(self, seen: "tuple[str, KnownUnit | None]") -> None:
+        serial, known = seen
+        if serial != self._value("serial"):
+            return
+        self._known = known
+        words = f"new unit {serial}"
+        if known:
+            words = f"{serial} is known: {known.words}. Enter goes on with it, F8 begins a new attempt."
+        self.query_one("#about", Label).update(words)
+
+    async def action_next(self) -> None:
+        """To the next line; a serial that is known goes on where it stands."""
+        await typed(*self.query(Input), self)  # the screen last: it looks up the serial that was typed
+        shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
+        if self.focused not in shown:
+            raise SkipAction
+        at = shown.index(self.focused)
+        if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
+            self._begin(None)
+        else:
+            self.set_focus(shown[at + 1])
+
+    def action_anew(self) -> None:
+        if self._known is None:
+            self.say("a new attempt is for a unit that is known already", "bad")
+            return
+        words = f"{self._known.serial}, {self._known.words}. The earlier attempts stay."
+        question = Ask("A new attempt", words, [Line("Why is it measured again?")])
+        self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
+
+    def _begin(self, reason: str | None) -> None:
+        """reason: of a new attempt; None goes on with the present one where there is one."""
+        bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
+        if bench is None:
+            self.say("one moment: the bench is being opened")
+            return
+        if not operator or not serial or kind not in bench.specs or (reason is not None and not reason.strip()):
+            self.say("operator, serial, kind and, for a new attempt, the reason are needed", "bad")
+            return
+        parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
+        said = (serial, kind, operator, parts, reason)
+        self.send(lambda: _open(bench, said), self._opened, f"opening {serial}")
+
+    def _opened(self, opened: "tuple[Session, list[str]]") -> None:
+        if self._bench is not None:
+            self.leave(Begin(self._bench, *opened))
+
+    def action_known(self) -> None:
+        """Units that were begun here, to go on with one."""
+        if self._bench is not None:
+            self.send(self._bench.known, self._list, "looking into the store")
+
+    def _list(self, units: "list[KnownUnit]") -> None:
+        shown = self.query_one("#units", OptionList)
+        shown.clear_options()
+        shown.add_options(Option(f"{unit.serial:<16} {unit.kind:<6} {unit.words}", id=unit.serial) for unit in units)
+        shown.display = bool(units)
+        if units:
+            shown.highlighted = 0
+            shown.focus()
+        self._kinds = {unit.serial: unit.kind for unit in units}
+        self.say("these units are known" if units else "no unit is known yet")
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        serial = str(event.option.id)
+        self.query_one("#kind", Input).value = self._kinds[serial]
+        self.query_one("#serial", Input).value = serial
+        self.query_one("#units").display = False
+        self.query_one("#serial", Input).focus()
+
+    def action_leave(self) -> None:
+        self.leave(None)
+
+    def help_text(self) -> str:
+        return (
+            "Type your name, then scan or type the serial. A known serial goes on where it stands: every entry that "
+            "was confirmed is there, also after a power cut. F8 measures it again as a new attempt; the old one stays."
+        )
+
+
+def _open(bench: "Bench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
+    """In a thread: the unit, with an attempt to work on; and the next screen, which takes a moment to import."""
+    import_module("accept.tui.screens.steps")
+    opened: tuple[Session, list[str]] = bench.open_unit(import_module("accept.workflow.bench").Begun(*said))
+    return opened

@@ -1,0 +1,95 @@
+"""What every step shows: where it stands, its findings, what to do about them, its pictures."""
+
+from functools import partial
+
+from textual.widgets import Label
+
+from accept.store import Event
+from accept.tui.background.process_work import send_apart
+from accept.tui.screens.notes import ask_note
+from accept.tui.screens.page import Page
+from accept.tui.widgets.findings import COLOURS, Findings, missing_words
+from accept.tui.widgets.limit_bar import limits
+from accept.tui.widgets.pictures import Pictures
+from accept.workflow.bench import Bench
+from accept.workflow.session import Session
+from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import StepState
+from accept.workflow.steps.section import missing, ready
+from accept.workflow.worker.judging import Elsewhere
+from specs import Limit
+
+_HEAD = {"bold red": "red", "dim": "white"}
+
+
+class StepView(Page):
+    """Judges in the other process; what a model takes part in is shown with a clock, and stopped with Escape."""
+
+    def __init__(self, bench: Bench, session: Session, name: str) -> None:
+        self.step = session.step(name)
+        super().__init__(bench, session, self.step.guide.words)
+
+    @property
+    def state(self) -> StepState:
+        return self.session.state(self.step.name)
+
+    @property
+    def complete(self) -> bool:
+        return ready(self.step, self.state)
+
+    def show(self) -> None:
+        """Everything from the state of the session."""
+        if not self.alive:
+            return
+        status = self.session.status(self.step)
+        number = 1 + [s.name for s in self.session.steps].index(self.step.name)
+        words = f"{status.mark} {status.word}  ·  {self.session.serial}  ·  {self.step.title}"
+        head = self.query_one("#head", Label)
+        head.update(f"{number}/{len(self.session.steps)}  {words}")  # a long title is what may be cut
+        head.styles.color = _HEAD.get(COLOURS[status], COLOURS[status])
+        judgement = self.session.judgement(self.step.name) if self.complete else None
+        self.query_one(Findings).show(self.step.check, judgement, self.lacking())
+        self.query_one(Pictures).show(self.session.panels(self.step.name))
+
+    def lacking(self) -> str:
+        """What is still to be given, in words."""
+        return missing_words([i.label for i in missing(self.step, self.state)]) if self.state.entries else ""
+
+    def judge(self) -> None:
+        """Judge what was taken; the findings appear when they are there."""
+        name, findings = self.step.name, self.query_one(Findings)
+        if self.step.check.model is None:
+            findings.show(self.step.check, None, "judging … (Esc goes back, the entries are kept)")
+            judge = Elsewhere(self.bench.apart).judge
+            self.aside(lambda: self.session.judge_step(name, judge), lambda _: self.show(), "judge")
+        else:
+            findings.show(self.step.check, None, "comparing with the model … (Esc stops it)")
+            work = partial(self.session.judge_step, name)
+            send_apart(
+                self, self.bench.apart, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
+            )
+
+    def _compared(self, _: StepJudgement) -> None:
+        self.say("done", "good")
+        self.show()
+
+    def action_note(self) -> None:
+        ask_note(self, self.session, self.step, self._noted)
+
+    def _noted(self, event: Event) -> None:
+        self.say(f"note kept as event {event.seq}; it goes on the certificate", "good")
+
+    def help_text(self) -> str:
+        asked = self.step.asked
+        bounds = [f"  {name}: {limit_words(limit)}\n      {limit.source}" for name, limit in asked.limits.items()]
+        measured_with = f"\nMeasured with: {asked.instrument}" if asked.instrument else ""
+        told = f"{self.step.guide.words}\n{self.step.guide.picture}{measured_with}\n"
+        return "\n".join([told, *self.more_help(), "Limits", *bounds])
+
+    def more_help(self) -> list[str]:
+        return []
+
+
+def limit_words(limit: Limit) -> str:
+    ends = limits({"lower": limit.lower, "upper": limit.upper})
+    return f"{ends} {limit.unit}, {limit.rule}"

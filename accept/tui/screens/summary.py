@@ -1,0 +1,192 @@
+"""The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable, Footer, Label, Static
+
+from accept.certificate import keys
+from accept.judging.result import UnitResult
+from accept.tui.background.busy_screen import Working
+from accept.tui.background.process_work import send_apart
+from accept.tui.screens.ask import Ask, Line
+from accept.tui.screens.help import Help
+from accept.tui.widgets.findings import COLOURS
+from accept.tui.widgets.limit_bar import limits, numbers
+from accept.verify.verification import Report
+from accept.workflow.bench import Bench
+from accept.workflow.certify import countersign_unit, make_keys, sign_unit
+from accept.workflow.session import Session
+from accept.workflow.status import of_findings
+
+_COLOUR = {"accepted": "bold green", "rejected": "bold red", "conditional": "bold yellow", "incomplete": "bold magenta"}
+
+
+class Summary(Working[bool]):
+    """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f2", "sign", "Sign"),
+        Binding("f3", "countersign", "QA countersigns"),
+        Binding("f4", "next", "Next unit"),
+        Binding("escape", "leave", "Back"),
+    ]
+
+    def __init__(self, bench: Bench, session: Session) -> None:
+        super().__init__()
+        self.bench, self.session = bench, session
+        self.report: Report | None = None
+        self._why: list[str] = []
+        self._notes: list[str] = []
+
+    def compose(self) -> ComposeResult:
+        words = f"{self.session.serial}  attempt {self.session.attempt.number}  ·  summary"
+        yield Label(words, classes="title", markup=False)
+        yield Static("judging …", id="verdict", markup=False)
+        yield DataTable(id="findings", cursor_type="row")
+        yield Static("", id="detail", markup=False)
+        yield Static("", id="certificate", markup=False)
+        yield Label("", id="status")
+        yield Footer(compact=True)
+
+    def on_mount(self) -> None:
+        if not self.alive:
+            return
+        self.query_one(DataTable).add_columns("", "quantity", "value ± U", "limits", "verdict")
+        if self.session.result is not None:
+            self._judged(self.session.result)
+        else:
+            self._judge()
+
+    def _judge(self) -> None:
+        judge = self.session.judge
+        send_apart(self, self.bench.apart, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged)
+
+    def _not_judged(self, words: str) -> None:
+        self.query_one("#verdict", Static).update("not judged")
+
+    def _judged(self, result: UnitResult) -> None:
+        entry = result.to_json()
+        verdict = str(result.verdict)
+        self.query_one("#verdict", Static).update(_verdict(verdict, entry["findings"]))
+        table = self.query_one(DataTable)
+        table.clear()
+        for f in entry["findings"]:
+            status = of_findings([f])
+            value = numbers(f) if f["value"] is not None else "-"
+            cells = (f["quantity"], value, limits(f), Text(status.word, COLOURS[status]))
+            table.add_row(Text(status.mark, COLOURS[status]), *cells)
+        self._notes = entry["notes"]
+        self._why = [str(f["reason"] or f["note"] or "") for f in entry["findings"]]
+        self._tell(0)
+        self._show_certificate()
+        signed = self.session.attempt.certificate is not None
+        self.say("this result is signed; F3 countersigns, F4: next unit" if signed else "F2 signs this result")
+
+    def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
+        self._tell(event.cursor_row)
+
+    def _tell(self, row: int) -> None:
+        """Why a finding is what it is, and what was noted about the unit."""
+        if row < len(self._why):
+            self.query_one("#detail", Static).update("\n".join(filter(None, (self._why[row], *self._notes))))
+
+    def _show_certificate(self) -> None:
+        attempt = self.session.attempt
+        if attempt.certificate is None:
+            words = "certificate: not signed"
+        else:
+            by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
+            words = f"certificate: {attempt.certificate}\nsigned by: {by}"
+        if self.report is not None:
+            words = f"{'✓ verified' if self.report.valid else '✗ NOT VALID'}: {self.report.reason}\n{words}"
+        self.query_one("#certificate", Static).update(words)
+
+    def action_sign(self) -> None:
+        if self.session.result is None:
+            self.say("one moment: the unit is being judged")
+            if self.idle:  # something was stored since: what is signed is what is shown
+                self._judge()
+        elif self.session.attempt.certificate is not None:
+            self.say("this result is signed already; F3 countersigns", "bad")
+        elif keys.exist(self.bench.home):
+            title = f"Sign {self.session.serial}: {self.session.attempt.verdict}"
+            self.app.push_screen(Ask(title, "As technician.", [Line("Passphrase", secret=True)]), self._sign)
+        else:
+            self.app.push_screen(Ask("The bench has no keys yet", _FIRST_KEYS, _FIRST_LINES), self._first_keys)
+
+    def _first_keys(self, answer: list[str] | None) -> None:
+        if answer is None:
+            return
+        first, again, qa = answer
+        if not first or first != again:
+            self.say("the two passphrases differ or are empty; no keys were made", "bad")
+            return
+        home, operator = self.bench.home, self.session.operator
+        self.send(lambda: make_keys(home, operator, first, qa), lambda _: self._sign([first]), "making keys")
+
+    def _sign(self, answer: list[str] | None) -> None:
+        if answer is not None:
+            self.send(lambda: sign_unit(self.session, answer[0]), self._signed, "signing and verifying")
+
+    def action_countersign(self) -> None:
+        if self.session.attempt.certificate is None:
+            self.say("the technician signs first: F2", "bad")
+        elif len(self.session.attempt.signatures) > 1:
+            self.say("it is countersigned already", "bad")
+        else:
+            words = "As quality assurance, with the QA key's own passphrase."
+            question = Ask(f"Countersign {self.session.serial}", words, [Line("QA passphrase", secret=True)])
+            self.app.push_screen(question, self._countersign)
+
+    def _countersign(self, answer: list[str] | None) -> None:
+        if answer is not None:
+            self.send(lambda: countersign_unit(self.session, answer[0]), self._signed, "countersigning and verifying")
+
+    def _signed(self, report: Report) -> None:
+        self.report = report
+        self._show_certificate()
+        if report.valid:
+            self.say("signed and verified; F4: next unit", "good")
+        else:
+            self.say(f"what was written does not verify: {report.reason}", "bad")
+        if self.bench.hidden and not report.countersigned:
+            self.app.push_screen(Help("Training: what this unit had", self.bench.hidden))
+
+    def action_next(self) -> None:
+        self.leave(True)
+
+    def action_leave(self) -> None:
+        self.stop_or(lambda: self.leave(False))
+
+    def help_text(self) -> str:
+        return (
+            "The unit was judged from everything that is stored. F2 signs the certificate with the technician's "
+            "passphrase, F3 lets quality assurance countersign; both are verified at once from the file on the disk. "
+            "Any later entry makes the verdict void: the unit is then judged and signed again."
+        )
+
+
+_FIRST_KEYS = (
+    "Choose the technician's passphrase; the keys are made with it now. Without a passphrase of its own the QA key "
+    "takes the same. There is no way to find a forgotten one."
+)
+_FIRST_LINES = [
+    Line("Passphrase", secret=True),
+    Line("The same again", secret=True),
+    Line("QA passphrase (empty: the same)", secret=True),
+]
+
+
+def _verdict(verdict: str, findings: list[dict[str, object]]) -> Text:
+    text = Text.assemble((f" {verdict.upper()} ", f"reverse {_COLOUR[verdict]}"))
+    for word, names in (
+        ("failed", [str(f["quantity"]) for f in findings if f["verdict"] == "fail"]),
+        ("missing", [str(f["quantity"]) for f in findings if f["verdict"] == "no_result"]),
+        ("conditional", [str(f["quantity"]) for f in findings if f["verdict"] == "conditional"]),
+    ):
+        if names:
+            text.append(f"  {word}: {', '.join(names)}")
+    return text

@@ -1,0 +1,64 @@
+"""Findings of a step, each with its value in place inside its limits."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.text import Text
+from textual.widgets import Static
+
+from accept.tui.widgets.limit_bar import limits, numbers, strip, unit
+from accept.workflow.advice import advice
+from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.status import Status, of_findings
+from checks.declare import Check
+
+COLOURS = {
+    Status.NOT_DONE: "dim",
+    Status.TAKEN: "cyan",
+    Status.PASS: "green",
+    Status.CONDITIONAL: "yellow",
+    Status.FAIL: "bold red",
+    Status.NO_RESULT: "magenta",
+}
+_STRIP = 32
+
+
+class Findings(Static):
+    """Shows one judgement, or words in its place."""
+
+    def show(self, check: Check, judgement: StepJudgement | None, words: str = "") -> None:
+        self.update(findings_text(check, judgement) if judgement else Text(words, "dim"))
+
+
+def findings_text(check: Check, judgement: StepJudgement) -> Text:
+    """What to do comes first: a page of findings may be longer than the screen."""
+    text = Text()
+    for line in advice(check, judgement):
+        text.append(f"→ {line}\n", "bold yellow")
+    for finding in judgement.findings:
+        text.append_text(finding_text(finding))
+    for q in judgement.information:
+        if q["value"] is not None:
+            text.append(f"  {q['quantity']}  {numbers(q)}\n", "dim")
+    for note in judgement.notes:
+        text.append(f"  note: {note}\n", "dim")
+    text.rstrip()
+    return text
+
+
+def finding_text(finding: Mapping[str, Any]) -> Text:
+    """Two lines, and a third with the reason where there is one."""
+    status = of_findings([finding])
+    colour = COLOURS[status]
+    text = Text.assemble((f"{status.mark} {finding['quantity']}", colour), "  ", numbers(finding), "  ")
+    text.append(f"{status.word}\n", colour)
+    drawn = strip(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
+    text.append(f"  {drawn}  ", colour)
+    text.append(f"{limits(finding)}{unit(finding)}, {finding['rule']}\n", "dim")
+    if finding["reason"]:
+        text.append(f"  {finding['reason']}\n", colour)
+    return text
+
+
+def missing_words(labels: Sequence[str]) -> str:
+    return f"still to give: {', '.join(labels)}" if labels else ""

@@ -1,0 +1,94 @@
+"""A map in the terminal: shades, which tell without colour too, and upon them an estimate and its region."""
+
+import math
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.text import Text
+
+from checks.arrays import Array
+from checks.picture import Image, Line, Mark, Panel
+
+SHADES = " ·░▒▓█"
+REGION, PLACE = "o", "●"
+_LEFT = 9  # columns for the numbers of the y axis
+
+
+def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Text:
+    """The map with y upwards, the largest value darkest, numbers on both axes and what marks say on top."""
+    cells = shaded(item, width, height)
+    for up, along in _region(item, panel, width, height):
+        cells[up][along] = REGION
+    place = _place(item, panel, width, height)
+    if place is not None:
+        cells[place[0]][place[1]] = PLACE
+    text = Text()
+    for n, row in enumerate(cells):
+        text.append(f"{_y_label(item, n, height):>{_LEFT - 1}} ", "dim")
+        for marked, cells_alike in groupby(row, key=(REGION, PLACE).__contains__):
+            text.append("".join(cells_alike), "bold yellow" if marked else "bright_blue")
+        text.append("\n")
+    text.append(" " * _LEFT + _x_labels(item, width) + "\n", "dim")
+    text.append(" " * _LEFT + f"{panel.x_label}; up: {panel.y_label}; {item.label}", "dim")
+    return text
+
+
+def shaded(item: Image, width: int, height: int) -> list[list[str]]:
+    """height x width characters."""
+    rows = np.linspace(item.z.shape[0] - 1, 0, height).round().astype(int)
+    columns = np.linspace(0, item.z.shape[1] - 1, width).round().astype(int)
+    z = item.z[np.ix_(rows, columns)]
+    known = np.isfinite(z)
+    lo, hi = (float(z[known].min()), float(z[known].max())) if known.any() else (0.0, 0.0)
+    level = np.zeros(z.shape) if hi == lo else (np.where(known, z, lo) - lo) / (hi - lo)
+    return [[SHADES[min(int(v * len(SHADES)), len(SHADES) - 1)] for v in row] for row in level]
+
+
+def _cell(value: float, axis: Array, count: int) -> int | None:
+    """Which of `count` cells along an axis, None outside it."""
+    lo, hi = float(axis[0]), float(axis[-1])
+    if not math.isfinite(value) or hi == lo:
+        return None
+    at = round((count - 1) * (value - lo) / (hi - lo))
+    return at if 0 <= at < count else None
+
+
+def _place(item: Image, panel: Panel, width: int, height: int) -> tuple[int, int] | None:
+    """Row and column where a mark on x and one on y cross."""
+    marks = {mark.axis: mark.at for mark in panel.items if isinstance(mark, Mark)}
+    if set(marks) != {"x", "y"}:
+        return None
+    return _row_column(marks["x"], marks["y"], item, width, height)
+
+
+def _region(item: Image, panel: Panel, width: int, height: int) -> set[tuple[int, int]]:
+    outline = [line for line in panel.items if isinstance(line, Line)]
+    found = {
+        _row_column(float(x), float(y), item, width, height)
+        for line in outline
+        for x, y in zip(line.x, line.y, strict=True)
+    }
+    return {cell for cell in found if cell is not None}
+
+
+def _row_column(x: float, y: float, item: Image, width: int, height: int) -> tuple[int, int] | None:
+    column, up = _cell(x, item.x, width), _cell(y, item.y, height)
+    return None if column is None or up is None else (height - 1 - up, column)
+
+
+def _y_label(item: Image, row: int, height: int) -> str:
+    """Top, middle and bottom carry a number."""
+    shown = {0: item.y[-1], height // 2: _middle(item.y), height - 1: item.y[0]}
+    return f"{float(shown[row]):.3g}" if row in shown else ""
+
+
+def _x_labels(item: Image, width: int) -> str:
+    left, middle, right = (f"{float(v):.3g}" for v in (item.x[0], _middle(item.x), item.x[-1]))
+    gap = max(1, width // 2 - len(left) - len(middle) // 2)
+    first = f"{left}{' ' * gap}{middle}"
+    return first + right.rjust(max(len(right) + 1, width - len(first)))
+
+
+def _middle(axis: NDArray[np.float64]) -> float:
+    return (float(axis[0]) + float(axis[-1])) / 2

@@ -1,0 +1,98 @@
+"""Below a form: what the instrument of the present line shows, and where that lies inside its limits."""
+
+from functools import partial
+
+from rich.text import Text
+from textual.message import Message
+from textual.widgets import Static
+
+from accept.tui.widgets.limit_bar import limits, numbers, strip
+from accept.workflow.instruments.live import Look, Watch
+from accept.workflow.instruments.port import Instrument
+from checks.declare import Measured
+from specs import Limit
+
+_STRIP = 26
+
+
+class Gauge(Static):
+    """Follows one instrument at a time, from a thread; the last fault stays beside the value until it is read away."""
+
+    class Looked(Message):
+        """What the thread saw."""
+
+        def __init__(self, token: object, seen: Look) -> None:
+            super().__init__()
+            self.token, self.seen = token, seen
+
+    def __init__(self) -> None:
+        super().__init__(id="gauge", markup=False)
+        self._watch: Watch | None = None
+        self._token = object()  # of the line that is followed: a look at the one before comes late
+        self._whose, self._unit = "", ""
+        self._limit: Limit | None = None
+        self._value: Measured | None = None
+        self._fault = ""
+
+    def follow(self, instrument: Instrument | None, unit: str, limit: Limit | None, stored: Measured | None) -> None:
+        """Look at this instrument from now on; without one, show what is stored."""
+        self.leave()
+        self._whose, self._unit, self._limit, self._value, self._fault = "", unit, limit, stored, ""
+        self._token = token = object()
+        if instrument is not None:
+            self._whose, self._value = instrument.name, None
+            self._watch = Watch(instrument, unit, partial(self._tell, token))
+        self._draw()
+
+    def leave(self) -> None:
+        """Look at nothing any more."""
+        if self._watch is not None:
+            self._watch.stop()
+            self._watch = None
+
+    def on_unmount(self) -> None:
+        self.leave()
+
+    def _tell(self, token: object, seen: Look) -> None:
+        """From the thread that looks."""
+        self.post_message(self.Looked(token, seen))
+
+    def on_gauge_looked(self, event: Looked) -> None:
+        if event.token is not self._token or self._watch is None:
+            return
+        self._value = event.seen.measured
+        self._fault = event.seen.error or self._fault
+        self._draw()
+
+    def _draw(self) -> None:
+        text = gauge_text(self._whose, self._value, self._unit, self._limit, self._fault)
+        self.display = bool(text.plain)
+        self.update(text)
+
+
+def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None, fault: str) -> Text:
+    """name: of the instrument, "" where the value is a stored one. fault: the last one, "" without."""
+    text = Text()
+    if name:
+        text.append(f"live {name}  ", "dim")
+        text.append("…\n" if value is None else f"{_number(value, unit)}\n", "bold")
+    if limit is not None and value is not None:
+        drawn = strip(value.value, value.U, limit.lower, limit.upper, _STRIP)
+        inside = _inside(value.value, limit)
+        text.append(drawn, "green" if inside else "bold red")
+        text.append(f"  {limits({'lower': limit.lower, 'upper': limit.upper})} {limit.unit}", "dim")
+        text.append("\n" if inside else "  outside\n", "" if inside else "bold red")
+    if fault:
+        text.append(f"✗ {fault}" if value is None else f"✗ before: {fault}", "bold red" if value is None else "dim")
+    text.rstrip()
+    return text
+
+
+def _number(value: Measured, unit: str) -> str:
+    if value.U:
+        return numbers({"value": value.value, "U": value.U, "unit": unit})
+    return f"{value.value + 0.0:.5g} {unit}"  # no "-0"
+
+
+def _inside(value: float, limit: Limit) -> bool:
+    return (limit.lower is None or limit.lower <= value) and (limit.upper is None or value <= limit.upper)

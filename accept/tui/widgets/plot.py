@@ -1,0 +1,177 @@
+"""The checks' pictures in the terminal. textual-plot has no logarithmic axis: log10 is plotted, the ticks say what."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.events import Mount
+from textual.widgets import Static
+from textual_plot import HiResMode, NumericAxisFormatter, PlotWidget
+from textual_plot.axis_formatter import AxisFormatter
+
+from accept.tui.widgets.heat_map import map_text
+from checks.arrays import Array
+from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span
+
+ROLES = {
+    "data": "bright_cyan",
+    "model": "yellow",
+    "before": "magenta",
+    "good": "green",
+    "bad": "bright_red",
+    "limit": "red",
+    "quiet": "bright_black",
+}
+SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
+_MOST_POINTS = 600  # a terminal is no wider
+WIDE_FROM = 110  # columns, as in the app's breakpoints
+MAP_ROWS = {False: 10, True: 14}  # of a map, on a narrow and on a wide screen
+
+
+class Decades(AxisFormatter):
+    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where they are few."""
+
+    def get_ticks(self, min_: float, max_: float, max_ticks: int = 8) -> list[float]:
+        first, last = math.floor(min_), math.ceil(max_)
+        steps = (1,) if last - first > 4 else (1, 2, 5)
+        ticks = [math.log10(m) + d for d in range(first, last + 1) for m in steps]
+        return [t for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
+
+    def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
+        return [f"{10.0**t:.4g}" for t in ticks]
+
+
+class PanelPlot(PlotWidget):
+    """One panel of axes; keys of its own (+, -, arrows) would be taken from the form, so it takes no focus."""
+
+    can_focus = False
+
+    def __init__(self, panel: Panel) -> None:
+        super().__init__(allow_pan_and_zoom=False)
+        self._panel = panel
+
+    def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
+        """textual calls the base class's handler after this one: it would clear what was drawn."""
+        super().on_mount()
+        event.prevent_default()
+        self.margin_top = 1
+        panel = self._panel
+        self.set_x_formatter(Decades() if panel.x_log else NumericAxisFormatter())
+        self.set_y_formatter(Decades() if panel.y_log else NumericAxisFormatter())
+        self.set_xlabel(panel.x_label)
+        ends = _span(panel)
+        colours = iter(SERIES * 4)
+        for item in panel.items:
+            self._draw(item, ends, colours)
+        if panel.y_range is not None:
+            lo, hi = panel.y_range
+            self.set_ylimits(*(_logged(np.array([lo, hi]), panel.y_log)))
+
+    def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
+        match item:
+            case Line():
+                colour = ROLES.get(item.role) or next(colours)
+                self._curve(item.x, item.y, colour, points=item.style == "points", label=item.label)
+            case Band():
+                for edge in (item.lo, item.hi):
+                    self._curve(item.x, edge, ROLES["quiet"], points=True, label="")
+            case Heights():
+                self._curve(item.x, item.y, ROLES["data"], points=True, label="")
+            case Mark() | Span():
+                for at in (item.at,) if isinstance(item, Mark) else (item.lo, item.hi):
+                    self._straight(at, item.axis, ROLES.get(item.role, "white"), ends)
+            case _:
+                return
+
+    def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
+        panel = self._panel
+        x, y = _logged(thin(x, points), panel.x_log), _logged(thin(y, points), panel.y_log)
+        known = np.isfinite(x) & np.isfinite(y)
+        if not known.any():
+            return
+        if points:
+            self.scatter(x[known], y[known], marker="•", marker_style=colour, label=label or None)
+        else:
+            self.plot(x[known], y[known], line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
+
+    def _straight(self, at: float, axis: str, colour: str, ends: tuple[float, float]) -> None:
+        if not math.isfinite(at):
+            return
+        panel = self._panel
+        if axis == "x":
+            shown = _logged(np.array([at]), panel.x_log)
+            if np.isfinite(shown).all():
+                self.add_v_line(float(shown[0]), line_style=colour)
+        elif all(map(math.isfinite, ends)):
+            self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
+
+
+def thin(values: Array, points: bool) -> Array:
+    """At most `_MOST_POINTS` values: every n-th, and of a curve the ends too."""
+    step = math.ceil(values.size / _MOST_POINTS)
+    return values if step <= 1 else values[::step]
+
+
+def _logged(values: Array, log: bool) -> Array:
+    """log10 where asked; what has none is NaN."""
+    if not log:
+        return np.asarray(values, dtype=float)
+    out = np.full(np.shape(values), np.nan)
+    positive = np.asarray(values) > 0
+    out[positive] = np.log10(np.asarray(values)[positive])
+    return out
+
+
+def _span(panel: Panel) -> tuple[float, float]:
+    xs = [item.x for item in panel.items if isinstance(item, Line | Band | Heights) and item.x.size]
+    return (min(float(np.nanmin(x)) for x in xs), max(float(np.nanmax(x)) for x in xs)) if xs else (math.nan, math.nan)
+
+
+class PanelView(Vertical):
+    """Title, what the colours mean, and the axes; a map as shades."""
+
+    def __init__(self, panel: Panel) -> None:
+        super().__init__(classes="panel")
+        self._panel = panel
+
+    def compose(self) -> ComposeResult:
+        yield Static(panel_head(self._panel), classes="panel-head")
+        drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
+        if isinstance(drawn, Image):
+            yield Static(map_text(drawn, self._panel, height=MAP_ROWS[self.app.size.width >= WIDE_FROM]))
+        elif drawn is not None:
+            yield Static(plan(drawn), markup=False)
+        else:
+            yield PanelPlot(self._panel)
+
+
+def panel_head(panel: Panel) -> Text:
+    text = Text.assemble((panel.title, "bold"), f"  {panel.y_label}")
+    colours = iter(SERIES * 4)
+    for item in panel.items:
+        if isinstance(item, Line):
+            colour = ROLES.get(item.role) or next(colours)
+            if item.label:
+                text.append(f"  {'•' if item.style == 'points' else '━'} {item.label}", colour)
+        elif isinstance(item, Mark) and item.label and item.axis == "x":
+            text.append(f"  │ {item.label}", ROLES.get(item.role, "white"))
+    return text
+
+
+def plan(item: Heights, width: int = 56, height: int = 9) -> str:
+    """Numbered points with their heights, seen from above."""
+    rows = [[" "] * (width + 12) for _ in range(height)]
+    for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
+        column = round((width - 1) * _fraction(x, item.x))
+        row = round((height - 1) * (1 - _fraction(y, item.y)))
+        for offset, letter in enumerate(f"{number}:{z:+.1f}"):
+            rows[row][column + offset] = letter
+    return "\n".join("".join(row).rstrip() for row in rows) + f"\n{item.label}"
+
+
+def _fraction(value: float, among: Array) -> float:
+    lo, hi = float(np.min(among)), float(np.max(among))
+    return 0.5 if hi == lo else (float(value) - lo) / (hi - lo)

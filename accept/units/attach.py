@@ -1,0 +1,64 @@
+"""The unit's folder on the disk: records copied in, `unit.toml` written from the state."""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from accept.base.atomic_files import write_atomic
+from accept.units.unit_folder import UNIT_FILE
+from checks.declare import Series, Table
+from checks.errors import RecordError
+from hw import records
+
+RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.json")
+_MAX_BYTES = 2_000_000_000
+
+
+def take_in(
+    source: Path, declared: Series | Table, folder: Path, channels: Mapping[str, str] | None = None
+) -> tuple[str, str]:
+    """Copy a record into the folder; returns its name there and its sha256. A file of the same name and other content
+    stays, the new one gets a number. channels: our name -> the file's, where they differ. Raises RecordError when it is
+    not what is declared, OSError."""
+    if not source.is_file():
+        raise RecordError(f"{source.name or source}: there is no such file")
+    if source.stat().st_size > _MAX_BYTES:
+        raise RecordError(f"{source.name}: is larger than {_MAX_BYTES / 1e9:g} GB")
+    _readable(source, declared, channels or {})
+    content = source.read_bytes()
+    digest = hashlib.sha256(content).hexdigest()
+    name = _free_name(folder, source.name, digest)
+    if not (folder / name).exists():
+        write_atomic(folder / name, content)
+    return name, digest
+
+
+def _readable(source: Path, declared: Series | Table, channels: Mapping[str, str]) -> None:
+    if isinstance(declared, Table):
+        records.read_table(source, declared)
+    else:
+        records.read(source, declared, channels)
+
+
+def _free_name(folder: Path, name: str, digest: str) -> str:
+    path, number = Path(name), 1
+    tried = name
+    while tried in RESERVED or tried.startswith(".") or (folder / tried).exists():
+        if tried not in RESERVED and (folder / tried).is_file() and _sha256(folder / tried) == digest:
+            return tried
+        number += 1
+        tried = f"{path.stem.lstrip('.') or 'record'}-{number}{path.suffix}"
+    return tried
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def write_document(folder: Path, document: dict[str, Any]) -> None:
+    """Write `unit.toml`. Raises OSError."""
+    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"))

@@ -1,0 +1,66 @@
+"""Entries into `unit.toml`: comments and order stay, and nothing is written that could not be read back."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+
+from accept.base.atomic_files import write_atomic
+from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE, UnitError
+from checks.acceptance import CHECKS
+
+
+def begin(folder: Path, serial: str, kind: str) -> None:
+    """Make the folder of a new unit. Raises UnitError when it holds another unit, or serial or kind are none."""
+    path = folder / UNIT_FILE
+    if path.exists():
+        found = unit_folder.read(folder)
+        if (found.serial, found.kind) != (serial, kind):
+            raise UnitError(path, [f"is the {found.kind} {found.serial}, not the {kind} {serial}"])
+        return
+    _write(folder, tomlkit.dumps({"serial": serial, "kind": kind}))
+
+
+def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
+    """Put entries into a section, and today (UTC) as the day on which it was measured. Entries there of another way of
+    giving the data go; the file they name stays.
+
+    Raises UnitError when the result would not be a unit.
+    """
+    path = folder / UNIT_FILE
+    try:
+        document = tomlkit.parse(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, TOMLKitError) as e:
+        raise UnitError(path, [f"cannot be read: {e}"]) from e
+    table = document.setdefault(section, tomlkit.table())
+    for other in _other_forms(section, set(entries)) & set(table):
+        del table[other]
+    for name, value in entries.items():
+        table[name] = _item(value)
+    document.setdefault("measured", tomlkit.table())[section] = datetime.now(UTC).date()
+    _write(folder, tomlkit.dumps(document))
+
+
+def _other_forms(section: str, names: set[str]) -> set[str]:
+    """Inputs of a check that do not go with these."""
+    forms = [{i.name for i in form.inputs} for form in CHECKS[section].forms]
+    fitting = set().union(*(form for form in forms if names <= form))
+    return set(CHECKS[section].inputs) - fitting
+
+
+def _item(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    table = tomlkit.inline_table()
+    table.update(value)
+    return table
+
+
+def _write(folder: Path, text: str) -> None:
+    data = tomlkit.parse(text).unwrap()
+    unit_folder.parse(folder, text.encode("utf-8"), data)  # raises UnitError before anything is written
+    write_atomic(folder / UNIT_FILE, text.encode("utf-8"))

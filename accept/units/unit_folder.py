@@ -1,0 +1,282 @@
+"""Reads a unit folder: `unit.toml`, strictly, by what the checks declare. The files it names are read by `load`."""
+
+import hashlib
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from accept.units import folder_header
+from accept.units.duplicate_records import vet_twins
+from checks.acceptance import CHECKS
+from checks.declare import Check, Form, Input, Measured, Scalar, Series, Table, Values, Vector
+from checks.errors import RecordError
+from hw import records
+from specs.errors import AcceptError
+
+UNIT_FILE = "unit.toml"
+KINDS = ("apa", "strut")
+MAX_UNIT_TOML_BYTES = 1_000_000
+# A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
+SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
+
+
+class UnitError(AcceptError, ValueError):
+    """An unusable `unit.toml`: every problem, a line each, with file, key and what was expected."""
+
+    def __init__(self, path: Path, problems: list[str]) -> None:
+        self.path, self.problems = path, problems
+        super().__init__("; ".join(f"{path}: {p}" for p in problems))
+
+
+@dataclass(frozen=True)
+class FileEntry:
+    """A file that `unit.toml` names, and the input that declares what must be in it."""
+
+    name: str
+    declared: Series | Table
+
+
+Entry = Measured | NDArray[np.float64] | FileEntry
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One section of `unit.toml`: entries by input name; `problem`: why its values cannot be used at all."""
+
+    check: Check
+    entries: Mapping[str, Entry]
+    problem: str | None = None
+
+    @property
+    def files(self) -> list[str]:
+        return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
+
+
+@dataclass(frozen=True, eq=False)
+class UnitFolder:
+    """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
+    section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it."""
+
+    path: Path
+    serial: str
+    kind: str
+    text: bytes
+    parts: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, str] = field(default_factory=dict)
+    sections: Mapping[str, Section] = field(default_factory=dict)
+    measured: Mapping[str, date] = field(default_factory=dict)
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+    def input_hashes(self) -> dict[str, str]:
+        """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        names = sorted({name for section in self.sections.values() for name in section.files})
+        found = {name: _hash(self.path, name) for name in names}
+        return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
+
+
+def find(path: Path) -> list[Path]:
+    """Unit folders at or below a path, sorted. Raises UnitError when there is none to be found there."""
+    if not path.exists():
+        raise UnitError(path, ["does not exist; a unit folder or a parent of unit folders was expected"])
+    if not path.is_dir():
+        raise UnitError(path, ["is a file; a unit folder or a parent of unit folders was expected"])
+    folders = sorted(p.parent for p in path.rglob(UNIT_FILE))
+    if not folders:
+        raise UnitError(path, [f"holds no {UNIT_FILE}, neither itself nor in any folder below"])
+    return folders
+
+
+def read(folder: Path) -> UnitFolder:
+    """Unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
+    path = folder / UNIT_FILE
+    if not folder.is_dir():
+        raise UnitError(folder, [f"{'is a file' if folder.exists() else 'there is nothing'}; expected a unit folder"])
+    text = _read_text(path)
+    try:
+        data = tomllib.loads(text.decode("utf-8-sig"))  # editors on Windows put a mark in front
+    except UnicodeDecodeError as e:
+        raise UnitError(path, [f"is not UTF-8: byte {e.start} is 0x{text[e.start]:02x}"]) from e
+    except (tomllib.TOMLDecodeError, RecursionError) as e:
+        raise UnitError(path, [f"is not TOML: {e}"]) from e
+    return parse(folder, text, data)
+
+
+def _read_text(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_UNIT_TOML_BYTES:
+            raise UnitError(path, [f"is larger than {MAX_UNIT_TOML_BYTES} bytes"])
+        return path.read_bytes()
+    except OSError as e:
+        raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
+
+
+def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
+    """Unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
+    problems: list[str] = []
+    serial = folder_header.string(data, "serial", problems)
+    if serial and not SERIAL.fullmatch(serial):
+        problems.append(f"serial = {serial!r}: expected 1 to 64 letters, digits, '.', '_' or '-', the first not a mark")
+    kind = folder_header.string(data, "kind", problems)
+    if kind and kind not in KINDS:
+        problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
+    parts = folder_header.strings(data, "parts", problems)
+    channels = folder_header.strings(data, "channels", problems)
+    measured = folder_header.days(data, problems)
+    notes = folder_header.notes(data, problems)
+    sections = {}
+    for name, content in data.items():
+        if name in {"serial", "kind", "parts", "channels", "measured", "notes"}:
+            continue
+        if name not in SECTIONS:
+            problems.append(f"[{name}] unknown section or key (known: {', '.join(SECTIONS)})")
+        elif not isinstance(content, dict):
+            problems.append(f"{name} = {content!r}: expected a section [{name}]")
+        else:
+            sections[name] = _section(SECTIONS[name], content, problems)
+    if problems:
+        raise UnitError(folder / UNIT_FILE, problems)
+    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes)
+
+
+def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> Section:
+    known = check.inputs
+    unknown = [key for key in content if key not in known]
+    if unknown:
+        problems.extend(f"[{check.name}] {k}: unknown key (known: {', '.join(known)})" for k in unknown)
+        return Section(check, {})
+    if _form_of(check, set(content)) is None:
+        ways = " or ".join(f"{{{', '.join(i.name for i in form.inputs)}}}" for form in check.forms)
+        problems.append(f"[{check.name}] mixes ways of giving its data: expected {ways}")
+    entries: dict[str, Entry] = {}
+    unusable: list[str] = []
+    for key, value in content.items():
+        entry = _entry(check.name, known[key], value, problems, unusable)
+        if entry is not None:
+            entries[key] = entry
+    return Section(check, entries, "; ".join(unusable) or None)
+
+
+def _form_of(check: Check, keys: set[str]) -> Form | None:
+    return next((form for form in check.forms if keys <= {i.name for i in form.inputs}), None)
+
+
+def _entry(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
+    """Entry of one key. A wrong type is a problem of the file; a number that cannot be is a problem of the section."""
+    where = f"[{section}] {declared.name}"
+    match declared:
+        case Scalar():
+            return _scalar(where, declared, value, problems, unusable)
+        case Vector():
+            return _vector(where, declared, value, problems, unusable)
+        case _:
+            if not isinstance(value, str) or not value or "\0" in value:
+                problems.append(f"{where} = {value!r}: expected a file name")
+                return None
+            return FileEntry(value, declared)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusable: list[str]) -> Measured | None:
+    U = None
+    if isinstance(value, dict):
+        if set(value) - {"value", "U"} or "value" not in value:
+            problems.append(f"{where} = {value!r}: expected a number or {{ value, U }}")
+            return None
+        value, U = value["value"], value.get("U")
+    if not _is_number(value) or not (U is None or _is_number(U)):
+        problems.append(f"{where} = {value!r}: expected a number in {declared.unit}")
+        return None
+    number = _float(value)
+    if not math.isfinite(number):
+        unusable.append(f"{declared.name} is {number}")
+    elif not declared.lo <= number <= declared.hi:
+        unusable.append(
+            f"{declared.name} = {number:g} {declared.unit} is not plausible"
+            f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit})"
+        )
+    if U is not None and not (math.isfinite(_float(U)) and _float(U) > 0):
+        unusable.append(f"the uncertainty U of {declared.name} is {U}, expected a positive number")
+    return Measured(number, None if U is None else _float(U))
+
+
+def _float(number: float) -> float:
+    """float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a value."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
+
+
+def _vector(
+    where: str, declared: Vector, value: Any, problems: list[str], unusable: list[str]
+) -> NDArray[np.float64] | None:
+    if not isinstance(value, list) or not all(_is_number(v) for v in value):
+        problems.append(f"{where} = {value!r}: expected a list of {declared.size} numbers in {declared.unit}")
+        return None
+    array = np.array([_float(v) for v in value])
+    if array.size != declared.size:
+        unusable.append(f"{declared.name} has {array.size} values, expected {declared.size}")
+    elif not np.isfinite(array).all():
+        first = int(np.flatnonzero(~np.isfinite(array))[0])
+        unusable.append(f"{declared.name}: value {first + 1} is {array[first]}")
+    return array
+
+
+def load(unit: UnitFolder, section: Section, hashes: Mapping[str, str]) -> Values:
+    """Values of a section with its files read. Raises RecordError, which makes every finding of the section no result.
+
+    hashes : as `input_hashes` found them; a file that changed since then is refused.
+    """
+    if section.problem:
+        raise RecordError(section.problem)
+    values: dict[str, Any] = {}
+    for name, entry in section.entries.items():
+        values[name] = _read_file(unit, entry, hashes) if isinstance(entry, FileEntry) else entry
+    vet_twins(values)
+    return values
+
+
+def _read_file(unit: UnitFolder, entry: FileEntry, hashes: Mapping[str, str]) -> Any:
+    path = inside(unit.path, entry.name)
+    if not path.is_file():  # said here, without the folder's own path: a certificate is judged again elsewhere
+        raise RecordError(f"{entry.name}: there is no such file in the unit folder")
+    if isinstance(entry.declared, Table):
+        found = records.read_table(path, entry.declared)
+        if hashes.get(entry.name) != _hash(unit.path, entry.name):
+            raise RecordError(f"{entry.name} changed while it was read")
+        return found
+    record = records.read(path, entry.declared, unit.channels)
+    if record.sha256 != hashes.get(entry.name):
+        raise RecordError(f"{entry.name} changed while it was read")
+    return record
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its unit."""
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
+    return path
+
+
+def _hash(folder: Path, name: str) -> str | None:
+    try:
+        path = inside(folder, name)
+        if not path.is_file():  # opening a pipe would wait for ever
+            return None
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, RecordError, ValueError):
+        return None

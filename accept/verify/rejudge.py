@@ -1,0 +1,68 @@
+"""Judging a unit again from what is attached to its certificate."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+
+from accept.certificate.attachments import Attachments
+from accept.certificate.errors import Refused
+from accept.judging import judge_unit
+from accept.simulate import demo, published_units
+from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE, UnitError
+from accept.verify.verification import Report, verify
+from specs import SpecError, parse
+
+
+def rejudge(attached: Attachments) -> dict[str, Any]:
+    """The unit's entry of results.json, judged from the attached inputs by the attached spec. Raises Refused."""
+    try:
+        spec = parse(attached.spec_text.encode(), "the attached spec")
+        with tempfile.TemporaryDirectory(prefix="accept-verify-") as folder:
+            attached.unpack(Path(folder))
+            again = judge_unit.judge_unit(
+                unit_folder.read(Path(folder)), spec, attached.result.get("calibration")
+            ).to_json()
+            return again | searched_for(attached.result)
+    except (UnitError, SpecError) as e:
+        raise Refused(f"the attached unit cannot be judged: {e}") from e
+    except (KeyError, TypeError, ValueError) as e:
+        raise Refused(f"the attached statement of calibration is none ({type(e).__name__}: {e})") from e
+
+
+def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
+    """What the gap workflow found stands as it was signed: it bears on no verdict, its search takes long, and the
+    rounding of another machine may lead a search elsewhere. `verify` says that it was not searched for again."""
+    return {"gap": result["gap"]} if "gap" in result else {}
+
+
+def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Report:
+    """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
+    return verify(path.read_bytes(), trust, rejudge)
+
+
+def is_valid(path: Path, ca_pem: bytes) -> bool:
+    """Whether a certificate file verifies under a CA; plain data, so that another process can be asked."""
+    return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)]).valid
+
+
+def ready() -> None:
+    """Asked of a process, it makes it start and import this module."""
+
+
+def rejudge_demo(attached: Attachments) -> dict[str, Any]:
+    """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
+    built-in units and for no other."""
+    if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
+        raise Refused("it is signed by the demo's key, but is no unit of the demo")
+    return rejudge(attached)
+
+
+def _is_demo_strut(attached: Attachments) -> bool:
+    """Is every byte what the demo simulates here? Its numbers are those of this machine, as its key is."""
+    if f'"{demo.SERIAL}"'.encode() not in attached.files.get(UNIT_FILE, b""):
+        return False
+    return dict(attached.files) == dict(demo.demo_strut().files)

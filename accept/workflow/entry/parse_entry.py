@@ -1,0 +1,84 @@
+"""What a person types: `4.99 uF`, `4,99`, `4.99 ± 0.02 uF`; nonsense is refused with the reason."""
+
+import math
+import re
+
+from accept.units.unit_folder import SERIAL
+from accept.workflow.entry.units import UnitMismatch, factor
+from checks.declare import Measured, Scalar, Vector
+from specs import Spec
+from specs.errors import AcceptError
+
+_NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
+_ENTRY = re.compile(
+    rf"\s*(?P<value>{_NUMBER})\s*(?:(?:±|\+/-|\+-)\s*(?P<U>{_NUMBER}))?\s*(?P<unit>[^\d\s.,+±-]\S*)?\s*"
+)
+_MAX_LENGTH = 80
+
+
+class EntryError(AcceptError, ValueError):
+    """What was typed cannot be taken; the text says why, short enough to stand beside the field."""
+
+
+def parse_scalar(text: str, declared: Scalar) -> Measured:
+    """Value, and U where it was typed, in the declared unit. Raises EntryError."""
+    measured = parse_number(text, declared.unit)
+    check_plausible(measured.value, declared)
+    return measured
+
+
+def check_plausible(value: float, declared: Scalar) -> None:
+    """Raises EntryError for a value that cannot be."""
+    if not declared.lo <= value <= declared.hi:
+        raise EntryError(
+            f"{value:g} {declared.unit} is not plausible: expected {declared.lo:g} to {declared.hi:g} {declared.unit}"
+        )
+
+
+def parse_number(text: str, unit: str) -> Measured:
+    """Number in `unit`; another unit of the same kind is converted, none is taken for `unit`. Raises EntryError."""
+    if not text.strip():
+        raise EntryError(f"nothing was typed: expected a number in {unit}")
+    found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None
+    if found is None:
+        raise EntryError(f"'{text.strip()[:20]}' is no number: expected one such as 4.99 {unit}")
+    try:
+        scale = factor(found["unit"], unit) if found["unit"] else 1.0
+    except UnitMismatch as e:
+        raise EntryError(str(e)) from e
+    value = _number(found["value"]) * scale
+    U = _number(found["U"]) * scale if found["U"] else None
+    if not math.isfinite(value) or not (U is None or (math.isfinite(U) and U > 0)):
+        raise EntryError(f"'{text.strip()}' is too large, or its uncertainty is not above zero")
+    return Measured(value, U)
+
+
+def parse_list(text: str, declared: Vector) -> list[float]:
+    """All values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
+    words = text.replace(";", " ").split()
+    if len(words) != declared.size:
+        raise EntryError(f"{len(words)} values: expected {declared.size}, or one at a time")
+    return [parse_number(word, declared.unit).value for word in words]
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
+
+
+def serial_problem(serial: str, spec: Spec) -> str | None:
+    """Why a serial cannot be that of a unit of this spec, None when it can."""
+    if not SERIAL.fullmatch(serial):
+        return "1 to 64 letters, digits, '.', '_' or '-', the first not a mark"
+    if not re.fullmatch(spec.serial_pattern, serial):
+        return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
+    return None
+
+
+def plain_words(text: str, what: str) -> str:
+    """Text on one line. Raises EntryError for none, for too much, and for what cannot be printed."""
+    words = " ".join(text.split())
+    if not words:
+        raise EntryError(f"{what} is empty")
+    if not words.isprintable() or len(words) > 2000:
+        raise EntryError(f"{what} is too long or holds characters that cannot be printed")
+    return words

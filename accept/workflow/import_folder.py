@@ -1,0 +1,61 @@
+"""A unit folder that exists already, taken into the workflow: its values and records become entries like any other."""
+
+import numpy as np
+
+from accept.units import unit_folder
+from accept.units.unit_folder import FileEntry, Section, UnitFolder
+from accept.workflow.session import Session
+from accept.workflow.steps.plan import Step
+from checks.declare import Measured
+from checks.errors import RecordError
+
+SOURCE = "unit folder"
+
+
+def adopt(session: Session, taken: UnitFolder) -> list[str]:
+    """Store every value and record of a folder that the attempt was not given yet, with the day on which the folder
+    says it was measured; returns what could not be taken, in words. What was undone or is measured anew does not come
+    back. Raises StoreError, OSError."""
+    problems = []
+    for step in session.steps:
+        part = taken.sections.get(step.check.reads)
+        if not step.derived and part is not None:
+            problems += _section(session, taken, step, part)
+    return problems
+
+
+def _section(session: Session, taken: UnitFolder, step: Step, part: Section) -> list[str]:
+    if part.problem:
+        return [f"{step.name}: {part.problem}"]
+    day = taken.measured.get(step.check.reads)
+    said = None if day is None else day.isoformat()
+    problems: list[str] = []
+    given = session.ever_given()
+    for (name, index), entry in _single(part).items():
+        if (step.name, name, index) in given:
+            continue
+        if isinstance(entry, FileEntry):
+            problems += _link(session, taken, step, entry, said)
+        else:
+            text = str(taken.path)
+            session.take(step.name, step.check.inputs[name], entry, index=index, source=SOURCE, text=text, day=said)
+    return problems
+
+
+def _single(part: Section) -> dict[tuple[str, int | None], Measured | FileEntry]:
+    """Entries by input and place, a list as its values one by one."""
+    found: dict[tuple[str, int | None], Measured | FileEntry] = {}
+    for name, entry in part.entries.items():
+        if isinstance(entry, np.ndarray):
+            found |= {(name, index): Measured(float(value)) for index, value in enumerate(entry)}
+        else:
+            found[name, None] = entry
+    return found
+
+
+def _link(session: Session, taken: UnitFolder, step: Step, entry: FileEntry, day: str | None) -> list[str]:
+    try:
+        session.link(step.name, entry.declared, unit_folder.inside(taken.path, entry.name), day)
+    except RecordError as e:
+        return [f"{step.name}: {e}"]
+    return []

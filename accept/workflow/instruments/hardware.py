@@ -1,0 +1,117 @@
+"""The instruments of a bench file as the workflow's port."""
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from accept.capture.capture import GROUPS, POINTS_MM
+from accept.capture.operator_actions import Staged
+from accept.workflow.instruments.port import Instrument, NoInstruments
+from checks.acceptance import CHECKS
+from checks.declare import Check, Series
+from hw.errors import SettingsError
+from hw.instruments import Instrument as Driver
+from hw.instruments import open_instrument
+from hw.link import Traffic
+from specs.bench import OFFLINE, Bench, InstrumentEntry
+
+BY_HAND = (OFFLINE, "manual")  # what a person reads is typed into its field anyway
+MOST_TRAFFIC = 400  # entries beside one reading: some fifty looks; what was only looked at for longer counts no more
+
+
+@dataclass(frozen=True)
+class Wired:
+    """A driver, and what must be set up in front of it where the bench is simulated. key: its name in the bench file;
+    mutex: one question at a time goes over its line, whoever asks."""
+
+    key: str
+    driver: Driver
+    entry: InstrumentEntry
+    set_up: Callable[[], None]
+    mutex: threading.Lock = field(default_factory=threading.Lock)
+
+    @property
+    def name(self) -> str:
+        """With model and serial number, by which `accept recall` finds it."""
+        return " ".join(word for word in (self.key, self.entry.model, self.entry.serial) if word)
+
+    def read(self) -> tuple[float, str]:
+        """One reading in SI. Raises InstrumentError."""
+        with self.mutex:
+            self.set_up()
+            reading = self.driver.read()
+        return reading.value, reading.unit
+
+    def evidence(self) -> Mapping[str, Any]:
+        """Model, serial number, calibration, and every byte since this was last asked."""
+        with self.mutex:
+            traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
+        calibration = self.entry.calibration
+        return {
+            "instrument": self.key,
+            "model": self.entry.model,
+            "serial": self.entry.serial,
+            "calibration": None
+            if calibration is None
+            else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
+            "transcript": [t.to_json() for t in bounded(traffic)],
+        }
+
+    def uncertainty(self, value: float) -> float | None:
+        return self.entry.accuracy.at(value) if self.entry.accuracy else None
+
+
+class BenchInstruments(NoInstruments):
+    """Drivers by name; each opens its line when it is first read and stays open."""
+
+    def __init__(self, bench: Bench) -> None:
+        """Raises SettingsError for an entry that no driver can take."""
+        self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
+        self._drivers = {name: open_instrument(name, entry, _nobody) for name, entry in self._entries.items()}
+        self._mutexes = {name: threading.Lock() for name in self._entries}
+        self._hands = Staged(Path(bench.stage)) if bench.stage else None
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        """The first instrument that measures this check, where the check's value is what an instrument shows: what is
+        derived from records, as a stroke is, no instrument reads."""
+        if check not in CHECKS or is_derived(CHECKS[check]):
+            return None
+        found = next((n for n, entry in self._entries.items() if check in entry.measures), None)
+        if found is None:
+            return None
+        set_up = partial(self._set_up, name, index)
+        return Wired(found, self._drivers[found], self._entries[found], set_up, self._mutexes[found])
+
+    def close(self) -> None:
+        for driver in self._drivers.values():
+            driver.close()
+
+    def _set_up(self, name: str, index: int | None) -> None:
+        """In a simulated bench nobody moves the probe: the stage is told that it was done."""
+        if self._hands is None:
+            return
+        if index is not None and index < len(POINTS_MM):
+            self._hands.probe(index + 1, *POINTS_MM[index])
+        elif name in GROUPS:
+            self._hands.leads(GROUPS[name])
+
+
+def bounded(traffic: Sequence[Traffic]) -> list[Traffic]:
+    """The last entries, and a word about how many went before: the live value asks for as long as somebody looks."""
+    if len(traffic) <= MOST_TRAFFIC:
+        return list(traffic)
+    gone = len(traffic) - MOST_TRAFFIC
+    words = f"{gone} entries before this were looks that nobody took".encode()
+    return [Traffic(traffic[gone].t, "note", words), *traffic[gone:]]
+
+
+def is_derived(check: Check) -> bool:
+    """Whether a check's numbers come from records."""
+    return any(isinstance(i, Series) for form in check.forms for i in form.inputs)
+
+
+def _nobody(words: str) -> str:
+    raise SettingsError(f"{words}: nobody answers here; type the value into its field")

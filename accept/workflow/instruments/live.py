@@ -1,0 +1,68 @@
+"""An instrument's value while somebody looks at it: read again and again, beside all else, until told to stop."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.instruments.port import Instrument, reading
+from checks.declare import Measured
+from hw.errors import InstrumentError
+
+EVERY_S = 0.3  # a person reads no faster, and a settled reading takes longer than that on most instruments
+AFTER_ERROR_S = 1.0
+BROKEN = "the live value has stopped on an internal error; please report it"
+
+
+@dataclass(frozen=True)
+class Look:
+    """One look at an instrument: what it shows, or why it shows nothing."""
+
+    measured: Measured | None = None
+    error: str = ""
+
+
+class Watch:
+    """Looks at one instrument from a thread of its own until `stop`.
+
+    The thread is a daemon: an instrument that keeps silent until its deadline does not hold up the end of the program.
+    told : called from that thread, never after `stop` has returned but for a look that was under way.
+    """
+
+    def __init__(self, instrument: Instrument, unit: str, told: Callable[[Look], None]) -> None:
+        self._instrument, self._unit, self._told = instrument, unit, told
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"live {instrument.name}", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Look no more; a look that is under way is not told any more."""
+        self._over.set()
+
+    def join(self, seconds: float) -> None:
+        """Wait for the end of a look that is under way."""
+        self._thread.join(seconds)
+
+    def _run(self) -> None:
+        ended = False
+        try:
+            while not self._over.is_set():
+                seen = look(self._instrument, self._unit)
+                self._tell(seen)
+                self._over.wait(AFTER_ERROR_S if seen.error else EVERY_S)
+            ended = True
+        finally:
+            if not ended:
+                self._tell(Look(error=BROKEN))
+
+    def _tell(self, seen: Look) -> None:
+        if not self._over.is_set():
+            self._told(seen)
+
+
+def look(instrument: Instrument, unit: str) -> Look:
+    """What an instrument shows now."""
+    try:
+        return Look(reading(instrument, unit))
+    except (InstrumentError, EntryError) as e:
+        return Look(error=str(e))

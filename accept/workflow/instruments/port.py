@@ -1,0 +1,54 @@
+"""The port through which the workflow reads instruments: a value and its unit, for one input of one check."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.entry.units import UnitMismatch, factor
+from checks.declare import Measured
+
+
+class Instrument(Protocol):
+    """What the workflow needs of any instrument."""
+
+    @property
+    def name(self) -> str: ...
+
+    def read(self) -> tuple[float, str]:
+        """A settled value and its unit. Raises InstrumentError."""
+        ...
+
+    def uncertainty(self, value: float) -> float | None:
+        """Expanded uncertainty of a value, both in the input's unit; None where only the spec states one."""
+        ...
+
+    def evidence(self) -> Mapping[str, Any]:
+        """What goes into the store beside a reading: which instrument it was, and what went over its line."""
+        ...
+
+
+class Instruments(Protocol):
+    """The instruments at hand."""
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        """The instrument that reads this input, None when it is typed."""
+        ...
+
+
+@dataclass(frozen=True)
+class NoInstruments:
+    """Everything is typed."""
+
+    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+        return None
+
+
+def reading(instrument: Instrument, unit: str) -> Measured:
+    """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
+    value, given = instrument.read()
+    try:
+        here = value * factor(given, unit)
+    except UnitMismatch as e:
+        raise EntryError(f"{instrument.name}: {e}") from e
+    return Measured(here, instrument.uncertainty(here))

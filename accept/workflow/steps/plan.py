@@ -1,0 +1,60 @@
+"""The steps of a unit come from its spec; what each needs comes from what its check declares."""
+
+from dataclasses import dataclass
+
+from accept.workflow.steps.guides import Guide, guide_of
+from checks.acceptance import CHECKS
+from checks.declare import Check, Form, Input, Scalar, Series, Table
+from specs import CheckSpec, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One check of one spec, with what the technician is told. derived: it has no data of its own, but says more about
+    those of another step."""
+
+    check: Check
+    asked: CheckSpec
+    guide: Guide
+    derived: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.check.name
+
+    @property
+    def title(self) -> str:
+        return self.check.title
+
+    @property
+    def required(self) -> bool:
+        return self.asked.required
+
+    def form(self, name: str | None) -> Form:
+        """The form of that name, else the first that needs no file, else the first."""
+        named = [form for form in self.check.forms if form.name == name]
+        typed = [form for form in self.check.forms if not has_files(form)]
+        return (named or typed or list(self.check.forms))[0]
+
+    def form_with(self, declared: str) -> Form:
+        """The first form that holds an input of this name."""
+        return next(form for form in self.check.forms if any(i.name == declared for i in form.inputs))
+
+
+def steps_of(spec: Spec) -> tuple[Step, ...]:
+    """A step per check, in the order of the spec."""
+    asked = [(CHECKS[name], section) for name, section in spec.checks.items()]
+    return tuple(
+        Step(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
+        for check, section in asked
+    )
+
+
+def has_files(form: Form) -> bool:
+    return any(isinstance(i, Series | Table) for i in form.inputs)
+
+
+def is_needed(declared: Input) -> bool:
+    """Whether a form is incomplete without this input."""
+    has_default = isinstance(declared, Scalar) and declared.default is not None
+    return not declared.optional and not has_default

@@ -1,0 +1,116 @@
+"""From the state of a step to its section of `unit.toml`: one value from repeated readings, and what is missing."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from statistics import fmean, stdev
+from typing import Any
+
+from accept.workflow.state.unit_state import Attempt, Reading, StepState
+from accept.workflow.steps.plan import Step, is_needed
+from checks.declare import Input, Scalar, Series, Table, Vector
+from checks.quantity import COVERAGE_FACTOR
+from specs import CheckSpec
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """Mean of readings of one value; scatter: their standard deviation, None for a single one; U: as typed, or stated
+    and scatter together, None where the spec's statement alone applies."""
+
+    value: float
+    count: int
+    scatter: float | None
+    U: float | None
+
+
+def repeated(readings: Sequence[Reading], asked: CheckSpec, name: str) -> Repeated | None:
+    """What repeated readings say; None without any.
+
+    The scatter of the mean adds in square to the stated uncertainty (JCGM 100, 4.2.3 and 5.1.2). Where none is stated
+    it stays unknown: scatter says nothing about what all readings have in common.
+    """
+    if not readings:
+        return None
+    value = fmean(r.value for r in readings)
+    typed = readings[-1].U
+    if len(readings) == 1:
+        return Repeated(value, 1, None, typed)
+    scatter = stdev(r.value for r in readings)
+    stated = typed if typed is not None else _stated(asked, name, value)
+    U = None if stated is None else math.hypot(stated, COVERAGE_FACTOR * scatter / math.sqrt(len(readings)))
+    return Repeated(value, len(readings), scatter, U)
+
+
+def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
+    stated = asked.uncertainty.get(name)
+    return stated.at(value) if stated else None
+
+
+def section(step: Step, state: StepState) -> dict[str, Any]:
+    """Content of the step's section of `unit.toml`; empty when nothing was taken."""
+    form = step.form(state.form)
+    content = {i.name: _content(i, step, state) for i in form.inputs}
+    return {name: value for name, value in content.items() if value is not None}
+
+
+def missing(step: Step, state: StepState) -> list[Input]:
+    """Inputs of the step's form without which nothing can be judged."""
+    return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
+
+
+def full(step: Step, state: StepState) -> bool:
+    """Whether every input of the step's form was given, those that it can do without too."""
+    return all(_given(i, state) for i in step.form(state.form).inputs)
+
+
+def ready(step: Step, state: StepState) -> bool:
+    """Whether judging the step says more than that something is missing."""
+    return bool(state.entries) and not missing(step, state)
+
+
+def _given(declared: Input, state: StepState) -> bool:
+    match declared:
+        case Vector():
+            return all(state.readings(declared.name, i) for i in range(declared.size))
+        case Series() | Table():
+            return state.link(declared.name) is not None
+        case _:
+            return bool(state.readings(declared.name))
+
+
+def _content(declared: Input, step: Step, state: StepState) -> Any:
+    match declared:
+        case Scalar():
+            return _scalar(repeated(state.readings(declared.name), step.asked, declared.name))
+        case Vector():
+            taken = [repeated(state.readings(declared.name, i), step.asked, "") for i in range(declared.size)]
+            return [one.value for one in taken if one is not None] or None
+        case _:
+            link = state.link(declared.name)
+            return link.file if link else None
+
+
+def _scalar(one: Repeated | None) -> Any:
+    if one is None:
+        return None
+    return one.value if one.U is None else {"value": one.value, "U": one.U}
+
+
+def document(serial: str, attempt: Attempt, steps: Sequence[Step]) -> dict[str, Any]:
+    """The whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
+    states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
+    sections = {name: section(step, state) for name, (step, state) in states.items()}
+    days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
+    notes = {step.name: note_lines(attempt.step(step.name)) for step in steps}
+    head: dict[str, Any] = {"serial": serial, "kind": attempt.kind, "parts": dict(attempt.parts), "measured": days}
+    head["channels"] = dict(attempt.channels)
+    head["notes"] = {name: lines for name, lines in notes.items() if lines}
+    return {name: content for name, content in (head | sections).items() if content}
+
+
+def note_lines(state: StepState) -> list[str]:
+    """What the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
+    again = [f"measured again: {reason}" for reason in state.reasons]
+    return again + [f"{'NONCONFORMANCE: ' if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]

@@ -1,0 +1,96 @@
+"""Judging and explaining a unit's folder: here, or in another process, where it can be stopped."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from accept.base.version import code_sha256
+from accept.gap import analyse_unit
+from accept.gap.attach_to_result import NO_ANSWER, Start
+from accept.judging import judge_unit
+from accept.judging.calibration import Statement
+from accept.judging.result import UnitResult, finding_json, information_json
+from accept.models.model_file import DEFAULT_MODEL
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitError
+from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import StepState
+from accept.workflow.steps.section import note_lines
+from accept.workflow.worker.process import Apart, Say, Work
+from checks.errors import ModelError, RecordError
+from checks.gap.decision.panels import panels
+from checks.picture import Panel
+from specs import Spec, SpecError
+
+T = TypeVar("T")
+Judge = Callable[[Path, Spec, Statement | None], UnitResult]
+EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """gap: what goes into the result under that key (design, section 6); panels: its pictures by name."""
+
+    gap: Mapping[str, Any]
+    panels: Mapping[str, Panel]
+
+
+def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+    """Raises UnitError."""
+    return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)
+
+
+class Elsewhere:
+    """Judges and explains in the other process, one thing; `cancel` stops it. say: is told, from the thread that waits,
+    what the computation says of itself."""
+
+    def __init__(self, apart: Apart, say: Say = lambda words: None) -> None:
+        self._apart, self._say = apart, say
+        self._work: Work[Any] | None = None
+
+    def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+        """As `judge_here`; raises NotDone."""
+        return self._run(Work(_judge, folder, spec, stated, expected=EXPECTED))
+
+    def explain(self, folder: Path, spec: Spec) -> Explained:
+        """The gap workflow from the spec's model. Raises NotDone."""
+        return self._run(Work(_explain, folder, spec, expected=EXPECTED))
+
+    def cancel(self) -> None:
+        if self._work is not None:
+            self._apart.cancel(self._work)
+
+    def _run(self, work: Work[T]) -> T:
+        self._work = work
+        return self._apart.run(work, self._say)
+
+
+def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+    return judge_here(folder, spec, stated)
+
+
+def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
+    """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
+    name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
+    start = Start.at(name)
+    try:
+        done = analyse_unit.analyse(folder, name, say=say)
+    except NO_ANSWER as e:
+        return Explained(start.refused(str(e)), {})
+    say("writing")
+    analyse_unit.write(done, folder / "gap")
+    return Explained(start.answer(done.document), panels(done.result))
+
+
+def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
+    """What is stored of a step's result; the technician's own notes are stored already."""
+    own = {f"{name}: {line}" for line in note_lines(state)}
+    return StepJudgement(
+        state.upto,
+        spec_name,
+        code_sha256(),
+        tuple(finding_json(f) for f in result.findings),
+        tuple(information_json(check, q) for check, q in result.information),
+        tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
+    )

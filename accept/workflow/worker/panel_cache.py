@@ -1,0 +1,28 @@
+"""Pictures of what takes long to compute, kept beside the unit's records so that a restart shows them at once."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from accept.base.atomic_files import write_atomic
+from accept.pictures.jsonform import panels_from_json, panels_to_json
+from accept.pictures.reduce import reduced
+from checks.picture import Panel
+
+
+def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> None:
+    """Keep the pictures of what was found of the entries up to `upto`. Raises OSError."""
+    small = {key: reduced(panel) for key, panel in panels.items()}
+    write_atomic(_file(folder, name, upto), json.dumps(panels_to_json(small)).encode())
+
+
+def load(folder: Path, name: str, upto: int) -> dict[str, Panel]:
+    """The pictures that were kept; none where there are none or they cannot be used: they can be drawn again."""
+    try:
+        return panels_from_json(json.loads(_file(folder, name, upto).read_bytes()))
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def _file(folder: Path, name: str, upto: int) -> Path:
+    return folder / "pictures" / f"{name}-{upto}.json"

@@ -1,0 +1,60 @@
+"""How long certificates take: seven of them, rendered, signed twice and verified, as ratios to a plain PDF page."""
+
+import io
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from reportlab.pdfgen.canvas import Canvas
+
+from accept.certificate import keys
+from accept.certificate.document import render
+from accept.certificate.keys import QA, TECHNICIAN
+from accept.certificate.signing import sign
+from accept.verify.verification import verify
+from tests.accept.certificate.certificate_help import WHEN, dossier
+
+COUNT = 7
+
+
+def plain_page() -> None:
+    canvas = Canvas(io.BytesIO())
+    for line in range(60):
+        canvas.drawString(50, 50 + 12 * line, "a line of text as long as those of a certificate " * 2)
+    canvas.save()
+
+
+def seconds(job: Callable[[], object]) -> float:
+    job()
+    began = time.perf_counter()
+    for _ in range(COUNT):
+        job()
+    return (time.perf_counter() - began) / COUNT
+
+
+def main() -> None:
+    with TemporaryDirectory() as folder:
+        home = Path(folder)
+        keys.init(home, "x", "Technician", "Assurance", when=WHEN)
+        technician, qa = (keys.unlock(home, role, "x") for role in (TECHNICIAN, QA))
+        made = dossier(home / "unit")
+        unsigned = render(made)
+        signed = sign(unsigned, technician, WHEN)
+        final = sign(signed, qa, WHEN)
+        unit = seconds(plain_page)
+        jobs: dict[str, Callable[[], object]] = {
+            "render": lambda: render(made),
+            "sign": lambda: sign(unsigned, technician, WHEN),
+            "countersign": lambda: sign(signed, qa, WHEN),
+            "verify": lambda: verify(final, [technician.ca]),
+        }
+        times = {name: seconds(job) for name, job in jobs.items()}
+        print(f"plain page of text: {1e3 * unit:.2f} ms")
+        for name, took in times.items():
+            print(f"{name:12} {1e3 * took:7.1f} ms   {took / unit:7.1f} plain pages")
+        print(f"{COUNT} certificates, all of it: {COUNT * sum(times.values()):.1f} s")
+
+
+if __name__ == "__main__":
+    main()

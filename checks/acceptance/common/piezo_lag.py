@@ -1,0 +1,49 @@
+"""A piezo stack lags behind its drive: how wide its loop must be, and what is too exact to have been measured.
+
+The opening of a loop relative to its height is the sine of the loss angle. Multilayers of soft PZT lose 1 to 2 percent
+even at small signals and several at their full range (Damjanovic, Rep. Prog. Phys. 61, 1998), so a response without a
+loop is the drive itself, looped back, or was shifted in time against it.
+"""
+
+import numpy as np
+
+from checks.arrays import Array
+from checks.quantity import NoResult
+from checks.signals.regression import least_squares
+from checks.signals.slow.loops import Estimate
+
+ALIKE = 1e-7  # of the height: below the step of a converter of 24 bits
+
+
+def vet_lag(name: str, drive: str, width: Estimate, height: float, least_percent: float) -> None:
+    """Raises NoResult where a response opens its loop by less than `least_percent` of its height, beyond the scatter.
+
+    width, height: in one unit; the width positive where the response lags.
+    """
+    percent, u = 100 * width.value / height, 100 * width.u / height
+    if percent + 3 * u < least_percent:
+        words = f"a loop of {percent:.2g} percent" if percent >= 0 else f"a loop turned round ({percent:.2g} percent)"
+        raise NoResult(
+            f"{name} opens {words} over {drive}, a piezo stack one of {least_percent:g} percent or more: looped back, "
+            "stored with an offset, or turned in time"
+        )
+
+
+def vet_bend(name: str, drive: Array, response: Array, height: float, least_percent: float) -> None:
+    """Raises NoResult where a response that only rises does so along a straight line. By Rayleigh's law a first rise
+    bows by as much as its loop would open; half of it is asked for."""
+    s = (drive - drive.min()) / np.ptp(drive)
+    fit = least_squares(np.vander(s, 3, increasing=True), response)
+    bow = Estimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)
+    percent, u = 100 * bow.value / height, 100 * bow.u / height
+    if percent + 3 * u < least_percent / 2:
+        raise NoResult(
+            f"{name} rises along a straight line, but for {percent:.2g} percent: no stack does; it was looped back"
+        )
+
+
+def vet_noise(name: str, misfit: float) -> None:
+    """Raises NoResult for a response that follows its loop more exactly than any converter could tell. misfit: rms of
+    what the loop's shape leaves, relative to half the height."""
+    if misfit < ALIKE:
+        raise NoResult(f"{name} has neither noise nor steps: it was computed from the drive, not measured")

@@ -1,0 +1,291 @@
+"""Frequency responses from the drive to sensor stack, encoder and interferometer (seed 3.1, 3.2, 4.1, 5.1).
+
+Curves come from H1 on short segments, as in the seed; resonances and the zero from the leakage-free estimator and local
+fits. Data that fail a gate (too short, dead, turned, exchanged, offset, incoherent) give no result at all.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.acceptance.common.sampling_rate import remarks, vet_rates
+from checks.acceptance.responses import gains as gains
+from checks.acceptance.responses import panels as draw
+from checks.acceptance.responses.consistency import held_against_gain, vet_bands, vet_copies, vet_pole, vet_repeat
+from checks.acceptance.responses.modes import (
+    SPURIOUS,
+    Axial,
+    axial,
+    axial_quantities,
+    main_mode,
+    peak_Hz,
+    resonance_quantity,
+    spurious,
+    vs_zero,
+    zero_quantity,
+)
+from checks.acceptance.responses.notes import BARE, beside, first_record
+from checks.acceptance.responses.rules import (
+    OUTPUTS,
+    SETTINGS,
+    Rules,
+    rules_of,
+    vet_coherence,
+    vet_delays,
+    vet_records,
+    vet_responses,
+    vet_scales,
+    vet_signs,
+)
+from checks.declare import Check, Form, Measured, Scalar, Series, Values
+from checks.errors import RecordError
+from checks.quantity import NoResult, Outcome, Quantity
+from checks.record import Record
+from checks.signals.record_checks import Delay
+from checks.signals.spectral.frf import Frf, h1_record
+from checks.signals.spectral.merge import merge
+from checks.signals.spectral.poles import Transforms
+from checks.signals.spectral.resonance import Resonance
+from checks.signals.spectral.zeros import Zero
+from specs.spec import CheckSpec
+
+MERGE_HZ = 350.0
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """H1 of both records, merged, and the delays behind the drive."""
+
+    low: Frf
+    high: Frf
+    whole: Frf
+    merge_Hz: float
+    delays: tuple[Delay, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """All that local fits found. repeat: the axial resonance of the second realisation; zero: or why there is none."""
+
+    axial: Axial
+    repeat: Resonance | None
+    zero: Zero | str
+    spurious: Mapping[str, Resonance | str]
+
+
+def measure(values: Values, spec: CheckSpec) -> Outcome:
+    """Quantities of both records: see CHECK.quantities. Raises NoResult for data that fail a gate."""
+    rules = rules_of(spec)
+    records = _records(values)
+    vet_rates(records, spec)
+    vet_records(records, rules)
+    vet_copies(records)
+    curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
+    _vet_repeats(records, curves, rules)
+    found = _found(records, curves, rules)
+    resonance_Hz = found.axial.first.f_Hz
+    vet_pole(curves.low, resonance_Hz)
+    zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
+    allowed = gains.excused(resonance_Hz, zero_Hz)
+    vet_coherence(curves.whole, allowed, rules)
+    quantities = [*_modal_quantities(found, spec)]
+    quantities[0] = held_against_gain(quantities[0], curves.low, rules)
+    quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules, spec)
+    mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
+    quantities += gains.gain_quantities(curves.whole, spec)
+    quantities.append(gains.stiffness(quantities[0], mass, u_mass, words))
+    quantities += gains.mass_line(curves.whole, resonance_Hz, mass, spec)
+    quantities += gains.coherence_quantities(curves.whole, allowed, rules)
+    quantities += gains.constants(curves.whole, mass, rules, spec)
+    without = _without(records, curves, rules)
+    panels = draw.curves(curves.whole, curves.merge_Hz) | draw.zoom(records["low"], found.axial)
+    if isinstance(found.zero, Zero):
+        panels |= draw.zero(records["low"], found.zero)
+    if isinstance(without, Frf):
+        panels |= draw.beside(curves.whole, without)
+    return Outcome(tuple(quantities), (*_notes(values, found, curves, without), *remarks(records, spec)), panels)
+
+
+def _records(values: Values) -> dict[str, Record]:
+    """Every record given; both bands are needed."""
+    records: dict[str, Record] = {k: v for k, v in values.items() if isinstance(v, Record)}
+    missing = [key for key in ("low", "high") if key not in records]
+    if missing:
+        raise NoResult(f"{', '.join(missing)}: not measured")
+    return records
+
+
+def _merge_Hz(values: Values) -> float:
+    given: Measured | None = values.get("merge_Hz")
+    return MERGE_HZ if given is None else given.value
+
+
+def _estimate(record: Record, outputs: tuple[str, ...], rules: Rules) -> Frf:
+    try:
+        return h1_record(record, "Va", outputs, rules.segment_s)
+    except ValueError as e:
+        raise NoResult(f"{record.name}: {e}") from e
+
+
+def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
+    try:
+        return merge(low, high, merge_Hz)
+    except ValueError as e:
+        raise NoResult(f"low and high records: {e}") from e
+
+
+def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
+    """H1 of both, gated for dead, turned, late and offset channels."""
+    below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
+    whole = _merged(below, above, merge_Hz)
+    vet_responses(low.name, below.band(1.0, merge_Hz))
+    vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
+    vet_signs(below, rules)
+    vet_scales(below, rules)
+    vet_bands(below, above, merge_Hz, rules)
+    delays = vet_delays(above, high.fs, rules)
+    return Curves(below, above, whole, merge_Hz, tuple(delays))
+
+
+def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: Rules) -> None:
+    """The second realisations are of the same thing, or tell nothing of it."""
+    for band, first in (("low", curves.low), ("high", curves.high)):
+        key = f"{band}_repeat"
+        if key in records:
+            vet_repeat(key, first, _estimate(records[key], OUTPUTS, rules), rules)
+
+
+def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found:
+    low = Transforms.of(records["low"], "Va", OUTPUTS)
+    near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
+    first = axial(low, near_Hz, rules)
+    modes: dict[str, Resonance | str] = {}
+    if rules.spurious_Hz:
+        high = Transforms.of(records["high"], "Va", OUTPUTS)
+        for name, f in zip(SPURIOUS, rules.spurious_Hz, strict=True):
+            modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
+        _refuse_exchanged(modes)
+    zero = vs_zero(low, dip_Hz(curves.low, rules))
+    return Found(first, _repeat(records, first.first.f_Hz), zero, modes)
+
+
+def dip_Hz(frf: Frf, rules: Rules) -> float:
+    """Frequency of the smallest |Vs| where its zero is searched."""
+    part = frf.select("Vs").band(*rules.zero_Hz)
+    if part.f.size == 0:
+        raise NoResult(f"Vs: nothing was measured in {rules.zero_Hz[0]:g} to {rules.zero_Hz[1]:g} Hz")
+    return float(part.f[np.argmin(np.where(part.usable, np.abs(part.H[:, 0]), np.inf))])
+
+
+def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
+    """The axial resonance of the second realisation, None where none was recorded. Raises NoResult where it shows none:
+    two records of one unit that contradict each other tell nothing."""
+    if "low_repeat" not in records:
+        return None
+    try:
+        return main_mode(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz)
+    except (NoResult, ValueError) as e:
+        raise NoResult(f"low_repeat: {e}, where low has the axial resonance") from e
+
+
+def _refuse_exchanged(modes: Mapping[str, Resonance | str]) -> None:
+    """The bending modes of a strut turn the encoder, not the payload: where da shows them more, the names are wrong."""
+    seen = [m for m in modes.values() if isinstance(m, Resonance)]
+    de, da = OUTPUTS.index("de"), OUTPUTS.index("da")
+    if seen and all(m.amplitude[da] > m.amplitude[de] for m in seen):
+        raise NoResult("the strut's own modes show on da more than on de: the two look exchanged")
+
+
+def _modal_quantities(found: Found, spec: CheckSpec) -> list[Quantity]:
+    quantities = axial_quantities(found.axial, found.repeat, spec)
+    if isinstance(found.zero, Zero):
+        quantities.append(zero_quantity(found.zero, spec))
+    else:
+        quantities.append(Quantity.missing("vs_zero_Hz", found.zero))
+    for name in SPURIOUS:
+        mode = found.spurious.get(name, "the spec names no frequency to search near (setting spurious_Hz)")
+        quantities.append(
+            Quantity.missing(name, mode) if isinstance(mode, str) else resonance_quantity(name, mode, spec)
+        )
+    return quantities
+
+
+def _without(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Frf | str | None:
+    """Vs and da without the encoder, merged alike; why not; None when they were not recorded."""
+    keys = [f"without_encoder_{band}" for band in ("low", "high")]
+    given = [key for key in keys if key in records]
+    if len(given) < 2:
+        return f"only {given[0]} was recorded: nothing to compare" if given else None
+    try:
+        low, high = (_estimate(records[key], BARE, rules) for key in keys)
+        return _merged(low, high, curves.merge_Hz)
+    except (NoResult, RecordError) as e:
+        return f"without encoder: {e}"
+
+
+def _notes(values: Values, found: Found, curves: Curves, without: Frf | str | None) -> list[str]:
+    notes = [d.words for d in curves.delays if abs(d.samples) > 0.5]
+    if found.axial.second is not None:
+        one, two = found.axial.first, found.axial.second
+        notes.append(f"double resonance: {one.f_Hz:.4g} and {two.f_Hz:.4g} Hz (two poles fit better, p = {two.p:.1g})")
+    if found.repeat is not None:
+        notes.append(f"second realisation: axial resonance {found.repeat.f_Hz:.5g} Hz")
+    if "first" in values:
+        notes.append(first_record(values["first"], found.axial.first.f_Hz))
+    if isinstance(without, str):
+        notes.append(without)
+    if isinstance(without, Frf):
+        notes.append(beside(curves.whole, without))
+    return notes
+
+
+_ALL = {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"}
+_BARE = {"t": "s", "Va": "V", "Vs": "V", "da": "m"}
+CHECK = Check(
+    name="frf",
+    title="Frequency responses: axial resonance, zero of Vs, gains, spurious modes",
+    kinds=("apa", "strut"),
+    forms=(
+        Form(
+            "records",
+            (
+                Series("low", "sweep or noise below the merging frequency", _ALL),
+                Series("high", "noise above it", _ALL),
+                Scalar("merge_Hz", "low record up to here, high record above", lo=1.0, hi=5000.0, default=MERGE_HZ),
+                Series("low_repeat", "second realisation of the low record", _ALL, optional=True),
+                Series("high_repeat", "second realisation of the high record", _ALL, optional=True),
+                Series("first", "first record, small noise", _ALL, optional=True),
+                Series("without_encoder_low", "low record before the encoder is fixed", _BARE, optional=True),
+                Series("without_encoder_high", "high record before the encoder is fixed", _BARE, optional=True),
+                Scalar("payload_kg", "payload on the bench", lo=0.01, hi=1000.0, optional=True),
+            ),
+        ),
+    ),
+    quantities=(
+        "axial_resonance_Hz",
+        "axial_damping_percent",
+        "second_resonance_Hz",
+        "vs_zero_Hz",
+        *SPURIOUS,
+        *gains.GAINS,
+        "k_resonance_N_per_um",
+        "mass_line_um_per_V",
+        "mass_line_kg",
+        *gains.COHERENT,
+        *gains.CONSTANTS,
+    ),
+    measure=measure,
+    settings=SETTINGS,
+    stated=(
+        "f_Hz",
+        "axial_resonance_Hz",
+        "second_resonance_Hz",
+        "vs_zero_Hz",
+        *SPURIOUS,
+        *gains.GAINS,
+        "mass_line_um_per_V",
+        "payload_kg",
+        *gains.CONSTANTS,
+    ),
+)

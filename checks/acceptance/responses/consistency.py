@@ -1,0 +1,109 @@
+"""What the records of frequency responses must agree on, or there is no result, in words.
+
+One structure, measured twice and by three instruments: its bands meet, its pole is in every channel, no two channels
+hold the same samples, and a volt moves it as far as two sound stacks do.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.acceptance.common.actuator_gain import wrong_gain
+from checks.acceptance.common.piezo_lag import ALIKE
+from checks.acceptance.responses.rules import OUTPUTS, STATIC_HZ, Rules
+from checks.arrays import Array
+from checks.quantity import NoResult, Quantity
+from checks.record import Record
+from checks.signals.spectral.frf import Frf
+
+UM = 1e-6
+ABOUT_MERGE = np.sqrt(2.0)  # half an octave to either side, where both bands are driven
+COHERENT = 0.9
+MIN_BINS = 5
+AT_POLE = 0.03  # of the resonance, to either side
+BEYOND_POLE = 1.3, 1.5  # times the resonance
+# One mode of a damping ratio of 5 percent, five times what any strut has, is ten times larger at its pole than at 1.4
+# times its frequency; what does not follow the structure is as large at both.
+STANDS_OUT = 3.0
+
+
+def vet_copies(records: Mapping[str, Record]) -> None:
+    """Raises NoResult where one channel is another one times a number: each has its own noise and steps."""
+    for key, record in records.items():
+        there = [c for c in ("Va", *OUTPUTS) if c in record.channels]
+        for a, b in combinations(there, 2):
+            if _proportional(record[a], record[b]):
+                raise NoResult(
+                    f"{key}: {record.name}: {b} is {a} times a number, sample by sample: one channel was stored twice, "
+                    "or the drive was looped back"
+                )
+
+
+def _proportional(x: Array, y: Array) -> bool:
+    x, y = x - x.mean(), y - y.mean()
+    size_x, size_y = float(x @ x), float(y @ y)
+    if size_x == 0.0 or size_y == 0.0:
+        return False
+    left = y - (float(x @ y) / size_x) * x
+    return float(left @ left) <= ALIKE**2 * size_y
+
+
+def held_against_gain(resonance: Quantity, frf: Frf, rules: Rules) -> Quantity:
+    """The resonance, of unknown uncertainty where de or da moves by another amount per volt than two stacks behind the
+    amplifier make it move: a stack that is dead or not connected, or an amplifier of another gain, does not show in a
+    frequency, so that one inside its limits cannot pass. One outside them fails as before: a soft shell moves more."""
+    low = frf.band(*STATIC_HZ)
+    lo, hi = rules.gain_um_per_V
+    for c in ("de", "da"):
+        known = low.usable
+        gain = float(np.median(np.abs(low.H[known, low.index(c)]))) / UM if known.any() else np.nan
+        if not lo <= gain <= hi:
+            return replace(resonance, U=None, note=wrong_gain(c, gain, lo, hi))
+    return resonance
+
+
+def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: Rules) -> None:
+    """Raises NoResult where the two bands, both coherent about the frequency at which they are merged, say different
+    things there: records of two units, two payloads, two gains or two time bases."""
+    span = merge_Hz / ABOUT_MERGE, merge_Hz * ABOUT_MERGE
+    _vet_same(low.band(*span), high.band(*span), "the high record", f"the low one about {merge_Hz:g} Hz", rules)
+
+
+def vet_repeat(key: str, first: Frf, again: Frf, rules: Rules) -> None:
+    """Raises NoResult where a second realisation says different things than the first one."""
+    _vet_same(first, again, key, "the first realisation", rules)
+
+
+def _vet_same(a: Frf, b: Frf, this: str, that: str, rules: Rules) -> None:
+    n = min(a.f.size, b.f.size)
+    for c in OUTPUTS:
+        i = a.index(c)
+        both = (a.coherence[:n, i] >= COHERENT) & (b.coherence[:n, i] >= COHERENT) & _same_bins(a.f[:n], b.f[:n])
+        if np.count_nonzero(both) < MIN_BINS:
+            continue
+        ratio = float(np.median(np.abs(b.H[:n, i][both] / a.H[:n, i][both])))
+        if not 1 / (1 + rules.bands_within) <= ratio <= 1 + rules.bands_within:
+            raise NoResult(
+                f"{c} is {ratio:.3g} times as large in {this} as in {that}, where both are coherent: not one unit on "
+                "one bench, or one of the time bases or gains is wrong"
+            )
+
+
+def _same_bins(f: Array, g: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(f - g) <= 1e-3 * f[1] if f.size > 1 else np.zeros(f.shape, dtype=bool))
+
+
+def vet_pole(frf: Frf, resonance_Hz: float) -> None:
+    """Raises NoResult for a channel that does not show the resonance of the others: it is not of this structure."""
+    pole = frf.band((1 - AT_POLE) * resonance_Hz, (1 + AT_POLE) * resonance_Hz)
+    beyond = frf.band(BEYOND_POLE[0] * resonance_Hz, BEYOND_POLE[1] * resonance_Hz)
+    for c in frf.channels:
+        at, by = (np.abs(part.H[part.usable, part.index(c)]) for part in (pole, beyond))
+        if at.size and by.size and not float(at.max()) >= STANDS_OUT * float(np.median(by)):
+            raise NoResult(
+                f"{c} does not show the resonance at {resonance_Hz:.4g} Hz: it is {at.max() / np.median(by):.3g} times "
+                "as large there as beyond it; not a signal of this structure"
+            )

@@ -1,0 +1,193 @@
+"""What the merged curves say beside their resonances: gains, mass line, stiffness, constants, coherence."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from checks.acceptance.common.stated_uncertainty import stated, with_stated
+from checks.acceptance.responses.rules import (
+    EXCUSED_POLE,
+    EXCUSED_ZERO,
+    OUTPUTS,
+    STATIC_HZ,
+    STEPS,
+    Rules,
+    coherent_up_to,
+)
+from checks.declare import Measured
+from checks.errors import ModelError
+from checks.fitting.constants import GS_BAND_HZ, Constant, fit_constants
+from checks.model.build import build
+from checks.model.model import Model
+from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from checks.signals.spectral.frf import Frf
+from checks.verdict import bounds
+from specs.model import load_model
+from specs.spec import CheckSpec
+from specs.strict import SpecError
+
+GAINS = {  # quantity -> channel, band [Hz] (seed 4.2.3), unit in the channel's unit
+    "gain_de_um_per_V": ("de", STATIC_HZ, 1e-6),
+    "gain_da_um_per_V": ("da", STATIC_HZ, 1e-6),
+    "gain_Vs_V_per_V": ("Vs", GS_BAND_HZ, 1.0),
+}
+MASS_BAND_HZ = (200.0, 350.0)
+MASS_LINE_AT_HZ = 250.0
+COHERENT = {f"coherent_{c}_Hz": c for c in OUTPUTS}
+CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
+
+
+def excused(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
+    """Channel -> intervals [Hz] in which coherence may drop: the resonance, and for Vs its zero (seed 3.2.4)."""
+    pole = (1 - EXCUSED_POLE) * resonance_Hz, (1 + EXCUSED_POLE) * resonance_Hz
+    zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
+    return {c: [pole, zero] if c == "Vs" else [pole] for c in OUTPUTS}
+
+
+def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, float] | None:
+    """Mean of |H| over a band and its standard uncertainty; None when the band holds no bin that is known."""
+    part = frf.select(channel).band(f_lo, f_hi)
+    good = part.usable
+    n = int(np.count_nonzero(good))
+    if n == 0:
+        return None
+    independent = n / (1 + 2 * sum(part.correlation[: n - 1]))
+    size = float(np.mean(np.abs(part.H[good, 0])))
+    return size, math.sqrt(float(np.mean(part.var[good, 0])) / 2 / max(independent, 1.0))
+
+
+def gain_quantities(frf: Frf, spec: CheckSpec) -> list[Quantity]:
+    """Mean size of de and da over 10 to 20 Hz, of Vs over 400 to 500 Hz."""
+    return [_gain(name, frf, channel, band, unit, spec) for name, (channel, band, unit) in GAINS.items()]
+
+
+def _gain(name: str, frf: Frf, channel: str, band: tuple[float, float], unit: float, spec: CheckSpec) -> Quantity:
+    found = mean_size(frf, channel, *band)
+    if found is None:
+        return Quantity.missing(name, f"{channel}: nothing was measured in {band[0]:g} to {band[1]:g} Hz")
+    value, u = (x / unit for x in found)
+    return with_stated(name, value, [Contribution("scatter of the response", u, "A")], stated(spec, value, name))
+
+
+def payload(given: Measured | None, rules: Rules, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
+    """Payload [kg], its standard uncertainty where one is stated, and where it comes from."""
+    if given is not None and given.U is not None:
+        return given.value, Contribution("payload, stated with it", given.U / COVERAGE_FACTOR), "stated with the unit"
+    mass, words = (given.value, "stated with the unit") if given is not None else (rules.payload_kg, "as the spec says")
+    return mass, stated(spec, mass, "payload_kg"), words
+
+
+def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rules, spec: CheckSpec) -> Quantity:
+    """The limits of the resonance are those of the spec's payload: with another one a resonance inside them shows
+    another stiffness. Where the payload is far from that of the limits, or the resonance would leave them with it, the
+    uncertainty is unknown, so that it cannot pass; one outside them fails as before."""
+    if given is None or resonance.reason is not None:
+        return resonance
+    ratio = given.value / rules.payload_kg
+    if abs(ratio - 1) > rules.payload_within:
+        words = f"the limits are for a payload of {rules.payload_kg:g} kg, {given.value:g} kg are stated"
+        return replace(resonance, U=None, note=words)
+    limit = spec.limits.get(resonance.name)
+    there_Hz = resonance.value * math.sqrt(ratio)
+    if limit is None or bounds(limit)[0] <= there_Hz <= bounds(limit)[1]:
+        return resonance
+    words = (
+        f"with the {rules.payload_kg:g} kg of the limits instead of {given.value:g} kg it would be {there_Hz:.4g} Hz"
+    )
+    return replace(resonance, U=None, note=f"{words}, outside them")
+
+
+def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
+    """k = m (2 pi f)^2 from the payload and the resonance (seed 3.1.7); the mass that moves with it is not counted."""
+    name = "k_resonance_N_per_um"
+    if resonance.reason is not None:
+        return Quantity.missing(name, resonance.reason)
+    k = mass * (2 * math.pi * resonance.value) ** 2 * 1e-6
+    budget = [Contribution("resonance", 2 * k * math.hypot(*(c.u for c in resonance.budget)) / resonance.value, "A")]
+    systematic = None if u_mass is None else Contribution(u_mass.source, k * u_mass.u / mass)
+    return with_stated(name, k, budget, systematic, note=f"payload {mass:g} kg, {words}")
+
+
+def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> list[Quantity]:
+    """mass_line_um_per_V: what |da| falls to at 250 Hz were there only the payload, from 200 to 350 Hz; and the payload
+    that this line, the static gain and the resonance imply together (seed 3.2.3: the line of APA 7 is off).
+
+    One mode says |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness.
+    """
+    names = "mass_line_um_per_V", "mass_line_kg"
+    part = frf.select("da").band(*MASS_BAND_HZ)
+    part = part.band(1.5 * resonance_Hz, math.inf)
+    good = part.usable
+    static = mean_size(frf, "da", *STATIC_HZ)
+    if np.count_nonzero(good) < 3 or static is None:
+        why = f"da: nothing was measured in {MASS_BAND_HZ[0]:g} to {MASS_BAND_HZ[1]:g} Hz above the resonance"
+        return [Quantity.missing(name, why) for name in names]
+    each = np.abs(part.H[good, 0]) * (part.f[good] ** 2 - resonance_Hz**2)
+    line, scatter = float(np.median(each)), float(np.std(each)) / math.sqrt(each.size)
+    value = line / MASS_LINE_AT_HZ**2 * 1e6
+    accuracy = stated(spec, value, names[0], "gain_da_um_per_V")
+    budget = [Contribution("scatter along the line", value * scatter / line, "A")]
+    # 10 to 20 Hz lie a little up the flank of the resonance already: 2.5 percent of the static gain.
+    f = np.array(STATIC_HZ)
+    g0 = static[0] * float(np.mean(1 - (f / resonance_Hz) ** 2))
+    implied = mass * g0 * resonance_Hz**2 / line
+    return [
+        with_stated(names[0], value, budget, accuracy),
+        Quantity.of(
+            names[1],
+            implied,
+            Contribution("scatter along the line", implied * scatter / line, "A"),
+            Contribution("scatter of the static gain", implied * static[1] / static[0], "A"),
+            note=f"{implied / mass:.3f} times the payload: 1 where one mode carries the response",
+        ),
+    ]
+
+
+def coherence_quantities(frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: Rules) -> list[Quantity]:
+    """Highest frequency up to which each channel is coherent."""
+    out = []
+    for name, c in COHERENT.items():
+        top = coherent_up_to(frf, c, allowed[c], rules)
+        why = f"{c} is not coherent from {rules.coherence_Hz[c][0]:g} Hz on"
+        if top is None:
+            out.append(Quantity.missing(name, why))
+            continue
+        step = top * math.log(float(frf.f[-1]) / rules.coherence_Hz[c][0]) / STEPS
+        out.append(Quantity.of(name, top, Contribution("steps of the search", step / math.sqrt(12))))
+    return out
+
+
+def constants(frf: Frf, mass: float, rules: Rules, spec: CheckSpec) -> list[Quantity]:
+    """ga and gs by the seed's bands (4.2.3) on the model that the spec names; missing where it names none."""
+    if not rules.model:
+        return [Quantity.missing(name, "the spec names no model") for name in CONSTANTS]
+    try:
+        model = _model(rules.model)
+        H = {c: frf.H[:, frf.index(c)] for c in OUTPUTS}
+        variance = {
+            c: np.where(np.isfinite(v), v, 0.0) for c, v in zip(OUTPUTS, frf.select(*OUTPUTS).var.T, strict=True)
+        }
+        found = fit_constants(model, frf.f, H, variance, {"bench.payload_kg": mass})
+    except (ModelError, SpecError) as e:
+        return [Quantity.missing(name, str(e)) for name in CONSTANTS]
+    return [_constant(name, found.get(name), model, spec) for name in CONSTANTS]
+
+
+@cache
+def _model(name: str) -> Model:
+    return build(load_model(name))
+
+
+def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) -> Quantity:
+    if found is None:
+        return Quantity.missing(name, f"model {model.name} has another sensor constant")
+    budget = [
+        Contribution("scatter of the response", found.u, "A"),
+        Contribution(f"model {model.name}, as its tolerance says", abs(found.value) * model.tolerance),
+    ]
+    instrument = stated(spec, found.value, name)
+    return Quantity.of(
+        name, found.value, *budget, *([] if instrument is None else [instrument]), note=f"by {model.name}"
+    )

@@ -1,0 +1,124 @@
+"""Resonances and the zero in the frequency responses of a unit, as quantities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.responses.rules import Rules
+from checks.quantity import Contribution, NoResult, Quantity
+from checks.signals.spectral.frf import Frf
+from checks.signals.spectral.poles import Transforms
+from checks.signals.spectral.resonance import Resonance, find, find_beside
+from checks.signals.spectral.zeros import Zero, find_zero
+from specs.spec import CheckSpec
+
+NARROW = 0.12  # of the resonance: the band of the fit
+WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched (seed 3.1.4: 95 and 105 Hz)
+INNER = 0.02  # left at the ends of a band, so that a pole is seen from both sides
+AROUND_ZERO = 0.2
+SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
+
+
+@dataclass(frozen=True, eq=False)
+class Axial:
+    """The axial resonance, and the second one where two poles fit better than one."""
+
+    first: Resonance
+    second: Resonance | None
+
+
+def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
+    """Frequency of the largest response of a band. Raises NoResult when the band was not measured."""
+    part = frf.band(f_lo, f_hi)
+    if part.f.size < 3 or not part.usable.any():
+        raise NoResult(f"{channel}: nothing was measured in {f_lo:g} to {f_hi:g} Hz")
+    return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
+
+
+def axial(low: Transforms, near_Hz: float, rules: Rules) -> Axial:
+    """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
+    lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
+    inner = lo + INNER * near_Hz, hi - INNER * near_Hz
+    try:
+        first = main_mode(low, near_Hz)
+        both = find_beside(low.window(lo, hi), first, *inner, rules.second_share)
+    except ValueError as e:
+        raise NoResult(f"about {near_Hz:.4g} Hz: {e}") from e
+    return Axial(first, None) if both is None else Axial(*both)
+
+
+def main_mode(low: Transforms, near_Hz: float) -> Resonance:
+    """The resonance at near_Hz by itself. Raises NoResult when none is seen, ValueError for an empty band."""
+    lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
+    found = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
+    if found is None:
+        raise NoResult(f"no resonance stands out of the scatter near {near_Hz:.4g} Hz")
+    return found
+
+
+def axial_quantities(found: Axial, again: Resonance | None, spec: CheckSpec) -> list[Quantity]:
+    """axial_resonance_Hz, axial_damping_percent, second_resonance_Hz."""
+    first, second = found.first, found.second
+    spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
+    spread_damping = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
+    quantities = [
+        resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz),
+        Quantity.of(
+            "axial_damping_percent",
+            100 * first.damping_ratio,
+            *_budget(100 * first.u_damping, 100 * first.u_damping_model, spread_damping),
+        ),
+    ]
+    if second is None:
+        why = "two poles do not fit better than one (F test, false alarms below 1 in 1000)"
+        return [*quantities, Quantity.missing("second_resonance_Hz", why)]
+    return [*quantities, resonance_quantity("second_resonance_Hz", second, spec)]
+
+
+def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
+    """Frequency of a resonance with its budget."""
+    budget = _budget(found.u_Hz, found.u_Hz_model, repeat)
+    instrument = stated(spec, found.f_Hz, name, "f_Hz")
+    return Quantity.of(name, found.f_Hz, *budget, *([] if instrument is None else [instrument]))
+
+
+def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contribution]:
+    budget = [
+        Contribution("scatter of the response", u, "A"),
+        Contribution("what surrounds the pole: polynomials of one order more", u_model),
+    ]
+    return budget if repeat is None else [*budget, Contribution("second realisation, half the difference", repeat, "A")]
+
+
+def vs_zero(low: Transforms, near_Hz: float) -> Zero | str:
+    """Zero of Vs, or why there is none."""
+    try:
+        found = find_zero(low.window((1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz, "Vs"))
+    except ValueError as e:
+        return f"Vs: {e}"
+    return found or f"Vs has no zero near {near_Hz:.4g} Hz"
+
+
+def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
+    """vs_zero_Hz; the note says on which side of the imaginary axis it lies and what the coherence there is."""
+    instrument = stated(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
+    note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
+    budget = [
+        Contribution("scatter of the response", found.u_Hz, "A"),
+        Contribution("polynomial of one order more", found.u_Hz_model),
+    ]
+    return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, *([] if instrument is None else [instrument]), note=note)
+
+
+def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | str:
+    """The mode within a part of near_Hz, from all channels; the reason where none is seen.
+
+    A mode that no channel shows cannot be measured: on a strut whose encoder sits on the axis, de is blind to it too.
+    """
+    lo, hi = (1 - within) * near_Hz, (1 + within) * near_Hz
+    try:
+        found = find(record.window(lo - INNER * near_Hz, hi + INNER * near_Hz), lo, hi)
+    except ValueError as e:
+        return f"{lo:.4g} to {hi:.4g} Hz: {e}"
+    return found or f"no mode stands out of the scatter between {lo:.4g} and {hi:.4g} Hz"

@@ -1,0 +1,34 @@
+"""What records beside the two bands say, in words: no verdict comes of it."""
+
+import numpy as np
+
+from checks.acceptance.responses.modes import peak_Hz
+from checks.quantity import NoResult
+from checks.record import Record
+from checks.signals.spectral.frf import Frf, h1_record
+
+BARE = "Vs", "da"  # what is there to compare without an encoder
+LIKE = 0.95  # coherence of both, where responses with and without the encoder are compared
+
+
+def first_record(record: Record, f_Hz: float) -> str:
+    """What the first, small record says about the resonance (seed 3.1.1)."""
+    try:
+        frf = h1_record(record, "Va", ("de",))
+        at = peak_Hz(frf, "de", 0.5 * f_Hz, 1.5 * f_Hz)
+    except (ValueError, NoResult) as e:
+        return f"first record: {e}"
+    return f"first record: largest response at {at:.4g} Hz (bins of {frf.f[1]:.2g} Hz)"
+
+
+def beside(whole: Frf, without: Frf) -> str:
+    """Median difference of the responses with and without the encoder (seed 5.1: very close)."""
+    words = []
+    for channel in BARE:
+        a, b = whole.select(channel), without.select(channel)
+        n = min(a.f.size, b.f.size)
+        both = (a.coherence[:n, 0] > LIKE) & (b.coherence[:n, 0] > LIKE) & np.isclose(a.f[:n], b.f[:n])
+        if both.any():
+            apart = np.median(np.abs(a.H[:n, 0][both] / b.H[:n, 0][both] - 1))
+            words.append(f"{channel} by {100 * apart:.2g} percent")
+    return f"encoder fixed or not, the responses differ: {', '.join(words)} (median)" if words else "nothing compared"

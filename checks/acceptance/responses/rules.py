@@ -1,0 +1,233 @@
+"""What the frequency response check asks of its data: settings, and the gates that end in no result, in words."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
+from checks.acceptance.common.sampling_rate import SAMPLING
+from checks.arrays import Array
+from checks.declare import Setting
+from checks.quantity import NoResult
+from checks.record import Record
+from checks.signals.overload import overload
+from checks.signals.record_checks import Delay, Expected, delay, mismatches, responds
+from checks.signals.spectral.frf import Frf
+from specs.spec import CheckSpec
+
+OUTPUTS = ("Vs", "de", "da")
+LOOKS = {  # what a channel of the bench can be at all, largest departure from its median, in V and m
+    "Va": Expected(1e-3, 10.5),
+    "Vs": Expected(1e-3, 10.5),
+    "de": Expected(1e-9, 4e-4),
+    "da": Expected(1e-9, 4e-4),
+}
+LOOKED_AT = 16  # every 16th sample tells the size of a channel
+STATIC_HZ = (10.0, 20.0)  # seed 4.2.3: below the resonance, the gain is the static one
+DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
+EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop (seed 3.2.4)
+THIRD_OCTAVE, SIXTH_OCTAVE = 2.0 ** (1 / 3), 2.0 ** (1 / 6)
+STEPS = 200  # from the lowest to the highest frequency
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Settings of the check; see SETTINGS for their meaning."""
+
+    payload_kg: float
+    payload_within: float
+    scale_within: float
+    bands_within: float
+    gain_um_per_V: tuple[float, float]
+    segment_s: float
+    duration_min_s: float
+    resonance_Hz: tuple[float, float]
+    zero_Hz: tuple[float, float]
+    coherence_min: float
+    coherence_Hz: Mapping[str, tuple[float, float]]
+    polarity: Mapping[str, int]
+    delay_samples_max: float
+    offset_samples_max: float
+    second_share: float
+    spurious_Hz: tuple[float, ...]
+    spurious_within: float
+    model: str
+
+
+def rules_of(spec: CheckSpec) -> Rules:
+    """Rules by the settings of a spec."""
+    get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
+    return Rules(
+        payload_kg=float(get["payload_kg"]),
+        payload_within=float(get["payload_within"]),
+        scale_within=float(get["scale_within"]),
+        bands_within=float(get["bands_within"]),
+        gain_um_per_V=_pair(get["gain_um_per_V"]),
+        segment_s=float(get["segment_s"]),
+        duration_min_s=float(get["duration_min_s"]),
+        resonance_Hz=_pair(get["resonance_Hz"]),
+        zero_Hz=_pair(get["zero_Hz"]),
+        coherence_min=float(get["coherence_min"]),
+        coherence_Hz={c: _pair(get[f"coherent_{c}_Hz"]) for c in OUTPUTS},
+        polarity=dict(zip(OUTPUTS, (int(v) for v in get["polarity"]), strict=True)),
+        delay_samples_max=float(get["delay_max_samples"]),
+        offset_samples_max=float(get["offset_max_samples"]),
+        second_share=float(get["second_share"]),
+        spurious_Hz=tuple(float(f) for f in get["spurious_Hz"]),
+        spurious_within=float(get["spurious_within"]),
+        model=str(get["model"]),
+    )
+
+
+def _pair(values: Iterable[float]) -> tuple[float, float]:
+    lo, hi = (float(v) for v in values)
+    return lo, hi
+
+
+def vet_records(records: Mapping[str, Record], rules: Rules) -> None:
+    """Raises NoResult for a record that is too short, or whose channels are not what their names say."""
+    for key, record in records.items():
+        seconds = record.t.size / record.fs
+        if seconds < 0.999 * rules.duration_min_s:
+            raise NoResult(f"{key}: {record.name} lasts {seconds:.3g} s; {rules.duration_min_s:g} s or more are needed")
+        columns = {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
+        odd = mismatches(columns, LOOKS)
+        if odd:
+            raise NoResult(f"{key}: {record.name}: " + "; ".join(m.words for m in odd))
+        clipped = [words for c in OUTPUTS if c in record.channels and (words := overload(c, record[c]))]
+        if clipped:
+            raise NoResult(f"{key}: {record.name}: " + "; ".join(clipped))
+
+
+def vet_responses(key: str, frf: Frf) -> None:
+    """Raises NoResult for a channel that does not follow the drive anywhere."""
+    dead = [c for c in frf.channels if not responds(frf, c)]
+    if dead:
+        raise NoResult(f"{key}: {', '.join(dead)} nowhere follows {frf.input}: dead, or of another record")
+
+
+def vet_signs(frf: Frf, rules: Rules) -> None:
+    """Raises NoResult for a channel that is turned: the sign of its static gain is not that of the bench."""
+    low = frf.band(*STATIC_HZ)
+    for c in frf.channels:
+        wanted = rules.polarity[c]
+        H, var = low.H[:, low.index(c)], low.var[:, low.index(c)]
+        known = np.isfinite(var) & (np.abs(H) ** 2 > 25.0 * var)
+        if wanted and known.any() and np.sign(np.sum(H[known].real)) == -wanted:
+            words = {1: "with", -1: "against"}
+            raise NoResult(
+                f"{c} moves {words[-wanted]} {frf.input} below the resonance, expected {words[wanted]} it: "
+                "polarity turned, or channels exchanged"
+            )
+
+
+def vet_scales(frf: Frf, rules: Rules) -> None:
+    """Raises NoResult where the static gains of de and da are apart: both measure one payload's motion, and what an
+    encoder's arm or its scale adds to that is percents."""
+    low = frf.band(*STATIC_HZ)
+    de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
+    known = low.usable & (da > 0)
+    if not known.any():
+        return
+    ratio = float(np.median(de[known] / da[known]))
+    if abs(ratio - 1) > rules.scale_within:
+        raise NoResult(
+            f"de moves {ratio:.3g} times as far as da below the resonance, expected 1 ± {rules.scale_within:g}: "
+            "the scale of one of them is wrong"
+        )
+
+
+def vet_delays(frf: Frf, fs: float, rules: Rules) -> list[Delay]:
+    """Delays of the channels behind the input. Raises NoResult for one that comes before its cause or far too late, and
+    for channels stored with an offset between them."""
+    seen = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
+    for d in seen:
+        if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_samples_max + 3 * d.sd:
+            raise NoResult(f"{d.words}; expected 0 to {rules.delay_samples_max:g} samples behind")
+    if not seen:
+        return seen
+    first, last = min(seen, key=lambda d: d.samples), max(seen, key=lambda d: d.samples)
+    apart, sd = last.samples - first.samples, float(np.hypot(first.sd, last.sd))
+    if apart > rules.offset_samples_max + 3 * sd:
+        raise NoResult(
+            f"{last.channel} is stored {apart:.2f} samples behind {first.channel}; "
+            f"at most {rules.offset_samples_max:g} are physics"
+        )
+    return seen
+
+
+def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: Rules) -> None:
+    """Raises NoResult naming every third of an octave whose median coherence is below the gate.
+
+    The median, because a narrow dip at a zero says nothing about the record; `excused` intervals do not count.
+    """
+    bad = [words for c in frf.channels for words in _bad_bands(frf, c, excused[c], rules)]
+    if bad:
+        more = f" and {len(bad) - 4} more" if len(bad) > 4 else ""
+        raise NoResult(f"coherence is below {rules.coherence_min:g}: {'; '.join(bad[:4])}{more}")
+
+
+def _bad_bands(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: Rules) -> Iterator[str]:
+    f, coherence = frf.f, frf.coherence[:, frf.index(channel)]
+    counts = outside(f, excused)
+    lo, hi = rules.coherence_Hz[channel]
+    while lo < hi:
+        top = min(lo * THIRD_OCTAVE, hi)
+        band = (f >= lo) & (f <= top)
+        inside = band & counts
+        if not band.any():
+            yield f"{channel} {lo:.3g} to {top:.3g} Hz (not measured)"
+        elif inside.any() and not np.median(coherence[inside]) >= rules.coherence_min:
+            yield f"{channel} {lo:.3g} to {top:.3g} Hz (median {np.median(coherence[inside]):.2f})"
+        lo = top
+
+
+def outside(f: Array, intervals: list[tuple[float, float]]) -> NDArray[np.bool_]:
+    """(F,) frequencies in none of the intervals."""
+    kept = np.ones(f.shape, dtype=bool)
+    for lo, hi in intervals:
+        kept &= (f < lo) | (f > hi)
+    return kept
+
+
+def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: Rules) -> float | None:
+    """Highest frequency [Hz] up to which the median coherence of a third of an octave stays above the gate.
+
+    None when it is not there from the start.
+    """
+    counts = outside(frf.f, excused)
+    f, good = frf.f[counts], frf.coherence[counts, frf.index(channel)] >= rules.coherence_min
+    centres = np.geomspace(rules.coherence_Hz[channel][0], frf.f[-1], STEPS)
+    first, last = np.searchsorted(f, centres / SIXTH_OCTAVE), np.searchsorted(f, centres * SIXTH_OCTAVE, side="right")
+    passed = np.concatenate([[0], np.cumsum(good)])
+    fails = np.flatnonzero(2 * (passed[last] - passed[first]) < last - first)
+    end = int(fails[0]) if fails.size else STEPS
+    return float(centres[end - 1]) if end else None
+
+
+SETTINGS = (
+    Setting("payload_kg", 5.7, "payload of the bench where the unit does not state its own"),
+    Setting("payload_within", 0.2, "part by which the unit's payload may differ from that of the limits"),
+    Setting("scale_within", 0.2, "part by which the static gains of de and da may differ"),
+    Setting("bands_within", 0.15, "part by which both records may differ about their merging, and from their repeats"),
+    Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de and da below the resonance"),
+    SAMPLING,
+    Setting("segment_s", 0.5, "length of the Hann segments of the curves and the coherence"),
+    Setting("duration_min_s", 10.0, "shortest record that is used"),
+    Setting("resonance_Hz", [70.0, 130.0], "where the axial resonance is searched"),
+    Setting("zero_Hz", [25.0, 65.0], "where the zero of Vs is searched"),
+    Setting("coherence_min", 0.9, "median coherence that every third of an octave needs"),
+    Setting("coherent_Vs_Hz", [10.0, 2000.0], "band in which Vs must be coherent, but for its zero and the resonance"),
+    Setting("coherent_de_Hz", [10.0, 700.0], "band in which de must be coherent, but for the resonance"),
+    Setting("coherent_da_Hz", [10.0, 1000.0], "band in which da must be coherent, but for the resonance"),
+    Setting("polarity", [-1, 1, 1], "sign of the static gain of Vs, de and da; 0: either"),
+    Setting("delay_max_samples", 5.0, "a channel further behind Va than this was stored with an offset"),
+    Setting("offset_max_samples", 0.8, "two channels further apart than this were stored with an offset"),
+    Setting("second_share", 0.05, "a second resonance counts from this part of the first one's flank beneath it"),
+    Setting("spurious_Hz", [], "x-bending, y-bending and torsion of the strut as seen by de; empty: not searched"),
+    Setting("spurious_within", 0.14, "how far around these frequencies a mode is searched"),
+    Setting("model", "", "built-in model or TOML file that turns gains into ga and gs; empty: none"),
+)

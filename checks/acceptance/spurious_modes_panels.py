@@ -1,0 +1,79 @@
+"""Pictures of a hammer test: the impacts with their fate, and the FRF with its modes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from checks.arrays import Array
+from checks.declare import Values
+from checks.picture import Band, Item, Line, Mark, Panel, Text
+from checks.record import Record
+from checks.signals.impact.hammer import HammerTest, ImpactFrf
+from checks.signals.impact.impacts import Impact, tally
+from checks.signals.impact.modal_fit import Mode
+
+_POINTS = 2000
+
+
+def panels(
+    values: Values,
+    tests: Mapping[str, HammerTest],
+    modes: Mapping[str, tuple[Mode, ...]],
+    band_Hz: tuple[float, float],
+) -> dict[str, Panel]:
+    """ "<record>_impacts" for every record that could be read, "<record>_frf" for those with an FRF."""
+    out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
+    for key, test in tests.items():
+        if test.frf is not None:
+            out[f"{key}_frf"] = frf_panel(key, test.frf, modes.get(key, ()), band_Hz, _beside(key, tests))
+    return out
+
+
+def _beside(key: str, tests: Mapping[str, HammerTest]) -> ImpactFrf | None:
+    """The top impact's FRF goes beside the left one's: the mode that only the left one has is torsion."""
+    return tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
+
+
+def impacts_panel(key: str, record: Record, test: HammerTest) -> Panel:
+    """Force over time, each impact marked good or bad, the bad ones with the reason."""
+    items: list[Item] = [Line(*envelope(record.t, test.force), label="force", role="quiet")]
+    for label, role in (("good", "good"), ("set aside", "bad")):
+        which = [i for i in test.impacts if i.good == (role == "good")]
+        if which:
+            items.append(_points(record.t, which, label, role))
+    items += [Text(float(record.t[i.peak]), i.force_N, i.fault or "", "bad") for i in test.impacts if not i.good]
+    return Panel(f"{_words(key)}: {tally(test.impacts)}", "time [s]", "force [N]", tuple(items))
+
+
+def _points(t: Array, impacts: list[Impact], label: str, role: str) -> Line:
+    return Line(t[[i.peak for i in impacts]], np.array([i.force_N for i in impacts]), label, "points", role)
+
+
+def envelope(t: Array, force: Array) -> tuple[Array, Array]:
+    """Largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned away."""
+    step = -(-force.size // _POINTS)
+    starts = np.arange(0, force.size, step)
+    return t[starts], np.maximum.reduceat(force, starts)
+
+
+def frf_panel(
+    key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[float, float], beside: ImpactFrf | None = None
+) -> Panel:
+    """Magnitude of the averaged FRF with its 95 % band, the local fits and the modes."""
+    s = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
+    magnitude, u = np.abs(frf.H[s]), np.sqrt(frf.var[s])
+    items: list[Item] = [
+        Band(frf.f[s], np.maximum(magnitude - 2 * u, 0.1 * magnitude), magnitude + 2 * u, "scatter between impacts"),
+        Line(frf.f[s], magnitude, "measured", role="data"),
+    ]
+    if beside is not None:
+        k = (band_Hz[0] <= beside.f) & (beside.f <= band_Hz[1])
+        items.insert(1, Line(beside.f[k], np.abs(beside.H[k]), "top impact", role="before"))
+    for n, m in enumerate(modes):
+        items.append(Line(m.f, np.abs(m.fit), "" if n else "local fit", "dashed", "model"))
+        items.append(Mark(m.f_Hz, label=f"{m.f_Hz:.4g} Hz", role="model"))
+    return Panel(_words(key), "frequency [Hz]", "|rotation / force| [rad/N]", tuple(items), x_log=True, y_log=True)
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")

@@ -1,0 +1,20 @@
+"""What can be wrong with the data or the model that a check is given."""
+
+from specs.errors import AcceptError
+
+
+class RecordError(AcceptError, ValueError):
+    """A record that must not be used; the text names the file, the channel, what was found and what was expected."""
+
+
+class ModelError(AcceptError, ValueError):
+    """A model that cannot be built or evaluated; the text names the value and what was expected."""
+
+
+class NotHeld(ModelError):
+    """Values with which the assembly falls over: wrong in a file, or where a search went after records that no strut
+    can have given."""
+
+    def __init__(self, lowest: float) -> None:
+        held = f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}"
+        super().__init__(f"with such values nothing stands ({held})")

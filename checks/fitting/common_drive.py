@@ -1,0 +1,61 @@
+"""A model behind an actuator of unknown gain, delay and slow fall of gain: what drops out of the ratio of two channels.
+
+All outputs share the factor exp(g - q (f / 1 kHz)^2 - 2 pi i f tau). Fitted without priors, the three take what any
+amplifier far above the band does, a delay, and the actuator's constant; what remains is the ratio of the outputs.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.fitting.fit import Free
+from checks.model.model import Model
+
+Values = Mapping[str, float]
+
+GAIN, FALL, DELAY = "drive.log_gain", "drive.fall_per_kHz2", "drive.delay_us"
+DRIVE = (  # bounds: a tenth to ten times the gain, a drive that lasts to 1 kHz, 5 ms
+    Free(GAIN, 0.0, lo=-2.3, hi=2.3, scale=0.1),
+    Free(FALL, 0.0, lo=-1.0, hi=1.0, scale=0.02),
+    Free(DELAY, 0.0, lo=-5000.0, hi=5000.0, scale=20.0),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """A `Response`: the model's parameters and those of `DRIVE`, by name."""
+
+    model: Model
+
+    def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
+        """(F, C) at f (F,) [Hz]."""
+        own, drive = _split(changes)
+        return self.model.frf(f, own, channels) * _factor(f, drive)[:, None]
+
+    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
+        """(P, F, C) per unit of each name."""
+        own, drive = _split(changes)
+        factor = _factor(f, drive)[:, None]
+        mechanics = [n for n in names if n not in _LOGS]
+        D = dict(zip(mechanics, self.model.jacobian(f, mechanics, own, channels) * factor, strict=True))
+        H = self.model.frf(f, own, channels) * factor
+        D |= {n: H * _LOGS[n](f)[:, None] for n in names if n in _LOGS}
+        return np.array([D[n] for n in names])
+
+
+_LOGS = {
+    GAIN: lambda f: np.ones(f.shape, dtype=complex),
+    FALL: lambda f: -((f / 1e3) ** 2) + 0j,
+    DELAY: lambda f: -2e-6j * np.pi * f,
+}
+
+
+def _split(changes: Values) -> tuple[dict[str, float], dict[str, float]]:
+    own = {n: v for n, v in changes.items() if n not in _LOGS}
+    return own, {n: v for n, v in changes.items() if n in _LOGS}
+
+
+def _factor(f: Array, drive: Values) -> Complex:
+    return np.exp(sum((v * _LOGS[n](f) for n, v in drive.items()), np.zeros(f.shape, dtype=complex)))

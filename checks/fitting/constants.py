@@ -1,0 +1,109 @@
+"""Actuator and sensor constants from measured responses: by the seed's formulas, or least squares with intervals."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.model.model import Model, Values, frequencies
+
+GA_BAND_HZ = (10.0, 20.0)  # seed, 4.2.3: below the resonance the gain is the static one
+GS_BAND_HZ = (400.0, 500.0)  # seed, 4.2.3: above it, before the next
+SEED_GS_AT_HZ = 1000.0
+NOTHING: Values = {}
+
+
+@dataclass(frozen=True)
+class Constant:
+    """An estimate with its standard uncertainty u and its 95 % interval, in the unit of its name."""
+
+    name: str
+    value: float
+    u: float
+    lo: float
+    hi: float
+
+
+def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
+    """ga and gs by the seed's formulas (4.3) and (4.6) and its script (4.2.3); the model supplies what it would show
+    with both constants one.
+
+    f (F,) [Hz], de (F,) [m/V] and Vs (F,) [V/V] to Va. ga is the mean of |de| over 10..20 Hz by the static gain; gs is
+    the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The seed's script takes sizes only and writes both
+    signs by hand; here the sign is that of the response's real part beside the model's. Raises ModelError for an
+    empty band."""
+    unit, gs_name = _unit_model(model, changes)
+    ga = _signed_size(f, de, unit, "de", GA_BAND_HZ, reference_Hz=0.0)
+    both = _signed_size(f, Vs, unit, "Vs", GS_BAND_HZ, reference_Hz=SEED_GS_AT_HZ)
+    return {"ga_N_per_V": ga, gs_name: both / ga}
+
+
+def _signed_size(
+    f: Array, H: Complex, unit: Model, channel: str, band: tuple[float, float], reference_Hz: float
+) -> float:
+    inside = _band(f, band)
+    alike = np.sum(unit.frf(f[inside], channels=(channel,))[:, 0].conj() * H[inside]).real
+    size = float(np.mean(np.abs(H[inside]))) / abs(unit.frf([reference_Hz], channels=(channel,))[0, 0])
+    return float(np.copysign(size, alike))
+
+
+def fit_constants(
+    model: Model,
+    f: ArrayLike,
+    H: Mapping[str, Complex],
+    variance: Mapping[str, Array],
+    changes: Values = NOTHING,
+    bands: Mapping[str, tuple[float, float]] | None = None,
+) -> dict[str, Constant]:
+    """ga and gs by weighted least squares on the complex responses, sign included, with their 95 % intervals.
+
+    f (F,) [Hz]; H and variance: channel -> (F,) complex response and the variance of it (total of both parts). ga from
+    de (da where there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts where
+    it exceeds the stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
+    f = frequencies(f)
+    limits = {"ga": GA_BAND_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
+    unit, gs_name = _unit_model(model, changes)
+    seen = "de" if "de" in H else "da"
+    ga, u_ga, n_ga = _real_gain(f, H[seen], variance[seen], unit, seen, limits["ga"])
+    both, u_both, n_gs = _real_gain(f, H["Vs"], variance["Vs"], unit, "Vs", limits["gs"])
+    u_gs = abs(both / ga) * float(np.hypot(u_both / both, u_ga / ga))
+    return {"ga_N_per_V": _constant("ga_N_per_V", ga, u_ga, n_ga), gs_name: _constant(gs_name, both / ga, u_gs, n_gs)}
+
+
+def _unit_model(model: Model, changes: Values) -> tuple[Model, str]:
+    """The model with ga = gs = 1, and the name of its sensor constant."""
+    gs_name = "gs_V_per_N" if "constants.gs_V_per_N" in model.values else "gs_V_per_m"
+    return model.with_values({**changes, "constants.ga_N_per_V": 1.0, f"constants.{gs_name}": 1.0}), gs_name
+
+
+def _band(f: Array, band: tuple[float, float]) -> np.ndarray:
+    inside = (f > band[0]) & (f < band[1])
+    if inside.sum() < 2:
+        raise ModelError(f"{int(inside.sum())} frequencies within {band[0]:g}..{band[1]:g} Hz; expected two or more")
+    return inside
+
+
+def _real_gain(
+    f: Array, H: Complex, variance: Array, unit: Model, channel: str, band: tuple[float, float]
+) -> tuple[float, float, int]:
+    """Real factor between measured and unit response, its standard uncertainty and the number of frequencies."""
+    inside = _band(f, band)
+    y, x = H[inside], unit.frf(f[inside], channels=(channel,))[:, 0]
+    if not (np.isfinite(y).all() and np.isfinite(variance[inside]).all() and (variance[inside] > 0).all()):
+        raise ModelError(
+            f"{channel}: response or variance within {band[0]:g}..{band[1]:g} Hz is not finite and positive"
+        )
+    weight = 2.0 / variance[inside]  # of each part: the variance is that of both
+    power = float(np.sum(weight * np.abs(x) ** 2))
+    g = float(np.sum(weight * (x.conj() * y).real)) / power
+    scatter = float(np.sum(weight * np.abs(y - g * x) ** 2)) / (2 * inside.sum() - 1)
+    return g, float(np.sqrt(max(1.0, scatter) / power)), int(inside.sum())
+
+
+def _constant(name: str, value: float, u: float, n: int) -> Constant:
+    half = float(stats.t.ppf(0.975, 2 * n - 1)) * u
+    return Constant(name, value, u, value - half, value + half)

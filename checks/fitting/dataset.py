@@ -1,0 +1,172 @@
+"""What a model is compared with: measured responses on independent bins, their noise and the model's tolerance.
+
+Every bin comes from a local polynomial over 17 bins of the record (leakage and transient removed), the next from the
+next 17: errors of different bins are independent. All bins would give half the uncertainty where noise dominates, which
+it hardly does: on recorded struts it is 1e-4 to 1e-2 of |H|, beside a tolerance of 1e-2.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft
+
+from checks.arrays import Array, Complex
+from checks.errors import RecordError
+from checks.fitting.noise_pooling import shared_noise
+from checks.fitting.whitener import Whitener, whitener
+from checks.record import Record
+from checks.signals.spectral.frf import Frf
+from checks.signals.spectral.lpm import HALF, lpm_record
+
+CHANNELS = ("Vs", "de", "da")
+F_LO, F_HI = 10.0, 2000.0  # [Hz] where the seed's excitations drive; the model holds to 2 kHz with a margin
+STEP = 2 * HALF + 1  # windows that share no bin
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels;
+    nu (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; scale (F, C): the
+    response that it is a part of, the measured one where there is no model yet.
+
+    Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
+    """
+
+    f: Array
+    H: Complex
+    channels: tuple[str, ...]
+    cov: Complex
+    nu: Array
+    tolerance: float = 0.0
+    name: str = "responses"
+    scale: Complex | None = None
+
+    @property
+    def reference(self) -> Complex:
+        """(F, C) what the tolerance is a part of."""
+        return self.H if self.scale is None else self.scale
+
+    def around(self, model: Complex) -> "Dataset":
+        """The same with the tolerance as a part of a model's response (F, C). A part of the measured one pulls a fit
+        down, because bins that noise made small then count more (Peelle's puzzle; D'Agostini, NIM A 346, 1994)."""
+        return replace(self, scale=model)
+
+    @property
+    def noise(self) -> Array:
+        """(F, C) variance of the noise, total complex."""
+        return np.einsum("fcc->fc", self.cov).real
+
+    @property
+    def variance(self) -> Array:
+        """(F, C) noise variance plus squared tolerance: what G divides the squared residual by."""
+        return self.noise + (self.tolerance * np.abs(self.reference)) ** 2
+
+    @cached_property
+    def whitener(self) -> Whitener:
+        """Turns residuals (F, C) into real numbers of unit variance: noise and tolerance with their correlations."""
+        return whitener(self.f, self.reference, self.cov, self.nu, self.tolerance)
+
+    def select(self, channels: Iterable[str]) -> "Dataset":
+        """Some channels, in the order asked for. Raises RecordError naming one that is not there."""
+        wanted = tuple(channels)
+        for c in wanted:
+            if c not in self.channels:
+                raise RecordError(f"{self.name}: no channel '{c}' (has: {', '.join(self.channels)})")
+        at = [self.channels.index(name) for name in wanted]
+        scale = None if self.scale is None else self.scale[:, at]
+        return replace(self, H=self.H[:, at], cov=self.cov[:, at][:, :, at], channels=wanted, scale=scale)
+
+    def band(self, f_lo: float, f_hi: float) -> "Dataset":
+        """The bins with f_lo <= f <= f_hi [Hz]."""
+        return self.at((self.f >= f_lo) & (self.f <= f_hi))
+
+    def at(self, bins: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Dataset":
+        """Some bins."""
+        scale = None if self.scale is None else self.scale[bins]
+        return replace(self, f=self.f[bins], H=self.H[bins], cov=self.cov[bins], nu=self.nu[bins], scale=scale)
+
+    def thinned(self, bins: int) -> "Dataset":
+        """At most `bins` of the bins, spread over log f: for a first, quick fit."""
+        if self.f.size <= bins:
+            return self
+        wanted = np.geomspace(self.f[0], self.f[-1], bins)
+        return self.at(np.unique(np.searchsorted(self.f, wanted * (1 - 1e-12))))
+
+
+def dataset_of(frf: Frf, tolerance: float = 0.0, name: str = "responses") -> Dataset:
+    """The usable, independent bins of an estimate. Raises RecordError when there are none."""
+    bins = frf.independent()
+    good = bins.usable
+    if not good.any():
+        raise RecordError(f"{name}: no bin of the response is driven")
+    return Dataset(bins.f[good], bins.H[good], bins.channels, bins.cov[good], bins.nu[good], tolerance, name)
+
+
+def dataset_from_records(
+    low: Record,
+    high: Record | None = None,
+    merge_Hz: float | None = None,
+    *,
+    tolerance: float = 0.0,
+    channels: Sequence[str] = CHANNELS,
+    input: str = "Va",
+    f_lo: float = F_LO,
+    f_hi: float = F_HI,
+    name: str | None = None,
+) -> Dataset:
+    """Responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone.
+
+    Raises RecordError for a channel that is missing, no merge frequency, or a band without drive."""
+    called = name or low.name
+    if high is None:
+        return _of_record(low, tolerance, channels, input, f_lo, f_hi, called)
+    if merge_Hz is None or not f_lo < merge_Hz < f_hi:
+        raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
+    below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
+    above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
+    return joined(below, above.at(above.f > below.f[-1]))
+
+
+def joined(below: Dataset, above: Dataset) -> Dataset:
+    """Two bands of one response, one after the other."""
+    if below.channels != above.channels:
+        raise RecordError(f"{below.name}: channels {below.channels} below and {above.channels} above")
+    f, H, cov, nu = (np.concatenate([getattr(d, k) for d in (below, above)]) for k in ("f", "H", "cov", "nu"))
+    return replace(below, f=f, H=H, cov=cov, nu=nu, scale=None)
+
+
+def simulated(
+    f: Array,
+    H: Complex,
+    channels: tuple[str, ...],
+    cov: Complex,
+    rng: np.random.Generator,
+    tolerance: float = 0.0,
+) -> Dataset:
+    """H (F, C) with noise drawn from a known covariance (F, C, C): to test what fits, and to know its power."""
+    L = np.linalg.cholesky(cov)
+    e = (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0)
+    return Dataset(f, H + np.einsum("fij,fj->fi", L, e), channels, cov, np.full(f.size, np.inf), tolerance, "simulated")
+
+
+def _of_record(
+    record: Record, tolerance: float, channels: Sequence[str], input: str, f_lo: float, f_hi: float, name: str
+) -> Dataset:
+    try:
+        frf = lpm_record(record, input, channels, f_lo, f_hi, step=STEP)
+    except ValueError as e:
+        raise RecordError(f"{record.name}: {e}") from e
+    data = dataset_of(frf, tolerance, name)
+    cov, nu = shared_noise(frf, _input_power(record, input, frf.f))
+    return replace(data, cov=cov, nu=nu)
+
+
+def _input_power(record: Record, input: str, f: Array) -> Array:
+    """(F,) power of the input over the window about each bin."""
+    u = record[input]
+    power = np.abs(rfft(u - np.mean(u))) ** 2
+    window = np.convolve(power, np.full(STEP, 1.0 / STEP), mode="same")
+    return np.asarray(window[np.rint(f * u.size / record.fs).astype(int)])

@@ -1,0 +1,60 @@
+"""How far data and model are apart, against what noise and the model's tolerance allow."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from checks.arrays import Array, Complex
+from checks.fitting.dataset import Dataset
+
+
+@dataclass(frozen=True)
+class Gap:
+    """G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is agreement.
+    dof: real degrees of freedom. p: chance of so large a G from noise, were the model exact."""
+
+    G: float
+    dof: float
+    p: float
+
+
+def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: int = 0) -> dict[str, Gap]:
+    """G of every channel, all datasets together.
+
+    residuals: (F, C) of each dataset, data minus model. fitted: number of parameters that these data were fitted with,
+    taken off the degrees of freedom in equal parts; 0 on data that were not fitted. For a band, pass `data.band(...)`.
+    """
+    names = tuple(dict.fromkeys(name for data in datasets for name in data.channels))
+    parts = [_parts(data, r) for data, r in zip(datasets, residuals, strict=True)]
+    lost = fitted / max(len(names), 1)
+    return {name: _gap(np.concatenate([p[name] for p in parts if name in p], axis=1), lost) for name in names}
+
+
+def overall(found: Mapping[str, Gap]) -> Gap:
+    """G of all channels together, as if they were independent."""
+    dof = sum(g.dof for g in found.values())
+    G = sum(g.G * g.dof for g in found.values()) / dof
+    return Gap(G, dof, float(stats.chi2.sf(G * dof, dof)))
+
+
+def _parts(data: Dataset, residual: Complex) -> dict[str, Array]:
+    """Channel -> (3, F): squared residual over variance; its mean and its variance where there is noise alone."""
+    nu = np.clip(data.nu, 3.0, 1e9)
+    # |e|^2 over an estimated variance is F(2, 2 nu): its mean is above 1 and its tail heavier than chi-square's
+    mean, spread = nu / (nu - 1.0), nu**3 / ((nu - 1.0) ** 2 * (nu - 2.0))
+    out = {}
+    for c, name in enumerate(data.channels):
+        share = data.noise[:, c] / data.variance[:, c]
+        squared = np.abs(residual[:, c]) ** 2 / data.variance[:, c]
+        out[name] = np.array([squared, 1.0 + share * (mean - 1.0), 1.0 + share * (spread - 1.0)])
+    return out
+
+
+def _gap(parts: Array, lost: float) -> Gap:
+    total, mean, spread = parts.sum(axis=1)
+    expected = max(mean - 0.5 * lost, 0.5)
+    G = float(total / expected)
+    dof = float(2.0 * expected * expected / spread)  # of the scaled chi-square with this mean and variance
+    return Gap(G, dof, float(stats.chi2.sf(G * dof, dof)))

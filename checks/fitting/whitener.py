@@ -1,0 +1,120 @@
+"""Residuals made independent and of unit variance, for noise and for a model that is a little wrong.
+
+A tolerance t says: the model's response may be wrong by a factor 1 + d(f), |d| about t, in every channel by its own.
+Such an error is smooth over some range of frequencies, so many bins do not average it away. Nothing says over how wide
+a range, so there are three scales, each with the variance t^2 / 2 of an error that lies anywhere within |d| <= t:
+
+    wide    4 octaves: gain errors
+    middle  half an octave: a mode beyond the band, a static residual
+    narrow  2 % of f, the width of a mode: a resonance that sits or rings a little otherwise
+
+The first two are random smooth functions (cosine bumps on log f), marginalised exactly. The narrow one is as good as
+independent for parameters that act over a mode's width or more, when each bin's variance is raised by the number of
+bins that share one error. So the intervals hold for an error of any one scale that stays below t, and are wider than
+they had to be for a model that is exact.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+
+SCALES_OCTAVES = (4.0, 0.5)
+NARROW = 0.02  # of f
+SHARE = 0.5  # of t^2: |d| <= t, anywhere in that disc
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """inverse (F, C, C): inverse Cholesky factors of what is independent from bin to bin; U (2FC, m), shrink (m,):
+    directions of the smooth error and by how much less they count."""
+
+    inverse: Complex
+    U: Array
+    shrink: Array
+
+    def __call__(self, residual: Complex) -> Array:
+        """(..., F, C) complex residuals -> (..., 2 F C) real numbers, independent and of unit variance."""
+        z = _lower(self.inverse, residual)
+        flat = _real(z)
+        return flat - ((flat @ self.U) * self.shrink) @ self.U.T if self.U.size else flat
+
+
+def _lower(L: Complex, r: Complex) -> Complex:
+    """(..., F, C) L r of lower triangular L (F, C, C), entry by entry: quicker than many small products."""
+    out = np.zeros(r.shape, dtype=complex)
+    for i in range(L.shape[1]):
+        for j in range(i + 1):
+            out[..., i] += L[:, i, j] * r[..., j]
+    return out
+
+
+def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) -> Whitener:
+    """f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom."""
+    C = H.shape[1]
+    independent: Complex = cov * _unsure(nu, C)[:, None, None]
+    d = np.arange(C)
+    size = tolerance * np.sqrt(SHARE) * _without_dips(f, np.abs(H))
+    independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
+    inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(independent)), dtype=np.complex128)
+    if tolerance == 0.0:
+        return Whitener(inverse, np.zeros((2 * H.size, 0)), np.zeros(0))
+    B = _smooth_errors(f, tolerance * np.sqrt(SHARE) * H, inverse)
+    s2, V = np.linalg.eigh(B.T @ B)
+    counts = s2 > 1e-9  # smaller ones change nothing
+    U = B @ (V[:, counts] / np.sqrt(s2[counts]))
+    return Whitener(inverse, U, 1.0 - 1.0 / np.sqrt(1.0 + s2[counts]))
+
+
+def _unsure(nu: Array, C: int) -> Array:
+    """Factor on an estimated covariance whose inverse would otherwise be too large on average by nu / (nu - C)."""
+    finite = np.where(np.isfinite(nu), nu, 1.0)
+    return np.where(np.isfinite(nu), finite / np.maximum(finite - C, 1.0), 1.0)
+
+
+def _bins_of_one_error(f: Array) -> Array:
+    """(F,) how many bins lie within the width of one narrow error, at least one."""
+    if f.size < 2:
+        return np.ones(f.size)
+    return np.maximum(1.0, NARROW * f / np.gradient(f))
+
+
+def _without_dips(f: Array, size: Array) -> Array:
+    """size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. A zero is where large
+    motions cancel: a small part of each of them is no small part of what is left."""
+    below = np.searchsorted(f, f * (1.0 - NARROW))
+    above = np.searchsorted(f, f * (1.0 + NARROW), side="right")
+    out = size.copy()
+    for k, (a, b) in enumerate(zip(below, above, strict=True)):
+        out[k] = np.minimum(size[a : k + 1].max(axis=0), size[k:b].max(axis=0))
+    return out
+
+
+def _smooth_errors(f: Array, size: Complex, inverse: Complex) -> Array:
+    """(2FC, m) whitened responses to the coefficients of the smooth errors, each of unit variance."""
+    F, C = size.shape
+    columns = []
+    for bump in _bumps(np.log2(f)):
+        for c in range(C):
+            z = inverse[:, :, c] * (bump * size[:, c])[:, None] / np.sqrt(2.0)
+            columns += [_real(z), _real(1j * z)]
+    return np.array(columns).reshape(len(columns), 2 * F * C).T
+
+
+def _bumps(x: Array) -> list[Array]:
+    """Cosine bumps on x whose squares add up to one on every scale."""
+    out = []
+    for width in SCALES_OCTAVES:
+        place = (x - x[0]) / width
+        for k in range(int(np.ceil(place[-1])) + 1):
+            away = np.abs(place - k)
+            if (away < 1.0).any():
+                out.append(np.where(away < 1.0, np.cos(0.5 * np.pi * away), 0.0))
+    return out
+
+
+def _real(z: Complex) -> Array:
+    """(..., F, C) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
+    flat = z.reshape(*z.shape[:-2], -1)
+    return np.sqrt(2.0) * np.concatenate([flat.real, flat.imag], axis=-1)

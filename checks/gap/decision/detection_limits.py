@@ -1,0 +1,80 @@
+"""How small an effect could still have been seen: detection limits at a stated power, from the calibrated residual."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy import stats
+
+from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.records.slow_sines import Slow
+from checks.gap.search.screen import directions
+from checks.gap.statistics.projected_residual import Projected
+from checks.gap.statistics.thresholds import Thresholds
+
+MODE_HZ = 100.0  # where the limit of a mode's ratio is stated
+STEPS = 60  # halvings of an interval on a logarithmic scale
+
+
+def detection_limits(
+    projected: Projected, effects: Iterable[Effect], slow: Slow | None, table: Thresholds
+) -> dict[str, dict[str, float]]:
+    """Effect -> parameter -> size that would be seen with the stated power at the chance of the global test."""
+    needed = _noncentrality(table)
+    out = {}
+    for effect in effects:
+        if effect.name == "hysteresis":
+            if slow is not None:
+                out[effect.name] = {"relative_width": max(table.loop_width, 6.0 * slow.grows.u)}
+        elif effect.parameters and effect.fits(projected.response.model):
+            out[effect.name] = _limits(projected, effect, needed)
+    return out
+
+
+def _noncentrality(table: Thresholds) -> float:
+    """Squared shift of a standard normal that a two-sided test sees with the stated power."""
+    return float((stats.norm.isf(table.p_global / 2) + stats.norm.ppf(table.power)) ** 2)
+
+
+def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, float]:
+    if effect.name == "bench_mode":
+        D = directions(projected, effect, {"f_Hz": MODE_HZ, "damping_ratio": 0.01, "ratio": 0.0})
+        return {"f_Hz": MODE_HZ, "damping_ratio": 0.01, "ratio": float(np.sqrt(needed / np.sum(D[0] ** 2)))}
+    linear = [p for p in effect.parameters if p.linear]
+    if linear:
+        D = directions(projected, effect, {p.name: 0.0 for p in linear})
+        return {
+            p.name: _bounded(np.sqrt(needed / max(float(d @ d), 1e-300)), p) for p, d in zip(linear, D, strict=True)
+        }
+    return _searched(projected, effect, effect.parameters[0], needed)
+
+
+def _bounded(value: float, p: Parameter) -> float:
+    """What lies beyond the physical bound cannot be seen at all: the bound is stated."""
+    return float(min(value, max(abs(p.lo), abs(p.hi))))
+
+
+def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float) -> dict[str, float]:
+    """Of what the response is not linear in: the value nearest to doing nothing that would be seen."""
+    others = {q.name: q.start for q in effect.parameters if q is not p}
+    nothing = effect.off(projected.response.model)[p.name]
+    if np.isfinite(nothing) and nothing != 0.0:
+        return {p.name: nothing + _step_seen(projected, effect, p, others, nothing, needed)}
+    near, far = (p.hi, p.lo if p.lo > 0 else p.scale) if not np.isfinite(nothing) else (p.scale * 1e-4, p.hi)
+    if _seen(projected, effect, {**others, p.name: far}) < needed:
+        return {p.name: float(far)}
+    for _ in range(STEPS):
+        middle = float(np.sqrt(near * far))
+        near, far = (near, middle) if _seen(projected, effect, {**others, p.name: middle}) > needed else (middle, far)
+    return {p.name: float(far)}
+
+
+def _step_seen(
+    projected: Projected, effect: Effect, p: Parameter, others: dict[str, float], nothing: float, needed: float
+) -> float:
+    small = 0.05 * p.scale
+    return float(small * np.sqrt(needed / max(_seen(projected, effect, {**others, p.name: nothing + small}), 1e-300)))
+
+
+def _seen(projected: Projected, effect: Effect, values: dict[str, float]) -> float:
+    d = directions(projected, effect, values)[0]
+    return float(d @ d)

@@ -1,0 +1,211 @@
+"""The gates before a name (gap-method, step 10), and what is said of what has none (step 12)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from checks.errors import ModelError
+from checks.fitting.fit import Fit
+from checks.gap.decision.result import Nameless
+from checks.gap.effects import creep
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.unmodelled_modes import MODE, Unnamed
+from checks.gap.records.slow_sines import Slow
+from checks.gap.search.forward import MANY, Candidate, Found, Search
+from checks.gap.search.levenberg_marquardt import begin, go_on
+from checks.gap.search.screen import screen
+from checks.gap.statistics.thresholds import Thresholds
+
+LOOKED = 300  # places tried by a search, for the chance of a gain
+CREEP_WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite one number per decade
+AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
+MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
+
+
+@dataclass(frozen=True)
+class Claim:
+    """An effect that a search wants to name. reasons: gates that it did not pass."""
+
+    effect: Effect
+    delta_lnL: float
+    p: float
+    reasons: tuple[str, ...]
+
+
+def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
+    return tuple(c for c in made if not c.reasons)
+
+
+def claims(
+    search: Search, found: Found, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
+) -> tuple[Claim, ...]:
+    """Every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
+    out = []
+    total = max(found.best.lnL - found.base.lnL, 1.0)
+    for effect in found.best.response.effects:
+        gain = _gain(search, found, effect)
+        confirmed = _confirmed(search, found, effect)
+        p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
+        reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
+        if effect.name == "creep" and slow is not None and not _creeps(slow, full.response.of(final.at, effect.name)):
+            reasons.append("would open the loops of the slow sines otherwise than they are")
+        unseen = set(effect.channels) - set(search.A.channels) - set(left_out)
+        if unseen and len(effect.channels) - len(unseen) < AT_LEAST:
+            reasons.append(f"must show on {', '.join(sorted(unseen))}, which was not measured")
+        if set(left_out) & set(effect.channels):
+            reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
+        out.append(Claim(effect, gain, p, tuple(reasons)))
+    return tuple(_beside_refused(c, out, search.table) for c in out)
+
+
+def _creeps(slow: Slow, values: Mapping[str, float]) -> bool:
+    """Whether the slow loops open as this much creep opens them: by the sine of its lag, at every amplitude."""
+    lag = -float(np.angle(creep.factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
+    unsure = CREEP_WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
+    return bool(abs(slow.constant.value - np.sin(lag)) < unsure)
+
+
+def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
+    """A claim stands on the whole explanation: one that leans on another effect, which explains something on the same
+    channels and yet has to be refused, is refused with it."""
+    for other in every:
+        leans = set(other.effect.channels) & set(claim.effect.channels)
+        if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and leans:
+            return replace(claim, reasons=(f"stands beside {other.effect.name}, which could not be named",))
+    return claim
+
+
+def _reasons(
+    table: Thresholds, effect: Effect, gain: float, total: float, confirmed: float, final: Fit, full: Candidate
+) -> list[str]:
+    out = []
+    if not gain > table.delta_lnL:
+        out.append(f"explains too little of unseen records (gain {gain:.0f})")
+    if not confirmed > table.delta_lnL:
+        out.append(f"is not confirmed with the records exchanged (gain {confirmed:.0f})")
+    if not _off_zero(table, effect, final, full):
+        out.append("has parameters that may be those of no effect")
+    names = [f"{effect.name}.{p.name}" for p in effect.parameters]
+    bound = [n for n in names if n in final.at_bound]
+    if bound:
+        out.append(f"{bound[0]} lies on its physical bound")
+    alone = full.adequate and not full.response.stand_ins
+    if not alone and gain < table.share * total:
+        out.append(f"explains {100 * gain / total:.1f} % of the gap beside something that has no name")
+    if any(_on_its_ground(effect, u) for u in full.response.stand_ins):
+        out.append("needs something without a name on the channel where it acts")
+    if not full.adequate and (_astray(full) or _disturbed(full, effect)):
+        out.append("leaves a residual where it acts")
+    return out
+
+
+def _off_zero(table: Thresholds, effect: Effect, final: Fit, full: Candidate) -> bool:
+    """Whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
+    off = effect.off(full.response.model)
+    names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
+    if not names:
+        return True
+    at = [final.names.index(f"{effect.name}.{n}") for n in names]
+    away = final.values[at] - np.array([off[n] for n in names])
+    return bool(0.5 * away @ np.linalg.pinv(final.cov[np.ix_(at, at)], hermitian=True) @ away > table.delta_lnL)
+
+
+def _on_its_ground(effect: Effect, u: Unnamed) -> bool:
+    """Whether a stand-in acts where the effect must show: then the effect alone does not explain even its own channels.
+    What acts on all channels alike is no rival for one that does not."""
+    return set(u.channels) <= set(effect.channels)
+
+
+def _gain(search: Search, found: Found, effect: Effect) -> float:
+    """Log-likelihood of unseen records that is lost without the effect, everything else fitted anew."""
+    return found.best.lnL - _without(search, found, effect).lnL
+
+
+def _without(search: Search, found: Found, effect: Effect) -> Candidate:
+    less = found.best.response.without(effect.name)
+    known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
+    again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
+    return max([*known, again], key=lambda c: c.lnL)
+
+
+def _confirmed(search: Search, found: Found, effect: Effect) -> float:
+    """The same gain with the realisations exchanged: fitted to B, judged on A."""
+    try:
+        best = go_on(begin(found.best.response, search.B, found.best.at), MANY)
+        without = _without(search, found, effect)
+        less = go_on(begin(without.response, search.B, without.at), MANY)
+    except ModelError:
+        return -np.inf
+    return _judged(best.response, best.at, search) - _judged(less.response, less.at, search)
+
+
+def _judged(response: object, at: dict[str, float], search: Search) -> float:
+    return Candidate(response, at, 0.0, search.A, search.table).lnL  # type: ignore[arg-type]
+
+
+def _disturbed(full: Candidate, effect: Effect) -> bool:
+    """Whether a channel on which the effect acts holds a window that chance does not explain."""
+    response, data = full.response, full.unseen
+    without = response.without(effect.name)
+    at = {p.name: full.at.get(p.name, p.begin) for p in without.free()}
+    change = response.frf(data.f, full.at, data.channels) - without.frf(data.f, at, data.channels)
+    energy = (np.abs(full.seen.by_bin(data.whitener(change))) ** 2 / 2.0).mean(axis=0)
+    return any(energy[data.channels.index(w.channel)] > MATTERS for w in full.adequacy.windows)
+
+
+def _astray(full: Candidate) -> bool:
+    """Whether a calibrated value lies so far off its prior that the calibration explains what it should not."""
+    free = [p for p in full.response.free() if np.isfinite(p.sd)]
+    return any(abs(full.at[p.name] - p.prior) > full.table.pull * p.sd for p in free)
+
+
+def nameless(
+    best: Candidate, full: Candidate, made: Sequence[Claim], slow: Slow | None, table: Thresholds
+) -> tuple[Nameless, ...]:
+    """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
+    fitted to the residual of the worst window of every channel."""
+    out = []
+    level = slow is not None and is_bent(slow, table)
+    for u in best.response.stand_ins:
+        poles, zeros = u.poles_and_zeros(full.response.of(full.at, u.name))
+        out.append(Nameless(u.channel, tuple(poles), tuple(zeros), level, _stand_in_words(u, full)))
+    seen = {n.channel for n in out}
+    if not full.adequate:
+        for w in full.adequacy.windows:
+            if w.channel not in seen:
+                seen.add(w.channel)
+                out.append(from_window(full, w.channel, level))
+    refused = [c for c in made if c.reasons]
+    words = "; ".join(f"{c.effect.name} was not named: it {c.reasons[0]}" for c in refused)
+    if refused and not out:
+        out = [_refused(c, full, level) for c in refused]
+    return tuple(replace(n, words="; ".join(w for w in (n.words, words) if w)) for n in out)
+
+
+def is_bent(slow: Slow, table: Thresholds) -> bool:
+    """Whether the static curve between drive and displacement bends beyond what is worth saying."""
+    return abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
+
+
+def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:
+    """What an effect explains that did not pass its gates: it is missing all the same."""
+    values = full.response.of(full.at, claim.effect.name)
+    poles = (values["f_Hz"],) if "f_Hz" in values else ()
+    return Nameless(claim.effect.channels[0], poles, (), level)
+
+
+def _stand_in_words(u: Unnamed, full: Candidate) -> str:
+    values = full.response.of(full.at, u.name)
+    numbers = ", ".join(f"{k} {v:.4g}" for k, v in values.items())
+    return f"{u.channel} times a {u.shape.name} ({numbers}) would explain it"
+
+
+def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
+    """Pole and zero beside it of a mode that would explain most of the channel's residual."""
+    score = screen(full.seen, Unnamed(MODE, channel), starts=1)
+    values = score.starts[0]
+    u = Unnamed(MODE, channel)
+    poles, zeros = u.poles_and_zeros({"ratio": 0.0, "damping_ratio": 0.01, **values})
+    return Nameless(channel, tuple(poles), tuple(zeros), level)

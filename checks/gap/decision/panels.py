@@ -1,0 +1,114 @@
+"""The answer of the gap workflow to look at: where model and data disagree, and both before and after."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.fitting.fit_panels import UNITS
+from checks.gap.decision.result import Result
+from checks.picture import Band, Image, Item, Line, Mark, Panel, Span
+
+CELLS = 120  # of the map along log f
+SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour stays
+
+
+def panels(result: Result) -> dict[str, Panel]:
+    """The map, then for every channel magnitude and residual, on records that were not fitted."""
+    data = result.before.data
+    out = {"map": disagreement(result)}
+    before, after = responses(result)
+    for c, name in enumerate(data.channels):
+        out[f"{name} magnitude"] = _magnitude(data.f, name, data.H[:, c], before[:, c], after[:, c])
+    for c, name in enumerate(data.channels):
+        out[f"{name} residual"] = _residual(result, c, before[:, c], after[:, c])
+    return out
+
+
+def responses(result: Result) -> tuple[Complex, Complex]:
+    """(F, C) of the model before and after at the bins of the unseen records."""
+    data = result.before.data
+    return tuple(p.response.frf(data.f, p.at, data.channels) for p in (result.before, result.after))  # type: ignore[return-value]
+
+
+def disagreement(result: Result) -> Panel:
+    """Map over frequency and channel, before and after: log10 of the squared residual over noise and tolerance."""
+    data = result.before.data
+    edges = np.geomspace(data.f[0], data.f[-1] * (1 + 1e-9), CELLS + 1)
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    rows, names = [], []
+    for c, name in enumerate(data.channels):
+        for words, H in zip(("before", "after"), responses(result), strict=True):
+            near = data.around(H)
+            G = np.abs(data.H[:, c] - H[:, c]) ** 2 / np.maximum(near.variance[:, c], 1e-300)
+            rows.append(np.clip(np.log10(np.maximum(_by_cell(data.f, G, edges), 1e-3)), *SHOWN))
+            names.append(f"{name} {words}")
+    image = Image(middle, np.arange(len(rows), dtype=float), np.array(rows), "log10 of G")
+    title = "G by frequency and channel (dark: within noise and tolerance)"
+    order = len(rows) - 0.5, -0.5  # the first channel on top
+    return Panel(title, "frequency [Hz]", "", (image,), x_log=True, y_range=order, y_names=tuple(names))
+
+
+def _by_cell(f: Array, G: Array, edges: Array) -> Array:
+    """Mean within every cell; a cell without a bin takes the nearest bin's."""
+    place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, edges.size - 2)
+    count = np.bincount(place, minlength=edges.size - 1)
+    mean = np.bincount(place, G, minlength=edges.size - 1) / np.maximum(count, 1)
+    filled = np.flatnonzero(count)
+    nearest = filled[np.abs(np.arange(count.size)[:, None] - filled).argmin(axis=1)]
+    return np.asarray(mean[nearest])
+
+
+def _magnitude(f: Array, name: str, H: Complex, before: Complex, after: Complex) -> Panel:
+    lines = (
+        Line(f, np.abs(H), "measured", "points", "data"),
+        Line(f, np.abs(before), "model before", "dashed", "before"),
+        Line(f, np.abs(after), "model after", "solid", "model"),
+    )
+    return Panel(f"{name} / Va", "frequency [Hz]", f"|{name} / Va| [{UNITS.get(name, '')}]", lines, True, True)
+
+
+def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:
+    data = result.before.data
+    name, size = data.channels[c], np.abs(data.H[:, c])
+    allowed = np.sqrt(-np.log(0.05) * data.variance[:, c]) / size  # of a complex normal error of this variance
+    worst = [w for w in result.where if w.channel == name][:4]
+    items: list[Item] = [
+        Span(w.f_lo_Hz, max(w.f_hi_Hz, 1.01 * w.f_lo_Hz), label="" if k else "disagrees, before", role="quiet")
+        for k, w in enumerate(worst)
+    ]
+    items += [
+        Band(data.f, np.full(data.f.size, 1e-4), np.maximum(allowed, 1e-4), "95 % of noise and tolerance", "quiet"),
+        Line(*_smooth(data.f, np.abs(data.H[:, c] - before) / size), "before", "solid", "before"),
+        Line(*_smooth(data.f, np.abs(data.H[:, c] - after) / size), "after", "solid", "model"),
+    ]
+    items += [Mark(f, label=f"pole {f:.1f} Hz") for u in result.unnamed if u.channel == name for f in u.poles_Hz[:1]]
+    return Panel(f"{name}: what is left", "frequency [Hz]", "|data - model| / |data|", tuple(items), True, True)
+
+
+def _smooth(f: Array, x: Array) -> tuple[Array, Array]:
+    """Root mean square within cells of 1 % of f: what the eye would see of the noise."""
+    place = np.floor(np.log(f / f[0]) / 0.01).astype(int)
+    _, inverse, counts = np.unique(place, return_inverse=True, return_counts=True)
+    mean = np.sqrt(np.bincount(inverse, x**2) / counts)
+    middle = np.exp(np.bincount(inverse, np.log(f)) / counts)
+    return middle, np.maximum(mean, 1e-4)
+
+
+def errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:
+    """Channel -> rms of the level [dB] and of the phase [deg] before, then after, over bins that are not noise."""
+    data = result.before.data
+    out = {}
+    before, after = responses(result)
+    for c, name in enumerate(data.channels):
+        told = data.noise[:, c] < 0.01 * np.abs(data.H[:, c]) ** 2
+        parts: list[float] = []
+        for H in (before, after):
+            ratio = data.H[told, c] / H[told, c]
+            parts += [_rms(20.0 * np.log10(np.abs(ratio))), _rms(np.degrees(np.angle(ratio)))]
+        out[name] = (parts[0], parts[1], parts[2], parts[3])
+    return out
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")

@@ -1,0 +1,104 @@
+"""What the gap workflow hands back: plain numbers, no files."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from checks.fitting.fit import Fit
+from checks.fitting.goodness import Gap
+from checks.gap.records.record_faults import Early
+from checks.gap.records.slow_sines import Slow
+from checks.gap.statistics.adequacy import Window
+from checks.gap.statistics.projected_residual import Projected
+
+NO_MISSING, EXPLAINED, AMBIGUOUS = "no_missing_effect", "explained", "ambiguous"
+PARTLY, UNEXPLAINED = "partly_explained", "unexplained"
+
+
+@dataclass(frozen=True)
+class ModeGap:
+    """G within 5 Hz about a mode of the strut."""
+
+    f_Hz: float
+    G: float
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """On records that were not fitted: overall, by channel, about every mode."""
+
+    G: float
+    channels: Mapping[str, Gap]
+    modes: tuple[ModeGap, ...] = ()
+
+
+@dataclass(frozen=True)
+class NamedValue:
+    value: float
+    lo: float
+    hi: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect with its parameters, the gain in log-likelihood on unseen records, and the chance of so much."""
+
+    effect: str
+    title: str
+    sentence: str
+    parameters: Mapping[str, NamedValue]
+    delta_lnL: float
+    p: float
+
+
+@dataclass(frozen=True)
+class Ambiguous:
+    """Explanations (each a set of effects) that the data do not tell apart, and what would."""
+
+    effects: tuple[str, ...]
+    experiment: str
+
+
+@dataclass(frozen=True)
+class Nameless:
+    """What is missing without a name: poles and zeros [Hz] on a channel; words: nearest effect of the library, and why
+    it was not named."""
+
+    channel: str
+    poles_Hz: tuple[float, ...]
+    zeros_Hz: tuple[float, ...]
+    level_dependent: bool
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One explanation that was tried: names, log-likelihood on unseen records against the base model's, adequacy."""
+
+    names: tuple[str, ...]
+    delta_lnL: float
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The whole answer. before, after: residuals on unseen records; fit: of the augmented model to A."""
+
+    model: str
+    verdict: str
+    gap_before: Gaps
+    gap_after: Gaps
+    where: tuple[Window, ...]
+    named: tuple[Named, ...]
+    ambiguous: tuple[Ambiguous, ...]
+    unnamed: tuple[Nameless, ...]
+    detection_limits: Mapping[str, Mapping[str, float]]
+    tried: tuple[Tried, ...]
+    before: Projected
+    after: Projected
+    fit: Fit
+    p_before: float
+    p_after: float
+    early: tuple[Early, ...] = ()
+    slow: Slow | None = None
+    notes: tuple[str, ...] = ()
+    damping: str = "full"

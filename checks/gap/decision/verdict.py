@@ -1,0 +1,96 @@
+"""What may be said: names with their numbers, what cannot be told apart, and the one word (gap-method, 10 to 12)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+from checks.fitting.fit import Fit
+from checks.gap.decision.aliases import imitation
+from checks.gap.decision.experiments import experiment
+from checks.gap.decision.gates import Claim, is_bent
+from checks.gap.decision.result import (
+    AMBIGUOUS,
+    EXPLAINED,
+    NO_MISSING,
+    PARTLY,
+    UNEXPLAINED,
+    Ambiguous,
+    Named,
+    NamedValue,
+    Nameless,
+)
+from checks.gap.effects import EFFECTS
+from checks.gap.records.record_faults import Early
+from checks.gap.records.slow_sines import Slow
+from checks.gap.search.forward import Candidate, Found
+from checks.gap.statistics.thresholds import Thresholds
+
+
+def named_effects(good: Sequence[Claim], final: Fit, early: tuple[Early, ...], loops: Slow | None) -> tuple[Named, ...]:
+    """In the order in which they were found: before the search, by it, in the slow sines. loops: those that open with
+    the amplitude, or None."""
+    out = [Named(e.effect, e.effect.replace("_", " "), e.words, _exact(e), float("inf"), 0.0) for e in early]
+    for claim in good:
+        effect = claim.effect
+        values = {p.name: final.at[f"{effect.name}.{p.name}"] for p in effect.parameters}
+        shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}
+        words = effect.say(values, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
+        out.append(Named(effect.name, effect.title, words, shown, claim.delta_lnL, claim.p))
+    if loops is not None:
+        out.append(_loops_named(loops))
+    return tuple(out)
+
+
+def _exact(e: Early) -> dict[str, NamedValue]:
+    return {k: NamedValue(v, v, v) for k, v in e.parameters.items()}
+
+
+def _loops_named(slow: Slow) -> Named:
+    effect = EFFECTS["hysteresis"]
+    g = slow.grows
+    half = 1.96 * float(np.hypot(g.u, 0.01 * g.value))
+    z = g.value / g.u
+    value = {"relative_width": NamedValue(g.value, g.value - half, g.value + half)}
+    words = effect.say({"relative_width": g.value}, {"relative_width": half})
+    return Named(effect.name, effect.title, words, value, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
+
+
+def not_told_apart(found: Found, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
+    """Other adequate explanations by name that unseen records do not tell from the best."""
+    names = found.best.names
+    out = []
+    for claim in good:
+        alike = {claim.effect.name}
+        for rival in found.rivals:
+            swapped = rival.names - names
+            if rival.response.stand_ins or names - rival.names != {claim.effect.name} or len(swapped) != 1:
+                continue
+            if 2.0 * (found.best.lnL - rival.lnL) < table.two_delta_lnL:
+                alike |= swapped
+        if len(alike) > 1:
+            out.append(Ambiguous(tuple(sorted(alike)), experiment(sorted(alike))))
+    return tuple(out)
+
+
+def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
+    """Named effects that calibrated parameters imitate: only their priors speak for the effect."""
+    found = ((c.effect.name, imitation(full, c.effect)) for c in good)
+    return tuple(Ambiguous((name, f"other values of {', '.join(by)}"), experiment([name])) for name, by in found if by)
+
+
+def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
+    """A static curve between drive and displacement: none of the library."""
+    if slow is None or not is_bent(slow, table):
+        return ()
+    words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"
+    return (Nameless("de", (), (), True, words),)
+
+
+def word(adequate: bool, named: Sequence[Named], rivals: Sequence[Ambiguous], missing: Sequence[Nameless]) -> str:
+    """adequate: the whole explanation, on unseen records."""
+    if adequate and not missing:
+        if rivals:
+            return AMBIGUOUS
+        return EXPLAINED if named else NO_MISSING
+    return PARTLY if named or rivals else UNEXPLAINED

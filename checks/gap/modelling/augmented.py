@@ -1,0 +1,125 @@
+"""A model with effects in it, as something that can be fitted: its own uncertain parameters and those of the
+effects."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.fitting.fit import Free, free_of
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.unmodelled_modes import Unnamed
+from checks.model.model import Model
+
+Values = Mapping[str, float]
+Member = Effect | Unnamed
+LEAST = 1e-3  # of a positive parameter's prior: a stiffness of nothing has no derivative
+STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
+
+
+@dataclass(frozen=True, eq=False)
+class Augmented:
+    """Values by flat name: the model's own, and `effect.parameter` of every member."""
+
+    model: Model
+    members: tuple[Member, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the members, in order."""
+        return tuple(m.name for m in self.members)
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        return tuple(m for m in self.members if isinstance(m, Effect))
+
+    @property
+    def stand_ins(self) -> tuple[Unnamed, ...]:
+        return tuple(m for m in self.members if isinstance(m, Unnamed) and m.counts)
+
+    @property
+    def counted(self) -> tuple[str, ...]:
+        """Names of the members that say that something is missing."""
+        return (*(e.name for e in self.effects), *(u.name for u in self.stand_ins))
+
+    def with_member(self, member: Member) -> "Augmented":
+        return replace(self, members=(*self.members, member))
+
+    def without(self, name: str) -> "Augmented":
+        return replace(self, members=tuple(m for m in self.members if m.name != name))
+
+    def free(self, start: Values | None = None) -> list[Free]:
+        """Everything that is fitted. An effect that stands for a calibrated parameter takes its place, without
+        prior."""
+        at = start or {}
+        taken = {t for e in self.effects if not e.adds for p in e.parameters for t in e.targets(self.model, p.name)}
+        base = [p for p in free_of(self.model) if p.name not in taken]
+        base = [replace(p, start=at.get(p.name), lo=max(p.lo, LEAST * p.prior) if p.prior > 0 else p.lo) for p in base]
+        added = []
+        for m in self.members:
+            for p in m.parameters:
+                name = f"{m.name}.{p.name}"
+                added.append(Free(name, 0.0, p.sd, p.lo, p.hi, at.get(name, p.start), p.scale))
+        return [*base, *added]
+
+    def of(self, values: Values, member: str) -> dict[str, float]:
+        """Parameters of one member."""
+        prefix = f"{member}."
+        return {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
+
+    def changes(self, values: Values) -> dict[str, float]:
+        """What the values are to the model."""
+        inside = {f"{m.name}.{p.name}" for m in self.members for p in m.parameters}
+        own = {k: v for k, v in values.items() if k not in inside}
+        for e in self.effects:
+            for p in e.parameters:
+                for target in e.targets(self.model, p.name):
+                    start = own.get(target, self.model.values[target]) if e.adds else 0.0
+                    own[target] = start + values[f"{e.name}.{p.name}"]
+        return own
+
+    def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
+        """(F, C)."""
+        H = self.model.frf(f, self.changes(changes), channels)
+        return H * self._factor(f, changes, channels)
+
+    def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
+        """(P, F, C) derivatives per unit of each name."""
+        parts = {n: self._targets(n) for n in names}
+        needed = sorted({t for targets in parts.values() for t in targets})
+        at = self.changes(changes)
+        D = dict(zip(needed, self.model.jacobian(f, needed, at, channels), strict=True)) if needed else {}
+        factor = self._factor(f, changes, channels)
+        out = np.empty((len(names), f.size, len(channels)), dtype=complex)
+        H = self.model.frf(f, at, channels) if self._factors else np.zeros(0)
+        for i, n in enumerate(names):
+            if parts[n]:
+                out[i] = sum(D[t] for t in parts[n]) * factor
+            else:
+                out[i] = H * self._factor_derivative(f, n, changes, channels)
+        return out
+
+    def _targets(self, name: str) -> tuple[str, ...]:
+        for e in self.effects:
+            if name.startswith(f"{e.name}."):
+                return e.targets(self.model, name.removeprefix(f"{e.name}."))
+        return () if any(name.startswith(f"{m.name}.") for m in self._factors) else (name,)
+
+    @property
+    def _factors(self) -> tuple[Member, ...]:
+        return tuple(m for m in self.members if m.factor is not None)
+
+    def _factor(self, f: Array, values: Values, channels: tuple[str, ...]) -> Complex:
+        out = np.ones((f.size, len(channels)), dtype=complex)
+        for m in self._factors:
+            if m.factor is not None:
+                each = m.factor(self.of(values, m.name), np.asarray(2j * np.pi * f, dtype=np.complex128))
+                out[:, [channels.index(c) for c in m.channels if c in channels]] *= each[:, None]
+        return out
+
+    def _factor_derivative(self, f: Array, name: str, values: Values, channels: tuple[str, ...]) -> Complex:
+        member = next(m for m in self._factors if name.startswith(f"{m.name}."))
+        h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
+        above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
+        return np.asarray((above - below) / (2.0 * h))

@@ -1,0 +1,131 @@
+"""Stand-ins for what has no name: one channel times a rational function. They compete with the effects of the library,
+so that no effect is named only because something must explain the residual.
+
+mode:  1 + ratio w^2 / (s^2 + 2 z w s + w^2), a pole and a zero beside it
+lag:   1 + ratio s / (s + w), another gain above a corner (ratio -1 is a first-order lag)
+shelf: 1 + ratio w / (s + w), another gain below a corner (ratio -1 is a first-order high-pass)
+delay: exp(-s tau)
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Complex
+from checks.gap.modelling.effect import Parameter, spread
+
+Values = Mapping[str, float]
+NO_ZERO = 1e-3  # of the gain: what is left above a corner when there is no zero
+
+
+@dataclass(frozen=True)
+class Shape:
+    """factor: (values, s (F,)) -> (F,) complex."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    factor: Callable[[Values, Complex], Complex]
+
+
+@dataclass(frozen=True)
+class Unnamed:
+    """A shape on one channel (or, for `levels`, on all)."""
+
+    shape: Shape
+    channel: str
+    counts: bool = True
+
+    @property
+    def name(self) -> str:
+        return f"unnamed_{self.shape.name}_{self.channel}"
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.shape.parameters
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return ("Vs", "de", "da") if self.channel == "all" else (self.channel,)
+
+    @property
+    def factor(self) -> Callable[[Values, Complex], Complex]:
+        """(values, s (F,)) -> (F,) by which the channel is multiplied."""
+        return self.shape.factor
+
+    def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
+        """Frequencies [Hz] of the poles and the zeros."""
+        if self.shape.name == "mode":
+            f, r = values["f_Hz"], values["ratio"]
+            return [f], [f * float(np.sqrt(abs(1.0 + r)))]
+        f, r = values.get("f_Hz", 0.0), values.get("ratio", 0.0)
+        if self.shape.name == "shelf":
+            return [f], [f * abs(1.0 + r)]
+        if self.shape.name == "lag":
+            return [f], [f / abs(1.0 + r)] if abs(1.0 + r) > NO_ZERO else []
+        return [], []
+
+
+def _mode(v: Values, s: Complex) -> Complex:
+    w = 2.0 * np.pi * v["f_Hz"]
+    return np.asarray(1.0 + v["ratio"] * w * w / (s * s + 2.0 * v["damping_ratio"] * w * s + w * w))
+
+
+def _lag(v: Values, s: Complex) -> Complex:
+    return np.asarray(1.0 + v["ratio"] * s / (s + 2.0 * np.pi * v["f_Hz"]))
+
+
+def _shelf(v: Values, s: Complex) -> Complex:
+    return np.asarray(1.0 + v["ratio"] / (1.0 + s / (2.0 * np.pi * v["f_Hz"])))
+
+
+def _delay(v: Values, s: Complex) -> Complex:
+    return np.exp(-s * 1e-6 * v["tau_us"])
+
+
+MODE = Shape(
+    "mode",
+    (
+        Parameter("f_Hz", 5.0, 5000.0, 100.0, 100.0, 1.0, spread(15.0, 2000.0, 40)),
+        Parameter("ratio", -5.0, 5.0, 0.0, 0.0, 0.01),
+        Parameter("damping_ratio", 5e-4, 0.5, 0.01, 0.015, 0.005, (0.006, 0.02)),
+    ),
+    _mode,
+)
+_CORNER = (
+    Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
+    Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
+)
+LAG, SHELF = Shape("lag", _CORNER, _lag), Shape("shelf", _CORNER, _shelf)
+DELAY = Shape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
+
+
+def levels(merge_Hz: float, width: float) -> Unnamed:
+    """What a hysteresis of this relative width does to responses taken with noise of two levels, one below and one
+    above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything causal
+    (2 / pi of it per e-fold of frequency: Bode, Network Analysis and Feedback Amplifier Design, 1945, ch. 14; the best
+    linear answer to noise is causal: Pintelon & Schoukens, System Identification, 2nd ed., 3.4), and another gain
+    above. Nothing that counts as missing: the slow records measure it."""
+    parameters = (
+        Parameter("lag_below", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
+        Parameter("lag_above", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
+        Parameter("gain_above", -1.0, 1.0, 0.0, 0.0, width, sd=4.0 * width),
+    )
+
+    def factor(v: Values, s: Complex) -> Complex:
+        e_folds = np.log(np.abs(s) / (2.0 * np.pi * merge_Hz))
+        turn = 2.0 / np.pi * e_folds + 1j
+        return np.asarray(
+            np.where(e_folds <= 0.0, 1.0 - v["lag_below"] * turn, 1.0 + v["gain_above"] - v["lag_above"] * turn)
+        )
+
+    return Unnamed(Shape("levels", parameters, factor), "all", counts=False)
+
+
+SHAPES = (MODE, LAG, SHELF, DELAY)
+
+
+def stand_ins(channels: tuple[str, ...]) -> tuple[Unnamed, ...]:
+    """One of every shape for every channel, and of what may sit in the drive."""
+    common = (Unnamed(MODE, "all"), Unnamed(LAG, "all")) if len(channels) > 1 else ()
+    return (*common, *(Unnamed(shape, c) for shape in SHAPES for c in channels))

@@ -1,0 +1,100 @@
+"""What the workflow works on: records that are those of one unit, turned the right way round before any search."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.fitting.dataset import Dataset
+from checks.gap.effects import EFFECTS
+from checks.gap.records import record_faults as early_checks
+from checks.gap.records.record_faults import Early
+from checks.gap.records.slow_sines import Slow, slow_record
+from checks.gap.statistics.thresholds import Thresholds
+from checks.model.model import Model
+from checks.record import Record
+from specs.errors import AcceptError
+
+
+class GapRefused(AcceptError, ValueError):
+    """Records or a model that the workflow must not work on; the text says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """A: to fit; B: to judge with, the same channels; fs [Hz] of the records; slow: slow sines, or None."""
+
+    model: Model
+    A: Dataset
+    B: Dataset
+    fs: float
+    merge_Hz: float = 350.0
+    slow: Record | None = None
+    without: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Inputs with everything that is found before any search taken out of A and B; early: what that was; slow: what the
+    slow sines say; loops: they open with the amplitude, beyond what is worth a name."""
+
+    inputs: Inputs
+    A: Dataset
+    B: Dataset
+    early: tuple[Early, ...]
+    slow: Slow | None
+    loops: bool
+    table: Thresholds
+
+
+def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
+    """Raises GapRefused for records that are not of one unit."""
+    same_unit(inputs.A, inputs.B)
+    early, A, B = _before(inputs)
+    slow = None if inputs.slow is None else slow_record(inputs.slow)
+    return Prepared(inputs, A, B, early, slow, _hysteresis(slow, inputs, table), table)
+
+
+def same_unit(A: Dataset, B: Dataset) -> None:
+    """Raises GapRefused where the two realisations differ by more than noise and tolerance: not the same thing
+    twice."""
+    both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
+    if both is None:
+        raise GapRefused(f"the two realisations have {A.f.size} and {B.f.size} bins; expected records of equal length")
+    G = np.median(np.abs(A.H - B.H) ** 2 / both, axis=0)
+    for channel, g in zip(A.channels, G, strict=True):
+        if g > 4.0:
+            raise GapRefused(
+                f"{channel} of the two realisations differs by {np.sqrt(g):.1f} times noise and tolerance in half of "
+                "the bins: these are not records of one unit on one bench"
+            )
+
+
+def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
+    A, B, model = inputs.A, inputs.B, inputs.model
+    found: list[Early] = []
+    pair = early_checks.exchanged(A, model)
+    if pair is not None:
+        found.append(Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged."))
+        A, B = (early_checks.with_names(d, pair) for d in (A, B))
+    turned = early_checks.turned(A, model)
+    for channel in turned:
+        name = "sensor_polarity" if channel == "Vs" else f"polarity_{channel}"
+        if name not in inputs.without:
+            words = EFFECTS[name].sentence if name in EFFECTS else f"{channel} has the wrong sign."
+            found.append(Early(name, (channel,), {}, words))
+            A, B = (early_checks.with_signs(d, (channel,)) for d in (A, B))
+    late = early_checks.offsets(A, model, inputs.fs)
+    for channel, n in late.items():
+        found.append(Early("sample_offset", (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late."))
+    if late:
+        A, B = (early_checks.with_offsets(d, late, inputs.fs) for d in (A, B))
+    return tuple(found), A, B
+
+
+def _hysteresis(slow: Slow | None, inputs: Inputs, table: Thresholds) -> bool:
+    """Whether the slow loops open with the amplitude, beyond what is worth a name."""
+    if slow is None or "hysteresis" in inputs.without:
+        return False
+    grows = slow.grows
+    return grows.value > table.loop_width and grows.value > 6.0 * grows.u

@@ -1,0 +1,124 @@
+"""Checks before any search: polarity, exchanged channels, and samples that one channel is off by.
+
+They compare the measured responses with the model's at its prior values, coarsely: sign, size and phase slope over many
+bins, which no plausible error of a parameter changes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.fitting.dataset import Dataset
+from checks.model.model import Model
+
+STATIC_HZ = 60.0  # below: no resonance of the strut
+AGREED = 0.6  # share of bins that must have the sign, or whose phases an offset must explain
+FAR = 0.5  # of ln |H|: a mean distance by which a channel is not what its name says
+BETTER = 0.4  # of the distance that is left when channels are exchanged
+WHOLE = 0.2  # samples: how near to a whole number an offset is
+MOST_SAMPLES = 20
+CORNERS = 80  # of lags and resonances that turn the phase as a delay would: 6 % apart
+
+
+@dataclass(frozen=True)
+class Early:
+    """One finding. effect: its name in the report; channels; parameters by name; words: a sentence."""
+
+    effect: str
+    channels: tuple[str, ...]
+    parameters: Mapping[str, float]
+    words: str
+
+
+def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
+    """The two channels that fit the model much better when exchanged, or None."""
+    H = model.frf(data.f, channels=data.channels)
+    size = np.abs(_log_ratio(data.H[:, :, None], H[:, None, :]))  # (F, measured, modelled)
+    d = np.minimum(size, 3.0).mean(axis=0)
+    for a, b in combinations(range(len(data.channels)), 2):
+        own, other = d[a, a] + d[b, b], d[a, b] + d[b, a]
+        if own > 2 * FAR * 0.5 and other < BETTER * own:
+            return data.channels[a], data.channels[b]
+    return None
+
+
+def turned(data: Dataset, model: Model) -> tuple[str, ...]:
+    """Channels whose sign is opposite to the model's where nothing resonates."""
+    low = data.f < STATIC_HZ
+    if low.sum() < 5:
+        low = np.arange(data.f.size) < 20
+    H = model.frf(data.f[low], channels=data.channels)
+    away = _far_from_zeros(H)
+    sign = np.sign((data.H[low] * H.conj()).real) * away
+    return tuple(
+        c for c, s, n in zip(data.channels, sign.sum(axis=0), away.sum(axis=0), strict=True) if s < -AGREED * n
+    )
+
+
+def offsets(data: Dataset, model: Model, fs: float) -> dict[str, int]:
+    """Channel -> whole samples of fs [Hz] by which it comes later than the others (which define zero).
+
+    Only where nothing else that turns the phase does it as well: a lag of first order, a resonance above which the
+    channel turns round."""
+    H = model.frf(data.f, channels=data.channels)
+    grid = np.arange(-MOST_SAMPLES, MOST_SAMPLES + 0.05, 0.05)
+    delays = np.exp(-2j * np.pi * np.outer(grid, data.f / fs))
+    late, only = [], []
+    for c in range(len(data.channels)):
+        trust = np.abs(data.H[:, c]) ** 2 > 9.0 * data.noise[:, c]
+        unit = _direction(data.H[trust, c] / H[trust, c])
+        score = (delays[:, trust].conj() @ unit).real
+        others = (_direction(_turning(data.f[trust])).conj() @ unit).real
+        late.append(float(grid[np.argmax(score)]))
+        # Where other modes than the model's turn the phase, no delay explains it, and the best of many means nothing.
+        only.append(bool(score.max() > max(others.max(), AGREED * trust.sum())))
+    common = float(np.median(late))
+    found = {}
+    for channel, d, sure in zip(data.channels, late, only, strict=True):
+        n = round(d - common)
+        if n != 0 and abs(d - common - n) < WHOLE and sure:
+            found[channel] = n
+    return found
+
+
+def _direction(z: Complex) -> Complex:
+    return np.asarray(z / np.maximum(np.abs(z), 1e-300))
+
+
+def _turning(f: Array) -> Complex:
+    """(n, F) first-order lags, and resonances of 2 % damping, with corners from 100 Hz to 10 kHz."""
+    x = 1j * f / np.geomspace(1e2, 1e4, CORNERS)[:, None]
+    return np.concatenate([1.0 / (1.0 + x), 1.0 / (1.0 + 0.04 * x + x * x)])
+
+
+def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:
+    """Some channels turned back."""
+    sign = np.array([-1.0 if c in channels else 1.0 for c in data.channels])
+    return replace(data, H=data.H * sign, cov=data.cov * sign[:, None] * sign)
+
+
+def with_names(data: Dataset, pair: tuple[str, str]) -> Dataset:
+    """Two channels exchanged."""
+    a, b = (data.channels.index(c) for c in pair)
+    order = list(range(len(data.channels)))
+    order[a], order[b] = b, a
+    return replace(data, H=data.H[:, order], cov=data.cov[:, order][:, :, order])
+
+
+def with_offsets(data: Dataset, samples: Mapping[str, int], fs: float) -> Dataset:
+    """Channels moved back by whole samples."""
+    late = np.array([samples.get(c, 0) for c in data.channels])
+    factor = np.exp(2j * np.pi * np.outer(data.f / fs, late))
+    return replace(data, H=data.H * factor, cov=data.cov * factor[:, :, None] * factor[:, None, :].conj())
+
+
+def _log_ratio(a: Complex, b: Complex) -> Array:
+    return np.asarray(np.log(np.maximum(np.abs(a), 1e-300)) - np.log(np.maximum(np.abs(b), 1e-300)))
+
+
+def _far_from_zeros(H: Complex) -> Array:
+    """(F, C) 1 where |H| is above a third of its median, else 0."""
+    return (np.abs(H) > np.median(np.abs(H), axis=0) / 3.0).astype(float)

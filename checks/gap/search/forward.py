@@ -1,0 +1,277 @@
+"""Which members of the library, together, explain the data: forward with a beam, then swaps and deletion.
+
+Every candidate is fitted to one realisation (A) and compared on the other (B), which it has never seen.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import BEYOND_DOUBT
+from checks.fitting.goodness import gaps
+from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.effect import Effect
+from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on
+from checks.gap.search.screen import Score, screen
+from checks.gap.statistics.adequacy import Adequacy, judge
+from checks.gap.statistics.projected_residual import Projected, project
+from checks.gap.statistics.thresholds import Thresholds
+from checks.model.model import Model
+
+FEW, MANY = 4, 30  # steps for every start, and for those that go on
+GO_ON = 5  # starts of one round that go on
+COARSE_BINS = 150  # of a first look from the priors
+WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
+BOTH_WAYS = 2  # candidates tried with the other form of damping
+FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A response fitted to A; seen: its residual on B."""
+
+    response: Augmented
+    at: dict[str, float]
+    cost: float
+    unseen: Dataset
+    table: Thresholds
+
+    @cached_property
+    def seen(self) -> Projected:
+        return project(self.response, self.unseen, self.at)
+
+    @property
+    def lnL(self) -> float:
+        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        return -self.seen.cost
+
+    @cached_property
+    def adequacy(self) -> Adequacy:
+        return judge(self.seen, self.table.p_global)
+
+    @property
+    def adequate(self) -> bool:
+        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
+        the tolerance could just explain bin by bin is still one."""
+        return self.adequacy.adequate(self.table.p_global) and self.worst_G < self.table.G
+
+    @cached_property
+    def worst_G(self) -> float:
+        """Largest G of a channel on B."""
+        model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+        data = self.unseen.around(model)
+        return max(g.G for g in gaps([data], [data.H - model]).values())
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.response.names)
+
+    @property
+    def score(self) -> float:
+        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
+        parameters = sum(len(m.parameters) for m in self.response.members)
+        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added."""
+
+    A: Dataset
+    B: Dataset
+    library: tuple[Member, ...]
+    table: Thresholds
+    say: Say
+
+    def fitted(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+        """A response fitted to A to the end, from far away."""
+        return self._candidate(go_on(annealed(response, self.A, start), MANY))
+
+    def _candidate(self, r: Refit) -> Candidate:
+        return Candidate(r.response, r.at, r.cost, self.B, self.table)
+
+    def extended(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
+        """Every member added to a candidate and fitted jointly, from the candidate's values and from the priors: a
+        calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
+        on_A = project(base.response, self.A, base.at)
+        absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
+        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
+        return self._raced([r for s in scores for r in self._starts(base, s)])
+
+    def damped_otherwise(self, c: Candidate) -> Candidate | None:
+        """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
+        has shows only when little else is missing."""
+        model = c.response.model
+        other = replace(c.response, model=replace(model, damping="full" if model.damping == "modal" else "modal"))
+        try:
+            return self._candidate(go_on(begin(other, self.A, c.at), MANY))
+        except ModelError:
+            return None
+
+    def damped_best(self, c: Candidate) -> Candidate:
+        """A candidate with the form of damping that the data ask for beyond doubt."""
+        other = self.damped_otherwise(c)
+        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
+
+    def _starts(self, base: Candidate, score: Score) -> list[Refit]:
+        return [*self._coarse_start(base, score), *self._from_screen(base.response, base.at, score)]
+
+    def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Refit]:
+        response = base.with_member(score.member)
+        out = []
+        taken = _stood_for(score.member, response)
+        kept = {k: v for k, v in at.items() if k not in taken}
+        for values in score.starts:
+            start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
+            try:
+                out.append(go_on(begin(response, self.A, start), FEW))
+            except ModelError:
+                continue
+        return out
+
+    def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
+        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
+        response = base.response.with_member(score.member)
+        found, member = score.starts[0], score.member
+        if not isinstance(member, Effect):
+            return []
+        quick = replace(response, model=_quicker(response.model))
+        own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
+        own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
+        try:
+            return [go_on(begin(response, self.A, annealed(quick, self._few_bins, own).at), FEW)]
+        except ModelError:
+            return []
+
+    @cached_property
+    def _few_bins(self) -> Dataset:
+        return self.A.thinned(COARSE_BINS)
+
+    def pruned(self, c: Candidate) -> Candidate:
+        """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
+        for name in sorted(c.response.counted, key=lambda n: not n.startswith("unnamed")):
+            less = c.response.without(name)
+            start = {k: v for k, v in c.at.items() if not k.startswith(f"{name}.")}
+            simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
+            if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
+                return self.pruned(simpler)
+        return c
+
+    def swapped(self, c: Candidate) -> list[Candidate]:
+        """Candidates in which an effect takes the place of a stand-in: with more freedom than the effect, one may have
+        come in first (a lag whose gain turns round is nearly a delay)."""
+        out = []
+        for u in c.response.stand_ins:
+            less = c.response.without(u.name)
+            at = {k: v for k, v in c.at.items() if not k.startswith(f"{u.name}.")}
+            on_A = project(less, self.A, at)
+            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in less.names]
+            scores = [screen(on_A, m) for m in absent if set(m.channels) & set(u.channels)]
+            started = [r for s in scores if s.p < WORTH_A_FIT for r in self._from_screen(less, at, s)]
+            out += self._raced(started)
+        return out
+
+    def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """The best few fitted once more, from the priors, their members beginning where they are."""
+        return [self._candidate(self._again(c)) for c in sorted(found, key=lambda c: c.cost)[:FROM_FAR]]
+
+    def _again(self, c: Candidate) -> Refit:
+        own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
+        quick = replace(c.response, model=_quicker(c.response.model))
+        return go_on(begin(c.response, self.A, annealed(quick, self.A, own).at), MANY)
+
+    def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
+        """The best start of every set, the most promising ones fitted to the end."""
+        best: dict[frozenset[str], Refit] = {}
+        for r in sorted(started, key=lambda r: r.cost):
+            best.setdefault(frozenset(r.response.names), r)
+        ranked = list(best.values())
+        done = [go_on(r, MANY) for r in ranked[:GO_ON]] + ranked[GO_ON:]
+        return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+@lru_cache(maxsize=4)
+def _quicker(model: Model) -> Model:
+    """The model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
+    quick = replace(model, damping="modal")
+    try:
+        quick.modal()
+    except ModelError:
+        return model
+    return quick
+
+
+def _stood_for(member: Member, response: Augmented) -> set[str]:
+    """Calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    if not isinstance(member, Effect) or not member.alias:
+        return set()
+    return {t for p in member.parameters for t in member.targets(response.model, p.name)}
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first."""
+
+    base: Candidate
+    best: Candidate
+    rivals: tuple[Candidate, ...]
+    tried: tuple[Candidate, ...]
+
+
+def explain(search: Search, base: Candidate, most: int, width: int) -> Found:
+    """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most.
+    width: partial explanations that are followed after the first round."""
+    beam = [base]
+    tried: list[Candidate] = []
+    for size in range(1, most + 1):
+        search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
+        found: list[Candidate] = []
+        for b in beam:
+            found = _distinct([*found, *search.extended(b, {c.names for c in found})])
+            adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
+            if adequate:
+                return _done(search, base, adequate, (*tried, *found))
+        again = search.from_far(found)
+        found = _distinct([*again, *found])
+        adequate = [c for c in again if c.adequate]
+        if adequate:
+            return _done(search, base, adequate, (*tried, *found))
+        swapped = [c for c in (search.damped_otherwise(c) for c in found[:BOTH_WAYS]) if c is not None]
+        found = _distinct([*found, *swapped])
+        adequate = [c for c in swapped if c.adequate]
+        tried += found
+        if adequate:
+            return _done(search, base, adequate, tried)
+        before = max(b.lnL for b in beam)
+        needed = max(search.table.delta_lnL, search.table.progress * -before)
+        better = [c for c in found if c.lnL > before + needed]
+        if not better:
+            break
+        beam = better[: width if size == 1 else 1]
+    best = search.pruned(max([base, *tried], key=lambda c: c.score))
+    return Found(base, best, (), tuple(tried))
+
+
+def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> Found:
+    best = search.pruned(_preferred(adequate))
+    named = [c for c in search.swapped(best) if c.adequate]
+    best = search.damped_best(search.pruned(_preferred([*named, best])))
+    if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
+        return Found(best, best, (), tuple(tried))
+    return Found(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+
+
+def _preferred(adequate: Sequence[Candidate]) -> Candidate:
+    """The best that names everything; only where there is none, the best with a stand-in."""
+    named = [c for c in adequate if not c.response.stand_ins]
+    return max(named or adequate, key=lambda c: c.score)
+
+
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    best: dict[frozenset[str], Candidate] = {}
+    for c in sorted(candidates, key=lambda c: -c.score):
+        best.setdefault(c.names, c)
+    return list(best.values())

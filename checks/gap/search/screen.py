@@ -1,0 +1,142 @@
+"""The quick look at every member of the library: how much of the residual could it explain, and from where to start."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy import stats
+
+from checks.arrays import Array, Complex
+from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.statistics.adequacy import energies
+from checks.gap.statistics.projected_residual import Projected
+
+PEAKS = 6  # places of the largest residual that are tried beside the grid
+APART = 0.05  # of f: nearer starts are the same
+
+
+@dataclass(frozen=True)
+class Score:
+    """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best
+    first."""
+
+    member: Member
+    gain: float
+    dof: int
+    looked: int
+    starts: tuple[dict[str, float], ...]
+
+    @property
+    def p(self) -> float:
+        """Chance of so large a gain somewhere, when nothing is missing."""
+        return float(min(1.0, self.looked * stats.chi2.sf(self.gain, self.dof)))
+
+
+def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
+    """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
+    if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
+        return score
+    tried = list(_tried(projected, member))
+    if not tried:
+        return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
+    tried.sort(key=lambda t: -t[0])
+    kept: list[dict[str, float]] = []
+    for _, values in tried:
+        if len(kept) < starts and all(_differ(values, k) for k in kept):
+            kept.append(values)
+    return Score(member, max(0.0, tried[0][0]), max(1, len(member.parameters)), len(tried), tuple(kept))
+
+
+def _pulled(projected: Projected, effect: Effect) -> Score | None:
+    """Of an effect that stands for a calibrated parameter: what its prior costs, and where the calibration has gone.
+    None where the model does not calibrate it."""
+    model, pulls = projected.response.model, projected.pulls
+    found = [t for t in effect.alias if t in pulls and t in projected.at]
+    if not found or len(effect.parameters) != 1:
+        return None
+    p = effect.parameters[0]
+    away = [projected.at[t] - (model.values[t] if effect.adds else 0.0) for t in found]
+    value = float(np.clip(np.mean(away), p.lo, p.hi))
+    return Score(effect, float(sum(pulls[t] ** 2 for t in found)), len(found), 1, ({p.name: value},))
+
+
+def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
+    if "f_Hz" in a:
+        return abs(a["f_Hz"] - b["f_Hz"]) > APART * b["f_Hz"]
+    return any(abs(a[k] - b[k]) > 1e-9 for k in a)
+
+
+def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
+    shapes = [p for p in member.parameters if not p.linear]
+    axes = [(*p.grid, *(_peaks(projected, member) if p.name == "f_Hz" else ())) for p in shapes]
+    for values in product(*axes):
+        yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
+
+
+def _peaks(projected: Projected, member: Member) -> list[float]:
+    e = energies(projected)
+    columns = [projected.data.channels.index(c) for c in member.channels if c in projected.data.channels]
+    total = e[:, columns].sum(axis=1).copy()
+    f, out = projected.data.f, []
+    for _ in range(PEAKS):
+        k = int(np.argmax(total))
+        out.append(float(f[k]))
+        total[np.abs(f - f[k]) < APART * f[k]] = 0.0
+    return out
+
+
+def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:
+    """(gain, values) at every place of the grid that the model can hold, with the linear parameters at their best."""
+    linear = [p for p in member.parameters if p.linear]
+    shapes, changes = [], []
+    for shape in _grid(projected, member):
+        try:
+            changes.append(_changes(projected, member, {**shape, **{p.name: 0.0 for p in linear}}))
+        except ValueError:
+            continue
+        shapes.append(shape)
+    if not shapes:
+        return
+    # All at once: taking them through the whitener one by one would take most of the time.
+    for D, shape in zip(projected.rows(np.array(changes)), shapes, strict=True):
+        yield _at_best(projected, D, linear, shape) if linear else _along(projected, member, D[0], shape)
+
+
+def _at_best(
+    projected: Projected, D: Array, linear: Sequence[Parameter], shape: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    r = projected.left
+    best, *_ = np.linalg.lstsq(D.T, r, rcond=None)
+    gain = float(r @ r - np.sum((r - best @ D) ** 2))
+    return gain, {**shape, **{p.name: float(np.clip(b, p.lo, p.hi)) for p, b in zip(linear, best, strict=True)}}
+
+
+def _along(
+    projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    """The same for values that are not linear: how much would go if the effect were as large as fits best, and, where
+    there is a value of no effect, that size; a grid's own values may all be far too large."""
+    share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
+    gain = share * share * float(d @ d)
+    p = member.parameters[0]
+    if len(shape) == 1 and isinstance(member, Effect) and np.isfinite(p.off):
+        return gain, {p.name: float(np.clip(p.off + share * (shape[p.name] - p.off), p.lo, p.hi))}
+    return gain, dict(shape)
+
+
+def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
+    """(k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values itself."""
+    return projected.rows(_changes(projected, member, values))
+
+
+def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
+    """(k, F, C) changes of the response that `directions` whitens."""
+    data, base = projected.data, projected.response
+    response = base.with_member(member)
+    at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
+    linear = [f"{member.name}.{p.name}" for p in member.parameters if p.linear]
+    if linear:
+        return response.jacobian(data.f, linear, at, data.channels)
+    return (response.frf(data.f, at, data.channels) - projected.modelled)[None]

@@ -1,0 +1,93 @@
+"""Residuals of a calibrated model made independent, with all that its calibrated parameters can explain taken out.
+
+Whitened residuals and the priors' rows stand in one vector r (n,); J (n, p) are its derivatives by the calibrated
+parameters. What is left by J, r - Q Q' r with Q R = J, does not change with any small error of the calibration, so it
+is standard normal whenever noise, tolerance and priors are what the model says: no refit is needed to know its null.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.fitting.dataset import Dataset
+from checks.gap.modelling.augmented import Augmented, Values
+
+
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """r (n,): 2 F C rows of the data, then one for every parameter with a prior; Q (n, p) orthonormal."""
+
+    data: Dataset
+    response: Augmented
+    at: Values
+    r: Array
+    Q: Array
+    names: tuple[str, ...]
+    pulled: tuple[str, ...]
+
+    @cached_property
+    def modelled(self) -> Complex:
+        """(F, C) response at the values."""
+        return self.response.frf(self.data.f, self.at, self.data.channels)
+
+    @cached_property
+    def left(self) -> Array:
+        """(n,) what the calibrated parameters cannot explain."""
+        return self.off(self.r)
+
+    def off(self, x: Array) -> Array:
+        """(..., n) without what lies along the parameters."""
+        return x - (x @ self.Q) @ self.Q.T
+
+    def rows(self, dH: Complex) -> Array:
+        """(..., n) whitened rows, projected, of changes of the response (..., F, C)."""
+        white = self.data.whitener(dH)
+        zeros = np.zeros((*white.shape[:-1], len(self.pulled)))
+        return self.off(np.concatenate([white, zeros], axis=-1))
+
+    def by_bin(self, x: Array) -> Complex:
+        """(F, C) complex from the data's rows of x (n,): each of unit variance per real and imaginary part."""
+        F, C = self.data.H.shape
+        z = x[: 2 * F * C]
+        return np.asarray(z[: F * C] + 1j * z[F * C :]).reshape(F, C)
+
+    @property
+    def pulls(self) -> dict[str, float]:
+        """Standard normal under the null: how far a calibrated value is pulled off its prior by data that it can
+        explain no other way."""
+        last = len(self.pulled)
+        room = 1.0 - np.sum(self.Q[-last:] ** 2, axis=1) if last else np.zeros(0)
+        rest = self.left[-last:] if last else np.zeros(0)
+        return {n: float(v / np.sqrt(g)) for n, v, g in zip(self.pulled, rest, room, strict=True) if g > 1e-3}
+
+    @property
+    def cost(self) -> float:
+        """Half the squared residuals, before projection."""
+        return 0.5 * float(self.r @ self.r)
+
+
+def project(response: Augmented, data: Dataset, at: Values) -> Projected:
+    """At values of everything that is free. A parameter on its bound counts as free."""
+    free = response.free()
+    names = tuple(p.name for p in free)
+    priors = [p for p in free if np.isfinite(p.sd)]
+    unit = np.array([p.unit for p in free])
+    D = response.jacobian(data.f, names, at, data.channels) * unit[:, None, None]
+    rows = np.zeros((len(priors), len(free)))
+    for k, p in enumerate(priors):
+        rows[k, names.index(p.name)] = unit[names.index(p.name)] / p.sd
+    J = np.vstack([data.whitener(D).T, -rows])
+    U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
+    known = at_known(response, data, at)
+    return replace(known, Q=U[:, s > 1e-9 * s[0]], names=names)
+
+
+def at_known(response: Augmented, data: Dataset, at: Values) -> Projected:
+    """At values that something else has settled: nothing is taken out. Where a channel holds something that has no
+    place in the response, taking out what the parameters could explain of it would spread it over all channels."""
+    priors = [p for p in response.free() if np.isfinite(p.sd)]
+    residual = data.H - response.frf(data.f, at, data.channels)
+    r = np.concatenate([data.whitener(residual), [(at[p.name] - p.prior) / p.sd for p in priors]])
+    return Projected(data, response, at, r, np.zeros((r.size, 0)), (), tuple(p.name for p in priors))

@@ -1,0 +1,35 @@
+"""What an estimate of the misalignment says."""
+
+from dataclasses import dataclass
+
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import Fit
+from checks.misalignment.table import Likelihood
+from checks.model.model import Model
+
+DX, DY = "misalignment.dx_um", "misalignment.dy_um"
+
+
+@dataclass(frozen=True)
+class Along:
+    """Misalignment along one axis with its expanded uncertainty (k = 2), both in um."""
+
+    value: float
+    U: float
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """dx, dy: what fits best. reason: why that is no answer, or None. model: with the fitted damping; fit: of it, with
+    the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; map: of the table;
+    data: what was fitted, repeat: what was not, or None."""
+
+    dx: Along
+    dy: Along
+    model: Model
+    fit: Fit
+    others: tuple[tuple[float, float], ...]
+    map: Likelihood
+    data: Dataset
+    repeat: Dataset | None
+    reason: str | None = None

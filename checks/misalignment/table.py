@@ -1,0 +1,154 @@
+"""The ratio de / da tabulated over the misalignment, and where in the table measured responses lie.
+
+The ratio holds no actuator gain, no amplifier and no delay. Its rows differ by a few shapes only, so the table is held
+as coefficients on a basis: the misfit at every grid point is then a quadratic form, and a query one small product.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.model.model import Model
+
+DX_MAX_UM, DY_MAX_UM = 200.0, 600.0
+F_LO, F_HI = 100.0, 700.0  # [Hz] the modes that a misalignment shows in (190, 280, 400 Hz) and their zeros
+STEP = 1e-3  # of f: a mode's half-width is its damping ratio of f, so a geometric grid is as dense at every mode
+BINS = 150  # of the data, spread over log f: a query wants the place, not the last digit
+SHIFTS = (-0.02, -0.01, 0.0, 0.01, 0.02)  # of f: a strut's modes lie elsewhere than the nominal model's
+TOLERANCE = 0.2  # of the ratio: other damping, other modes than the table's; wide, so that the misfit has few minima
+FLOOR = 0.05  # of da: near a zero of de the table cannot be right to a part of de
+RANK, SMALLEST = 12, 1e-4  # of the basis: shapes below this part of the first are left out
+
+
+def table_frequencies() -> Array:
+    """(F,) [Hz] rising by a constant ratio."""
+    return F_LO * np.exp(STEP * np.arange(int(np.log(F_HI / F_LO) / STEP) + 1))
+
+
+def grid(nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
+    """dx (nx,) and dy (ny,) [um]. Raises ModelError for fewer than 3 each."""
+    if nx < 3 or ny < 3:
+        raise ModelError(f"a table of {nx} x {ny}; expected 3 x 3 or more")
+    return np.linspace(-DX_MAX_UM, DX_MAX_UM, nx), np.linspace(-DY_MAX_UM, DY_MAX_UM, ny)
+
+
+def check_tabulated(model: Model) -> None:
+    """Raises ModelError for a model whose de / da does not depend on a misalignment: no encoder, no joints."""
+    if "de" not in model.channels:
+        raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to tabulate")
+    if not any(name.startswith("joint") for name in model.values):
+        raise ModelError(f"model {model.name} has no joints, so there is no axis to lie beside; name a strut's model")
+
+
+def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
+    """(Y, F) de / da of a row of the table. Raises ModelError for a model that has none."""
+    check_tabulated(model)
+    out = np.empty((len(dy_um), f.size), dtype=np.complex64)
+    for i, dy in enumerate(dy_um):
+        H = model.frf(f, {"misalignment.dx_um": float(dx_um), "misalignment.dy_um": float(dy)}, ("de", "da"))
+        out[i] = H[:, 0] / H[:, 1]
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """Misfit (X, Y) over dx (X,), dy (Y,) [um]: minus the logarithm of the likelihood, least over the shifts."""
+
+    dx: Array
+    dy: Array
+    misfit: Array
+
+    def minima(self, most: int = 3) -> list[tuple[float, float]]:
+        """(dx, dy) of the local minima, the lowest first."""
+        padded = np.pad(self.misfit, 1, constant_values=np.inf)
+        shape = self.misfit.shape
+        around = [
+            padded[1 + i : 1 + i + shape[0], 1 + j : 1 + j + shape[1]]
+            for i in (-1, 0, 1)
+            for j in (-1, 0, 1)
+            if (i, j) != (0, 0)
+        ]
+        x, y = np.nonzero(self.misfit <= np.min(around, axis=0))
+        order = np.argsort(self.misfit[x, y])[:most]
+        return [(float(self.dx[x[i]]), float(self.dy[y[i]])) for i in order]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """R (X, Y, F) complex: de / da over dx (X,), dy (Y,) [um] and f (F,) [Hz]; of which model."""
+
+    dx: Array
+    dy: Array
+    f: Array
+    R: NDArray[np.complex64]
+    model: str = ""
+    sha256: str = ""
+
+    def query(self, data: Dataset) -> Likelihood:
+        """Where responses with channels de and da lie. Raises ModelError when none of their bins is in the table."""
+        low, high = self.f[0] * (1 + max(SHIFTS)), self.f[-1] * (1 + min(SHIFTS))
+        bins = data.select(("de", "da")).band(low, high).thinned(BINS)
+        if not bins.f.size:
+            raise ModelError(f"{data.name}: no bin of {low:.4g} to {high:.4g} Hz, where the table is")
+        coefficients = np.array([self._coefficients(bins, s) for s in SHIFTS]).T
+        misfit = (self._features @ coefficients).min(axis=1)
+        return Likelihood(self.dx, self.dy, misfit.reshape(self.dx.size, self.dy.size))
+
+    @cached_property
+    def _basis(self) -> Complex:
+        """(r, F) shapes of the ratio over its size at each frequency, orthonormal, from every fourth grid point."""
+        some = self.R[::4, ::4].reshape(-1, self.f.size)
+        _, size, shapes = np.linalg.svd(some / self._size, full_matrices=False)
+        return np.asarray(shapes[:RANK][size[:RANK] > SMALLEST * size[0]], dtype=np.complex128)
+
+    @cached_property
+    def _size(self) -> NDArray[np.float32]:
+        """(F,) of the ratio over the table; without it the peaks would take all shapes."""
+        return np.sqrt(np.mean(np.abs(self.R[::4, ::4]) ** 2, axis=(0, 1)))
+
+    @cached_property
+    def _features(self) -> Array:
+        """(X Y, r r + 2 r + 1) of the coefficients u on the basis: conj(u_j) u_k, u, 1, in real numbers."""
+        B = (self._basis.conj() / self._size).T.astype(np.complex64)
+        u = (self.R.reshape(-1, self.f.size) @ B).astype(complex)
+        pairs = np.einsum("gj,gk->gjk", u.conj(), u).reshape(len(u), -1)
+        j, k = np.divmod(np.arange(pairs.shape[1]), u.shape[1])
+        return np.hstack([np.where(j <= k, pairs.real, pairs.imag), u.real, u.imag, np.ones((len(u), 1))])
+
+    def _coefficients(self, bins: Dataset, shift: float) -> Array:
+        """(r r + 2 r + 1,) by which the features make half the weighted squared misfit of the bins."""
+        de, da = bins.H.T
+        weight = 1.0 / _variance(bins)
+        A = self._shapes(bins.f * (1.0 + shift)) * da
+        Aw = A.conj() * weight
+        Q, p = Aw @ A.T, Aw @ de
+        r = np.arange(len(Q))
+        upper = np.where(r[:, None] == r, Q.real, np.where(r[:, None] < r, 2.0 * Q.real, 2.0 * Q.imag.T))
+        rest = float(np.sum(weight * np.abs(de) ** 2))
+        return np.concatenate([upper.ravel(), -2.0 * p.real, -2.0 * p.imag, [rest]])
+
+    @cached_property
+    def _shapes_of_ratio(self) -> Complex:
+        return self._basis * self._size
+
+    def _shapes(self, f: Array) -> Complex:
+        """(r, B) basis at f (B,) [Hz], linear between its points."""
+        place = np.log(f / self.f[0]) / STEP
+        i = np.clip(place.astype(int), 0, self.f.size - 2)
+        part = place - i
+        shapes = self._shapes_of_ratio
+        return shapes[:, i] * (1.0 - part) + shapes[:, i + 1] * part
+
+
+def _variance(bins: Dataset) -> Array:
+    """(B,) of de - R da: noise of both, and how wrong a table of the nominal model may be."""
+    de, da = bins.H.T
+    R, C = de / da, bins.cov
+    noise = C[:, 0, 0].real + np.abs(R) ** 2 * C[:, 1, 1].real - 2.0 * (R.conj() * C[:, 0, 1]).real
+    return noise + TOLERANCE**2 * np.abs(de) ** 2 + FLOOR**2 * np.abs(da) ** 2

@@ -1,0 +1,138 @@
+"""Derivatives of a system's responses by the parameters of its matrices, all parameters at the price of one response.
+
+Any damping, by the adjoint method: y = c Z^-1 b with Z = K + s C + s^2 M symmetric, so dy = dc x + y' db - y' dZ x,
+x = Z^-1 b, y = Z^-1 c' (Haftka & Guerdal, Elements of Structural Optimization, 3rd ed., 7.2); x and y are sums over the
+complex modes.
+
+Damping of each mode by itself: the response is a sum of a b / (w^2 + c s + s^2) over real modes P of unit mass, and
+dP_i = sum_j P_j (P_j' (dK - w_i^2 dM) P_i) / (w_i^2 - w_j^2) - P_i (P_i' dM P_i) / 2 (Fox & Kapoor, AIAA J. 6(12),
+1968) gives the derivative of every part of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array, Complex
+from checks.model.dynamics.complex_modes import eigen
+from checks.model.dynamics.real_modes import real_modes
+from checks.model.structure.matrix_builder import System
+
+ROUNDING = 1e-15  # of the largest entry of the matrix: smaller differences are none
+SAME = 1e-11  # of w^2: modes no further apart are one, whose shapes do not turn into each other
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A symmetric matrix (n, n) that is zero but for some rows and columns."""
+
+    rows: NDArray[np.intp]
+    entries: Array
+
+    def congruent(self, P: Array) -> Array:
+        """P' A P (p, p) for P (n, p)."""
+        part = P[self.rows]
+        return np.asarray(part.T @ self.entries @ part)
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Of M, C, K, None where zero, force (n,) and outputs (c, n) per unit of a parameter."""
+
+    M: Block | None
+    C: Block | None
+    K: Block | None
+    force: Array
+    outputs: Array
+
+
+def change(system_at: Callable[[float], System], h: float) -> Change:
+    """Central difference of a system over -h..h: exact but for rounding in what enters its matrices in proportion or as
+    a square. Both systems must be in the same coordinates."""
+    above, below = system_at(h), system_at(-h)
+
+    def of(key: str) -> Array:
+        a, b = getattr(above, key), getattr(below, key)
+        return np.where(np.abs(a - b) > ROUNDING * np.abs(a).max(), (a - b) / (2.0 * h), 0.0)
+
+    return Change(_block(of("M")), _block(of("C")), _block(of("K")), of("force"), of("outputs"))
+
+
+def _block(D: Array) -> Block | None:
+    rows = np.flatnonzero(D.any(axis=0))
+    return Block(rows, D[np.ix_(rows, rows)]) if rows.size else None
+
+
+def derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
+    """(P, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form."""
+    form = eigen(system)
+    terms = 1.0 / (np.multiply.outer(s, form.mu) - 1.0)
+    n = len(form.T)
+    shapes = form.T @ form.V[:n]
+    x, *y = ((terms * w) @ shapes.T for w in form.weights.T)  # each (S, n)
+    return np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
+
+
+def _adjoint(d: Change, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
+    """(S, c)."""
+    out = x @ d.outputs.T
+    if d.force.any():
+        out += np.column_stack([each @ d.force for each in y])
+    for power, block in ((0, d.K), (1, d.C), (2, d.M)):
+        if block is not None:
+            load = (x[:, block.rows] @ block.entries) * s[:, None] ** power
+            out -= np.column_stack([np.einsum("sr,sr->s", load, each[:, block.rows]) for each in y])
+    return out
+
+
+def modal_derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
+    """(P, S, c) derivatives of the responses at s (S,) [rad/s], each real mode damped by itself."""
+    w2, P = real_modes(system)
+    C = P.T @ system.C @ P
+    force, outputs = P.T @ system.force, system.outputs @ P
+    apart = w2 - w2[:, None]  # [j, i]: w_i^2 - w_j^2
+    apart[np.abs(apart) <= SAME * w2] = np.inf
+    poles = 1.0 / (w2 + np.multiply.outer(s, np.diag(C)) + (s * s)[:, None])
+    residue = force * outputs  # (c, n)
+    of_residue, of_square, of_rate = [], [], []
+    for d in changes:
+        turn, dw2 = _turn(d, P, w2, apart)
+        rate = 2.0 * np.einsum("ji,ji->i", turn, C) + _diagonal(d.C, P)
+        dforce = turn.T @ force + P.T @ d.force
+        doutputs = outputs @ turn + d.outputs @ P
+        of_residue.append(dforce * outputs + force * doutputs)
+        of_square.append(residue * dw2)
+        of_rate.append(residue * rate)
+    n, c = w2.size, len(outputs)
+    A, B, E = (np.array(each).reshape(-1, n).T for each in (of_residue, of_square, of_rate))
+    squares = poles * poles
+    H = _times(poles, A) - _times(squares, B) - s[:, None] * _times(squares, E)
+    return np.moveaxis(H.reshape(s.size, len(changes), c), 0, 1)
+
+
+def _times(z: Complex, A: Array) -> Complex:
+    """z (S, n) complex by A (n, m) real."""
+    out = np.empty((len(z), A.shape[1]), dtype=complex)
+    out.real, out.imag = z.real @ A, z.imag @ A
+    return out
+
+
+def _turn(d: Change, P: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
+    """(n, n) share [j, i] of shape j in the derivative of shape i, and (n,) derivatives of the squared frequencies."""
+    K = d.K.congruent(P) if d.K else np.zeros_like(P[:, :1])
+    M = d.M.congruent(P) if d.M else np.zeros_like(P[:, :1])
+    both = K - w2 * M
+    dw2 = np.diag(np.broadcast_to(both, apart.shape)).copy()
+    turn = both / apart
+    np.fill_diagonal(turn, -0.5 * np.diag(M) if d.M else 0.0)
+    return turn, dw2
+
+
+def _diagonal(block: Block | None, P: Array) -> Array:
+    """(n,) of P' A P."""
+    if block is None:
+        return np.zeros(P.shape[1])
+    part = P[block.rows]
+    return np.einsum("ri,ri->i", part, block.entries @ part)

@@ -1,0 +1,67 @@
+"""What the converters see of the strut's motion: constants, electronics, the bench's own mode, the encoder's optics."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.model.parts import electrical_of
+from checks.model.structure.bench import suspension
+from checks.model.structure.encoder import bracket
+
+Values = Mapping[str, float]
+Channels = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """gain (F, C) per motion of a channel, with_rest (F, C) per motion of da at rest, alone (F, C) without any motion;
+    picked (C,): which channels of the motion; da: that of the payload."""
+
+    gain: Complex
+    with_rest: Complex
+    alone: Complex
+    picked: tuple[int, ...]
+    da: int
+
+    def __call__(self, H: Complex, static: Array) -> Complex:
+        """(F, C) responses to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per newton."""
+        return self.in_proportion(H, static) + self.alone
+
+    def in_proportion(self, H: Complex, static: Array) -> Complex:
+        """(..., F, C) of H (..., F, c), static (..., c): all but cross-talk."""
+        at_rest = static[..., self.da][..., None, None]
+        return np.asarray(H[..., self.picked] * self.gain + at_rest * self.with_rest)
+
+
+def seen(f: Array, v: Values, have: Channels, wanted: Channels) -> Seen:
+    """What is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that it has
+    not."""
+    e = electrical_of(v)
+    per_volt = e.drive(f) * (e.gain * e.ga)
+    mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"]) * per_volt
+    gain = np.empty((f.size, len(wanted)), dtype=complex)
+    with_rest, alone = np.zeros_like(gain), np.zeros_like(gain)
+    for i, channel in enumerate(wanted):
+        if channel == "Vs":
+            gain[:, i] = per_volt * e.gs * e.sensor(f)
+            alone[:, i] = e.crosstalk * e.gain * e.drive(f)
+        else:
+            optics = _optics(f, v) if channel == "de" else 1.0
+            gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics
+    return Seen(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
+
+
+def _index(have: Channels, channel: str) -> int:
+    if channel not in have:
+        raise ModelError(f"no channel '{channel}' (has: {', '.join(have)})")
+    return have.index(channel)
+
+
+def _optics(f: Array, v: Values) -> Complex:
+    """(F,) factor on de of the encoder's scale and of its head's bracket."""
+    if "encoder.scale" not in v:
+        return np.ones(f.shape, dtype=complex)
+    return (1.0 + v["encoder.scale"]) * bracket(f, v["encoder.bracket_Hz"], v["encoder.bracket_damping_ratio"])

@@ -1,0 +1,97 @@
+"""What a parameter does to a response: poles, zeros and curves for a row of its values (seed, sections 6.2 and 6.3)."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.model.model import Model, frequencies, frequency_and_damping
+from checks.picture import Line, Panel
+from specs.units import DIMENSIONLESS, unit_of
+
+# Parameters that move together, and the values that the seed studied.
+SEED_SWEEPS: Mapping[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
+    "dy": (("misalignment.dy_um",), (-500.0, -100.0, 0.0, 100.0, 500.0)),
+    "dx": (("misalignment.dx_um",), (-100.0, -50.0, 0.0, 50.0, 100.0)),
+    "dz": (("misalignment.dz_um",), (-500.0, -100.0, 0.0, 100.0, 500.0)),
+    "kz": (("joint.kz_N_per_um",), (50.0, 75.0, 100.0, 250.0)),
+    "kR": (("joint.kRx_Nm_per_rad", "joint.kRy_Nm_per_rad"), (3.0, 4.0, 5.0, 6.0, 7.0)),
+    "cR": (("joint.cR_Nm_s_per_rad",), (1e-3, 5e-3, 1e-2, 5e-2, 1e-1)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Poles or zeros below the band's end: f [Hz], damping ratio (below zero: right half plane), both (r,)."""
+
+    f: Array
+    damping: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Swept:
+    """The response at one value: poles, zeros, H (F,) at the sweep's frequencies."""
+
+    value: float
+    poles: Roots
+    zeros: Roots
+    H: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Responses of one channel for a row of values. names: the parameters that took them; f (F,) [Hz]."""
+
+    names: tuple[str, ...]
+    channel: str
+    f: Array
+    rows: tuple[Swept, ...]
+
+
+def sweep(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
+    """Poles, zeros and response of a channel while all `names` take each of `values`, in the names' own unit.
+
+    Poles and zeros are those up to the last frequency of f (F,) [Hz]. Raises ModelError for an unknown parameter."""
+    names, f = tuple(names), frequencies(f)
+    rows = tuple(_swept(model, dict.fromkeys(names, v), v, channel, f) for v in values)
+    return Sweep(names, channel, f, rows)
+
+
+def table(s: Sweep) -> list[dict[str, object]]:
+    """Rows to print or to write: value, then poles and zeros [Hz] and their damping ratios."""
+    return [
+        {
+            "value": row.value,
+            "poles_Hz": [float(x) for x in row.poles.f],
+            "poles_damping": [float(x) for x in row.poles.damping],
+            "zeros_Hz": [float(x) for x in row.zeros.f],
+            "zeros_damping": [float(x) for x in row.zeros.damping],
+        }
+        for row in s.rows
+    ]
+
+
+def panels(s: Sweep) -> tuple[Panel, Panel]:
+    """Magnitude and phase of the swept responses."""
+    unit = "V/V" if s.channel == "Vs" else "m/V"
+    of = unit_of(s.names[0]).replace(DIMENSIONLESS, "")
+    labels = [f"{row.value:g} {of}".strip() for row in s.rows]
+    size = [Line(s.f, np.abs(row.H), label=label) for row, label in zip(s.rows, labels, strict=True)]
+    phase = [Line(s.f, np.degrees(np.angle(row.H)), label=label) for row, label in zip(s.rows, labels, strict=True)]
+    title = f"{s.channel} / Va for values of {', '.join(s.names)}"
+    return (
+        Panel(title, "frequency [Hz]", f"|{s.channel} / Va| [{unit}]", tuple(size), x_log=True, y_log=True),
+        Panel("phase", "frequency [Hz]", "phase [deg]", tuple(phase), x_log=True, y_range=(-180.0, 180.0)),
+    )
+
+
+def _swept(model: Model, changes: Mapping[str, float], value: float, channel: str, f: Array) -> Swept:
+    poles = _roots(model.poles(changes), f[-1])
+    zeros = _roots(model.zeros(channel, changes), f[-1])
+    return Swept(value, poles, zeros, model.frf(f, changes, (channel,))[:, 0])
+
+
+def _roots(roots: Complex, end_Hz: float) -> Roots:
+    f, damping = frequency_and_damping(roots)
+    return Roots(f[f <= end_Hz], damping[f <= end_Hz])

@@ -1,0 +1,23 @@
+"""The bench: a base of granite that holds the bottom, a payload guided along z, perhaps a mode of the frame."""
+
+from dataclasses import dataclass
+
+from checks.arrays import Array, Complex
+
+
+@dataclass(frozen=True)
+class Bench:
+    """payload [kg] with the payload-side half of the top joint in it; guide_damping [N s/m];
+    held: the payload is clamped too, as when the spurious modes of a strut are looked for."""
+
+    payload: float
+    guide_damping: float
+    held: bool = False
+
+
+def suspension(f: Array, static: float, ratio: float, f_Hz: float, damping_ratio: float) -> Complex:
+    """(F,) what a mode of the bench adds to both displacements: ratio g0 w^2 / (s^2 + 2 z w s + w^2).
+
+    static: g0, the static gain of da [m/V] (design, section 6)."""
+    x = 1j * f / f_Hz
+    return ratio * static / (x * x + 2.0 * damping_ratio * x + 1.0)

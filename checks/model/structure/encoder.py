@@ -1,0 +1,40 @@
+"""The encoder: its head on the top of the APA, its ruler on the bottom, and the point where it reads."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.model.structure.rigid_motion import lever
+
+
+@dataclass(frozen=True, eq=False)
+class Encoder:
+    """head_mass, ruler_mass [kg], rigid on the interface nodes; com (3,) [m] of the ruler from the bottom node, of the
+    head from the top node with z turned; inertia (3,) [kg m2] of each about its centre of mass; arm (2,) [m] x and y
+    of the read point from the nodes."""
+
+    head_mass: float
+    ruler_mass: float
+    com: Array
+    inertia: Array
+    arm: Array
+
+    def ruler_place(self, bottom: Array) -> Array:
+        """(6, n) motion of the ruler's centre of mass."""
+        return lever(self.com) @ bottom
+
+    def head_place(self, top: Array) -> Array:
+        """(6, n) motion of the head's centre of mass."""
+        return lever(self.com * np.array([1.0, 1.0, -1.0])) @ top
+
+    def reading(self, bottom: Array, top: Array) -> Array:
+        """(n,) what it reads [m]: the difference in z of the points at the arm, so the ends' rotations count."""
+        at = lever((self.arm[0], self.arm[1], 0.0))[2]
+        return at @ (top - bottom)
+
+
+def bracket(f: Array, f_Hz: float, damping_ratio: float) -> Complex:
+    """(F,) factor of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
+    x = 1j * f / f_Hz
+    return 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)

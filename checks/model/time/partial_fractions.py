@@ -1,0 +1,124 @@
+"""The whole path from the converter's volts to one channel as a sum over poles, for exact steps in time.
+
+y = direct u + sum over p of Re(residues[p] x_p),   x_p' = poles[p] x_p + u. Of a conjugate pair only one pole is kept;
+its residue is doubled. The delay is apart: it is no fraction.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from checks.arrays import Array, Complex
+from checks.model.dynamics.complex_modes import FAST, Modal
+from checks.model.model import PRIOR_ONLY, Model, Values
+from checks.model.parts import electrical_of
+
+STILL = 1e-12  # of the largest part: a pole that shows less is not worth its time
+
+
+@dataclass(frozen=True, eq=False)
+class Fractions:
+    """poles (P,) [rad/s] complex, residues (P,) [unit per second per input], direct [unit per input]."""
+
+    poles: Complex
+    residues: Complex
+    direct: float
+
+    def at(self, s: Complex) -> Complex:
+        """(S,) value at s (S,) [rad/s]; a pair's two members count half each, which holds for every s."""
+        pair = np.where(self.poles.imag == 0.0, 1.0, 0.5)
+        one = (self.residues * pair) @ (1.0 / (s - self.poles[:, None]))
+        other = (np.conj(self.residues) * (1.0 - pair)) @ (1.0 / (s - np.conj(self.poles)[:, None]))
+        return np.asarray(self.direct + one + other)
+
+    def plus(self, other: "Fractions") -> "Fractions":
+        poles, residues = (np.concatenate(p) for p in zip(self._parts(), other._parts(), strict=True))
+        return Fractions(poles, residues, self.direct + other.direct)
+
+    def times(self, other: "Fractions") -> "Fractions":
+        """One after the other; no pole of one may be a pole of the other."""
+        residues = np.concatenate([self.residues * other.at(self.poles), other.residues * self.at(other.poles)])
+        return Fractions(np.concatenate([self.poles, other.poles]), residues, self.direct * other.direct)
+
+    def scaled(self, factor: float) -> "Fractions":
+        return Fractions(self.poles, factor * self.residues, factor * self.direct)
+
+    def static(self) -> float:
+        return float(self.at(np.zeros(1, dtype=complex))[0].real)
+
+    def held(self, u: Array, fs: float, late: float = 0.0) -> Array:
+        """(N,) response from rest to u (N,), each sample held until the next, late by a delay of so many seconds;
+        exact. Read at the tick itself (late = 0), u has just changed and what follows at once has followed."""
+        ticks = int(np.ceil(late * fs - 1e-9))
+        since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
+        y = self.direct * u
+        for p, r in self._worth_it():
+            x = lfilter([0.0, np.expm1(p / fs) / p], [1.0, -np.exp(p / fs)], u.astype(complex))
+            y += (r * (np.exp(p * since) * x + np.expm1(p * since) / p * u)).real
+        return np.concatenate([np.zeros(min(ticks, u.size)), y[: u.size - min(ticks, u.size)]])
+
+    def _worth_it(self) -> list[tuple[complex, complex]]:
+        share = np.abs(self.residues / self.poles)
+        kept = share > STILL * max(float(share.max(initial=0.0)), abs(self.direct))
+        return list(zip(self.poles[kept], self.residues[kept], strict=True))
+
+    def _parts(self) -> tuple[Complex, Complex]:
+        return self.poles, self.residues
+
+
+def real_pole(w: float, highpass: bool = False) -> Fractions:
+    """w / (s + w), or s / (s + w)."""
+    rate = -w if highpass else w
+    return Fractions(np.array([-w + 0j]), np.array([rate + 0j]), 1.0 if highpass else 0.0)
+
+
+def oscillator(f_Hz: float, damping_ratio: float) -> Fractions:
+    """w^2 / (s^2 + 2 z w s + w^2), z below one."""
+    w = 2.0 * np.pi * f_Hz
+    p = w * complex(-damping_ratio, np.sqrt(1.0 - damping_ratio**2))
+    return Fractions(np.array([p]), np.array([2.0 * w * w / (2j * p.imag)]), 0.0)
+
+
+def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
+    """Channel -> the path from Va at the DAC to it, without the delay. Raises ModelError."""
+    values, form = model.with_values(changes).values, model.modal(changes)
+    e = electrical_of(values)
+    forces = {c: _mechanics(form, c).scaled(e.gain * e.ga) for c in form.channels}
+    mode = _suspension(values, forces["da"].static())
+    out = {}
+    for channel, own in forces.items():
+        seen = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
+        seen = _optics(seen, values) if channel == "de" else seen
+        out[channel] = seen if np.isinf(e.amplifier_Hz) else seen.times(real_pole(2.0 * np.pi * e.amplifier_Hz))
+    return out
+
+
+def _mechanics(form: Modal, channel: str) -> Fractions:
+    slow, c = np.abs(form.mu) > FAST, form.index(channel)
+    weight = np.where(form.paired, 2.0, 1.0)
+    poles = 1.0 / form.mu[slow]
+    at_once = -float(weight[~slow] @ form.residues[~slow, c].real)
+    return Fractions(poles, weight[slow] * form.residues[slow, c] * poles, at_once)
+
+
+def _suspension(values: Values, static_da: float) -> Fractions | None:
+    ratio = values["bench.mode_ratio"]
+    if not ratio:
+        return None
+    return oscillator(values["bench.mode_Hz"], values["bench.mode_damping_ratio"]).scaled(ratio * static_da)
+
+
+def _sensor(own: Fractions, values: Values) -> Fractions:
+    e = electrical_of(values)
+    own = own.scaled(e.gs)
+    if e.highpass_Hz:
+        own = own.times(real_pole(2.0 * np.pi * e.highpass_Hz, highpass=True))
+    return Fractions(own.poles, own.residues, own.direct + e.crosstalk * e.gain)
+
+
+def _optics(own: Fractions, values: Values) -> Fractions:
+    f_Hz = values.get("encoder.bracket_Hz", np.inf)
+    if np.isfinite(f_Hz):
+        own = own.times(oscillator(f_Hz, values["encoder.bracket_damping_ratio"]))
+    return own.scaled(1.0 + values.get("encoder.scale", 0.0))

@@ -1,0 +1,105 @@
+"""What a modelled unit answers in time to volts at the converter: the whole linear path, amplifier, wires, delay.
+
+Two ways, one for each thing that a converter's output may be taken for. Both start from rest.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.model.model import F_MAX, Model
+from checks.model.parts import electrical_of
+from checks.model.time.partial_fractions import Fractions, paths
+
+SETTLED = 14.0  # decay times: 1e-6 of what rang at the record's end is left where it could come round to its start
+LONGEST_S = 60.0
+TAIL = 512  # samples
+AT_A_TIME = 8192  # frequencies: keeps the work space small
+
+
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """Answers to drives of up to `room` samples at fs [Hz], joined up between the samples without images: what leaves a
+    converter with a perfect filter behind it. So the response that is measured is the model's own at every frequency
+    below fs / 2, which is also how the recorded units of the bench are. H (F, C) at the transform's frequencies."""
+
+    H: Complex
+    channels: tuple[str, ...]
+    fs: float
+    room: int
+    size: int
+
+    def __call__(self, Va: Array) -> dict[str, Array]:
+        """Channel -> (N,) for Va (N,) [V], N <= room. Raises ModelError."""
+        if not 0 < Va.size <= self.room:
+            raise ModelError(f"a drive of {Va.size} samples, expected 1 to {self.room}")
+        spectrum = fft.rfft(np.concatenate([Va, _going_on(Va)]), self.size)
+        return {c: fft.irfft(self.H[:, i] * spectrum, self.size)[: Va.size] for i, c in enumerate(self.channels)}
+
+
+def _going_on(Va: Array) -> Array:
+    """A little more of a drive, down to zero: cut off at its last sample it would ring back into the record."""
+    n = min(TAIL, Va.size - 1)
+    k = np.arange(1, n + 1)
+    return np.asarray((2.0 * Va[-1] - Va[-1 - k]) * (0.5 + 0.5 * np.cos(np.pi * k / (n + 1))))
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Answers to drives at fs [Hz] of which each sample is held until the next, exactly, state by state: what leaves a
+    converter without a filter. The response that is measured then lags by half a sample (seed 7.2 adds a whole one)."""
+
+    paths: dict[str, Fractions]
+    fs: float
+    late: float
+
+    def __call__(self, Va: Array) -> dict[str, Array]:
+        return {c: path.held(Va, self.fs, self.late) for c, path in self.paths.items()}
+
+
+Answer = Joined | Held
+
+
+def answer(
+    model: Model,
+    samples: int,
+    fs: float,
+    hold: bool = False,
+    channels: Iterable[str] | None = None,
+    before: Fractions | None = None,
+) -> Answer:
+    """What answers drives of up to so many samples at fs [Hz] as the model does; hold: see `Held`; before: what the
+    drive passes first.
+
+    Raises ModelError for a sampling frequency beyond 0..10 kHz, and where holding meets a negative delay."""
+    if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:
+        raise ModelError(f"{samples} samples at {fs:g} Hz; expected one or more at up to {2 * F_MAX:g} Hz")
+    wanted = model.channels if channels is None else tuple(channels)
+    if not hold:
+        return _joined(model, samples, fs, wanted, before)
+    late = electrical_of(model.values).tau
+    if late < 0.0:
+        raise ModelError(f"delay.tau_us is {1e6 * late:g}: what is held cannot come before its cause")
+    every = paths(model)
+    return Held({c: every[c].times(before) if before else every[c] for c in wanted}, fs, late)
+
+
+def _joined(model: Model, samples: int, fs: float, channels: tuple[str, ...], before: Fractions | None) -> Joined:
+    size = fft.next_fast_len(samples + TAIL + int(np.ceil(settling_s(model) * fs)), real=True)
+    f = np.minimum(fft.rfftfreq(size, 1.0 / fs), F_MAX)  # the last one may round beyond
+    parts = [model.frf(part, channels=channels) for part in np.array_split(f, -(-f.size // AT_A_TIME))]
+    H = np.concatenate(parts)
+    H = H if before is None else H * before.at(2j * np.pi * f)[:, None]
+    return Joined(H, channels, fs, samples, size)
+
+
+def settling_s(model: Model) -> float:
+    """Time [s] after which what rings has died away, at most a minute."""
+    rates = [float(rate) for rate in -model.poles().real if rate > 0.0]
+    e = electrical_of(model.values)
+    rates += [2.0 * np.pi * e.highpass_Hz] if e.highpass_Hz else []
+    return min(SETTLED / min(rates, default=1e-9) + abs(e.tau), LONGEST_S)

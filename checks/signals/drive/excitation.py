@@ -1,0 +1,262 @@
+"""Excitation signals for the rig: sweeps, shaped noise, sines of growing amplitude and random-phase multisines, each
+between smooth ramps from 0 V to the mean voltage and back (seed 3.1.1, 3.1.6, 7.4 to 7.6).
+
+Voltages are at the DAC; the amplifier's gain follows. A signal that would leave the range of the DAC or of the stacks
+is refused, never clipped.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from checks.arrays import Array
+from checks.signals.drive import multisine as ms
+from checks.signals.drive.ramps import fade, ramp
+from checks.signals.drive.shapes import Flat, Shape
+from specs.errors import AcceptError
+
+MAX_SAMPLES = 20_000_000
+MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands still
+
+
+class ExcitationError(AcceptError, ValueError):
+    """A signal that must not be played; the text says which value is wrong, or where the signal leaves its limits."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What the signal is played on. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the stacks."""
+
+    fs: float = 10_000.0
+    mean_V: float = 3.25
+    ramp_s: float = 5.0
+    gain: float = 20.0
+    dac_V: tuple[float, float] = (-10.0, 10.0)
+    stack_V: tuple[float, float] = (-20.0, 150.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """A signal to play: t (N,) [s] from 0, Va (N,) [V] at the DAC, fs [Hz].
+
+    start, stop : samples of the excitation itself, without ramps and lead-in. period : samples of a period, where
+    Va[start:stop] is a whole number of periods; else None.
+    """
+
+    t: Array
+    Va: Array
+    fs: float
+    meaning: str
+    mean_V: float
+    start: int
+    stop: int
+    period: int | None = None
+    notes: tuple[str, ...] = field(default_factory=tuple)
+
+    @property
+    def proper(self) -> Array:
+        """The excitation itself about its mean (stop - start,) [V]."""
+        return self.Va[self.start : self.stop] - self.mean_V
+
+
+def sweep(
+    rig: Rig,
+    f_start_Hz: float,
+    f_end_Hz: float,
+    duration_s: float,
+    amplitude_V: float,
+    law: str = "log",
+    shape: Shape | None = None,
+    fade_s: float = 0.1,
+) -> Excitation:
+    """Swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or "lin".
+
+    Phase: seed 7.4; it ends anywhere, so the amplitude is faded at both ends. Raises ExcitationError.
+    """
+    _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
+    _usable(rig, f_start_Hz, f_end_Hz)
+    t = np.arange(_samples(rig, duration_s) + 1) / rig.fs
+    phase, momentary = _swept(t, f_start_Hz, f_end_Hz, duration_s, law)
+    core = amplitude_V * (shape or Flat()).gain(momentary) * np.sin(phase) * fade(t.size, round(fade_s * rig.fs))
+    meaning = f"{law} sweep {f_start_Hz:g} to {f_end_Hz:g} Hz in {duration_s:g} s, amplitude {amplitude_V:g} V"
+    return _play(rig, core, meaning, notes=(f"shape: {shape or Flat()}",))
+
+
+def _swept(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
+    """Phase [rad] and momentary frequency [Hz], its derivative over 2 pi."""
+    if law == "lin":
+        rate = (f1 - f0) / duration
+        return 2 * np.pi * (f0 + rate * t / 2) * t, f0 + rate * t
+    if law != "log":
+        raise ExcitationError(f"sweep law '{law}' is not known (known: log, lin)")
+    ratio = np.log(f1 / f0)
+    if ratio == 0.0:
+        return 2 * np.pi * f0 * t, np.full_like(t, f0)
+    growth = np.expm1(ratio * t / duration)
+    return 2 * np.pi * f0 * duration / ratio * growth, f0 * (1.0 + growth)
+
+
+def noise(
+    rig: Rig,
+    f_start_Hz: float,
+    f_end_Hz: float,
+    duration_s: float,
+    rms_V: float,
+    seed: int = 0,
+    shape: Shape | None = None,
+    fade_s: float = 0.1,
+) -> Excitation:
+    """Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC] before
+    the fades at its ends.
+
+    White in the band times the shape, nothing outside: shaped in the frequency domain, because a filter's skirt would
+    drive what the band is meant to spare. Raises ExcitationError.
+    """
+    _positive(rms_V=rms_V, f_end_Hz=f_end_Hz)
+    _usable(rig, f_start_Hz, f_end_Hz)
+    if not 0.0 <= f_start_Hz < f_end_Hz:
+        raise ExcitationError(f"band {f_start_Hz:g} to {f_end_Hz:g} Hz: expected 0 <= start < end")
+    n = _samples(rig, duration_s)
+    f = fft.rfftfreq(n, 1 / rig.fs)
+    spectrum = fft.rfft(_rng(seed).standard_normal(n))
+    spectrum *= np.where((f >= f_start_Hz) & (f <= f_end_Hz) & (f > 0), (shape or Flat()).gain(f), 0.0)
+    x = fft.irfft(spectrum, n)
+    rms = float(np.sqrt(np.mean(x**2)))
+    if rms == 0.0:
+        raise ExcitationError(f"{duration_s:g} s hold no frequency between {f_start_Hz:g} and {f_end_Hz:g} Hz")
+    core = x * (rms_V / rms) * fade(n, round(fade_s * rig.fs))
+    meaning = f"noise {f_start_Hz:g} to {f_end_Hz:g} Hz for {duration_s:g} s, rms {rms_V:g} V"
+    return _play(rig, core, meaning, notes=(f"seed {seed}", f"shape: {shape or Flat()}"))
+
+
+def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
+    """Sine whose amplitude grows after every `cycles` periods, for hysteresis loops (seed 3.1.6, 7.6).
+
+    Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow.
+    """
+    _positive(f_Hz=f_Hz, cycles=cycles)
+    _usable(rig, f_Hz, f_Hz)
+    amplitudes = np.asarray(amplitudes_V, dtype=float)
+    if amplitudes.size == 0 or not (
+        np.isfinite(amplitudes).all() and amplitudes[0] > 0 and (np.diff(amplitudes) > 0).all()
+    ):
+        raise ExcitationError(f"amplitudes {list(amplitudes_V)} V: expected positive values that grow")
+    n = _samples(rig, amplitudes.size * cycles / f_Hz)
+    turns = np.arange(n + 1) * (f_Hz / rig.fs)
+    block = np.minimum((turns / cycles).astype(int), amplitudes.size - 1)
+    core = amplitudes[block] * np.sin(2 * np.pi * turns)
+    listed = ", ".join(f"{a:g}" for a in amplitudes)
+    return _play(rig, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
+
+
+def multisine(
+    rig: Rig,
+    f_start_Hz: float,
+    f_end_Hz: float,
+    resolution_Hz: float,
+    rms_V: float,
+    periods: int = 4,
+    seed: int = 0,
+    shape: Shape | None = None,
+    lines: str = "all",
+    crest_iterations: int = 0,
+    lead_in: bool = True,
+) -> Excitation:
+    """Random-phase multisine: a line at every multiple of the resolution in the band, so many whole periods, one more
+    before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
+
+    The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and what
+    differs between periods is noise (Pintelon & Schoukens, System Identification, 2nd ed., 4.3). Another seed is
+    another realisation. Raises ExcitationError.
+    """
+    _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
+    if not 0 <= crest_iterations <= MAX_CREST:
+        raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
+    _usable(rig, f_start_Hz, f_end_Hz)
+    n = _samples(rig, 1.0 / resolution_Hz)
+    _samples(rig, (periods + lead_in) / resolution_Hz)
+    try:
+        chosen = ms.harmonics(n, rig.fs, (f_start_Hz, f_end_Hz), lines)
+    except ValueError as e:
+        raise ExcitationError(str(e)) from e
+    one = ms.random_phase(n, rig.fs, chosen, shape or Flat(), _rng(seed))
+    one = ms.from_zero(ms.compressed(one, crest_iterations))
+    core = np.tile(rms_V * one.x, periods + lead_in)
+    meaning = (
+        f"multisine {f_start_Hz:g} to {f_end_Hz:g} Hz, {chosen.size} {'odd ' if lines == 'odd' else ''}lines, "
+        f"{periods} periods of {n / rig.fs:g} s, rms {rms_V:g} V"
+    )
+    notes = (f"seed {seed}", f"shape: {shape or Flat()}", f"crest factor {one.crest:.2f}")
+    played = _play(rig, core, meaning, notes)
+    return replace(played, start=played.start + (n if lead_in else 0), period=n)
+
+
+def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> Excitation:
+    """Ramp, excitation about the mean, ramp back; refused where it leaves the limits."""
+    up = ramp(0.0, rig.mean_V, rig.ramp_s, rig.fs)
+    down = ramp(rig.mean_V, 0.0, rig.ramp_s, rig.fs)
+    Va = np.concatenate([up, rig.mean_V + core, down])
+    t = np.arange(Va.size) / rig.fs
+    check_limits(t, Va, rig)
+    return Excitation(t, Va, rig.fs, meaning, rig.mean_V, up.size, up.size + core.size, notes=notes)
+
+
+def check_limits(t: Array, Va: Array, rig: Rig) -> None:
+    """Raises ExcitationError at the first sample that leaves the range of the DAC, or that of the stacks behind the
+    amplifier; t (N,) [s], Va (N,) [V at the DAC]."""
+    if not np.isfinite(Va).all():
+        k = int(np.flatnonzero(~np.isfinite(Va))[0])
+        raise ExcitationError(f"the signal is {Va[k]} at t = {t[k]:.4f} s")
+    for where, factor, (lo, hi) in (("the stack", rig.gain, rig.stack_V), ("the DAC", 1.0, rig.dac_V)):
+        V = Va * factor
+        # A mean at the very limit may round beyond it.
+        slack = 1e-9 * max(abs(lo), abs(hi))
+        outside = np.flatnonzero((V < lo - slack) | (V > hi + slack))
+        if outside.size:
+            raise ExcitationError(_where(where, t, V, outside, lo, hi))
+
+
+def _where(what: str, t: Array, V: Array, outside: NDArray[np.intp], lo: float, hi: float) -> str:
+    k = int(outside[0])
+    over = np.maximum(V - hi, lo - V)
+    worst = int(np.argmax(over))
+    side = f"above {hi:g} V" if V[k] > hi else f"below {lo:g} V"
+    return (
+        f"at t = {t[k]:.4f} s {what} would see {V[k]:.3f} V, {side}; {outside.size} of {V.size} samples leave "
+        f"{lo:g}..{hi:g} V, the worst {V[worst]:.3f} V at t = {t[worst]:.4f} s. Lower the amplitude or move the mean"
+    )
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ExcitationError(f"{name} is {value}, expected a positive number")
+
+
+def _rng(seed: int) -> np.random.Generator:
+    if seed < 0:
+        raise ExcitationError(f"seed is {seed}, expected 0 or more")
+    return np.random.default_rng(seed)
+
+
+def _usable(rig: Rig, *f_Hz: float) -> None:
+    _positive(sampling_Hz=rig.fs, gain=rig.gain)
+    if not (np.isfinite([rig.mean_V, rig.ramp_s]).all() and rig.ramp_s >= 0):
+        raise ExcitationError(f"mean {rig.mean_V} V, ramp {rig.ramp_s} s: expected finite values, no negative ramp")
+    if not rig.ramp_s * rig.fs <= MAX_SAMPLES:
+        n = rig.ramp_s * rig.fs
+        raise ExcitationError(f"ramp {rig.ramp_s:g} s at {rig.fs:g} Hz: {n:.4g} samples, at most {MAX_SAMPLES}")
+    for f in f_Hz:
+        if not f < rig.fs / 2:
+            raise ExcitationError(f"{f:g} Hz is not below half the sampling frequency, {rig.fs / 2:g} Hz")
+
+
+def _samples(rig: Rig, duration_s: float) -> int:
+    _positive(duration_s=duration_s)
+    n = duration_s * rig.fs
+    if not 2 <= n <= MAX_SAMPLES:
+        raise ExcitationError(f"{duration_s:g} s at {rig.fs:g} Hz are {n:.4g} samples, expected 2..{MAX_SAMPLES}")
+    return round(n)

@@ -1,0 +1,209 @@
+"""Checks of a record before any physics: dead channels, sample offset, polarity, channels that were exchanged.
+
+What can be told: a channel that does not move, or moves without the drive; the delay and the sign of one channel
+against another where both follow one lightly damped structure; channels whose size or finest step belongs to the other.
+Two channels of equal size and step that both follow the drive cannot be told apart here; the gap workflow can.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import chi2
+
+from checks.arrays import Array
+from checks.signals.spectral.frf import Frf, h1, quantile
+
+CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins
+STRUCTURE_RAD = 0.03  # phase by which damping departs from 0 or 180 degrees away from resonances
+MAX_SAMPLES = 50.0
+
+
+@dataclass(frozen=True)
+class Delay:
+    """Of a channel behind a reference. samples: positive when it comes later; sd: its standard deviation.
+
+    polarity : +1, -1, or 0 where the sign changes within the band (a zero or a resonance of only one of the two).
+    seen : False when the band holds too little common signal; then samples and sd are NaN.
+    """
+
+    channel: str
+    reference: str
+    samples: float
+    sd: float
+    polarity: int
+    seen: bool
+    words: str
+
+
+@dataclass(frozen=True)
+class Alive:
+    """Whether a channel measures anything."""
+
+    channel: str
+    alive: bool
+    words: str
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What a channel looks like: largest departure from its median within lo..hi, finest step (None: not known), in its
+    unit."""
+
+    lo: float
+    hi: float
+    step: float | None = None
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Channels that do not look like what their names say: two that fit when exchanged, or one that fits nothing."""
+
+    channels: tuple[str, ...]
+    exchanged: bool
+    words: str
+
+
+def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Delay:
+    """Delay of a channel behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs [Hz].
+
+    Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
+    degrees whatever lies between. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of
+    +-50 samples, then by weighted least squares that give little weight to bins off the line (resonances).
+    sd knows the noise and the spread about the line; a fraction of a sample may still be physics (an amplifier's pole,
+    damping of close modes), which is for a model to tell.
+    """
+    part = frf.band(f_lo, f_hi).select(channel)
+    part = part.independent()
+    good = part.usable & _significant(part)[:, 0]
+    if np.count_nonzero(good) < 5:
+        words = f"{channel} and {frf.input} have too little in common in {f_lo:g}..{f_hi:g} Hz to see a delay"
+        return Delay(channel, frf.input, float("nan"), float("nan"), 0, False, words)
+    f, H = part.f[good], part.H[good, 0]
+    sigma = np.hypot(np.sqrt(part.var[good, 0] / 2) / np.abs(H), STRUCTURE_RAD)
+    turns = f / fs
+    tau = _coarse(turns, H, sigma)
+    tau, sd = _refine(turns, H, sigma, tau)
+    polarity = _sign(H * np.exp(2j * np.pi * turns * tau), sigma)
+    return Delay(channel, frf.input, tau, sd, polarity, True, _delay_words(channel, frf.input, tau, sd, polarity))
+
+
+def delay_between(
+    columns: Mapping[str, Array], reference: str, channel: str, fs: float, f_lo: float, f_hi: float, nperseg: int = 4096
+) -> Delay:
+    """`delay` of one channel (N,) behind another, whichever they are."""
+    pair = h1(columns[reference], {channel: columns[channel]}, fs, nperseg, input=reference)
+    return delay(pair, channel, fs, f_lo, f_hi)
+
+
+def _significant(frf: Frf) -> np.ndarray:
+    """(F, C) responses that chance does not explain: |H|^2/var is F(2, 2 nu) where there is none."""
+    limit = quantile(1 - CHANCE / max(1, frf.f.size), frf.nu)[:, None]
+    finite = np.isfinite(frf.var) & (np.abs(frf.H) > 0)
+    return finite & (np.abs(frf.H) ** 2 > limit * np.where(finite, frf.var, 0.0))
+
+
+def _coarse(turns: Array, H: np.ndarray, sigma: Array) -> float:
+    grid = np.arange(-MAX_SAMPLES, MAX_SAMPLES, min(0.5, 0.05 / float(turns.max())))
+    squared = (H / np.abs(H)) ** 2 / sigma**2
+    score = np.abs(np.exp(4j * np.pi * np.outer(grid, turns)) @ squared)
+    real = (np.exp(4j * np.pi * np.outer(grid, turns)) @ squared).real
+    return float(grid[np.argmax(np.where(real > 0, score, 0.0))])
+
+
+def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[float, float]:
+    """Weighted least squares of the phase about tau; Cauchy weights. The spread about the line widens sd."""
+    x = -2 * np.pi * turns
+    for _ in range(20):
+        left = np.angle((H * np.exp(-1j * x * tau)) ** 2) / 2
+        weight = 1 / sigma**2 / (1 + (left / (2.4 * sigma)) ** 2)
+        tau += float(np.sum(weight * x * left) / np.sum(weight * x * x))
+    spread = max(1.0, float(np.sum(weight * left**2) / max(1, x.size - 1)))
+    return tau, float(np.sqrt(spread / np.sum(weight * x * x)))
+
+
+def _sign(H: np.ndarray, sigma: Array) -> int:
+    """Sign that 95 % of the weight agrees on, else 0."""
+    share = float(np.sum(np.sign(H.real) / sigma**2) / np.sum(1 / sigma**2))
+    return int(np.sign(share)) if abs(share) > 0.9 else 0
+
+
+def _delay_words(channel: str, reference: str, tau: float, sd: float, polarity: int) -> str:
+    when = "behind" if tau >= 0 else "ahead of"
+    sign = {1: "same sign", -1: "opposite sign", 0: "sign changes within the band"}[polarity]
+    early = "; it comes before its cause: exchanged, or stored with an offset" if tau < -max(0.5, 4 * sd) else ""
+    return f"{channel} is {abs(tau):.2f} ± {max(2 * sd, 0.01):.2f} samples {when} {reference}, {sign}{early}"
+
+
+def alive(channel: str, x: Array, frf: Frf | None = None) -> Alive:
+    """Whether x (N,) moves at all, by more than its finest step, and with the drive where a response is given."""
+    levels = np.unique(x)
+    if not np.isfinite(levels).all() or levels.size == 0:
+        return Alive(channel, False, f"{channel} is empty or holds NaN or inf")
+    if levels.size == 1:
+        return Alive(channel, False, f"{channel} is constant at {levels[0]:.6g}")
+    if levels.size <= 3:
+        return Alive(channel, False, f"{channel} only takes {levels.size} values: it flickers by its finest step")
+    if frf is not None and not responds(frf, channel):
+        return Alive(channel, False, f"{channel} moves, but nowhere with {frf.input}")
+    return Alive(channel, True, f"{channel} moves")
+
+
+def responds(frf: Frf, channel: str) -> bool:
+    """Whether a channel follows the input of frf: in one bin clearly (Bonferroni), or in many a little (Fisher)."""
+    part = frf.independent().select(channel)
+    driven = part.usable & (part.var[:, 0] > 0)
+    if (part.usable & (part.var[:, 0] == 0) & (np.abs(part.H[:, 0]) > 0)).any():
+        return True  # a response without any noise
+    ratio = np.abs(part.H[driven, 0]) ** 2 / part.var[driven, 0]
+    log_p = -part.nu[driven] * np.log1p(ratio / part.nu[driven])
+    if log_p.size == 0:
+        return False
+    single = log_p.size * np.exp(log_p.min())
+    return bool(min(single, chi2.sf(-2 * log_p.sum(), 2 * log_p.size)) < CHANCE / 2)
+
+
+def finest_step(x: Array) -> float | None:
+    """Step of the grid on which all values of x (N,) lie; None when there is none to be seen."""
+    steps = np.diff(np.unique(x))
+    scale = float(np.max(np.abs(x), initial=0.0))
+    steps = steps[steps > 1e-9 * scale]  # values that differ by rounding are one
+    if steps.size < 2:
+        return None
+    smallest = float(steps.min())
+    step = float(np.mean(steps / np.round(steps / smallest)))
+    off = np.abs(steps / step - np.round(steps / step))
+    return step if off.max() < 0.02 and float(np.median(steps)) < 100 * step else None
+
+
+def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Mismatch, ...]:
+    """Channels that do not look like their names; pairs that fit when exchanged come as one."""
+    names = [n for n in expected if n in columns]
+    seen = {n: _looks(columns[n]) for n in names}
+    wrong = [n for n in names if not _fits(seen[n], expected[n])]
+    found: list[Mismatch] = []
+    for a, b in combinations(wrong, 2):
+        paired = {n for m in found for n in m.channels}
+        if not paired & {a, b} and _fits(seen[a], expected[b]) and _fits(seen[b], expected[a]):
+            found.append(Mismatch((a, b), True, f"{a} looks like {b} and {b} like {a}: exchanged"))
+    paired = {n for m in found for n in m.channels}
+    found.extend(Mismatch((n,), False, _odd_words(n, seen[n], expected[n])) for n in wrong if n not in paired)
+    return tuple(found)
+
+
+def _looks(x: Array) -> tuple[float, float | None]:
+    return float(np.max(np.abs(x - np.median(x)))), finest_step(x)
+
+
+def _fits(look: tuple[float, float | None], expected: Expected) -> bool:
+    size, step = look
+    same_step = expected.step is None or step is None or abs(step / expected.step - 1) < 0.05
+    return expected.lo <= size <= expected.hi and same_step
+
+
+def _odd_words(name: str, look: tuple[float, float | None], expected: Expected) -> str:
+    size, step = look
+    if not expected.lo <= size <= expected.hi:
+        return f"{name} moves by {size:.3g}, expected {expected.lo:g}..{expected.hi:g}"
+    return f"{name} has steps of {step:.3g}, expected {expected.step:g}"

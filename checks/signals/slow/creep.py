@@ -1,0 +1,68 @@
+"""Steps followed by creep that grows with the logarithm of time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array
+from checks.signals.regression import Fit, least_squares
+from checks.signals.slow.steps import Step
+
+REFERENCE_S = 0.1  # the deflection is stated this long after the step
+
+
+@dataclass(frozen=True, eq=False)
+class CreepFit:
+    """y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used` (N,).
+
+    deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
+    per_moment (S, S): what each deflection changes by per second of error in the moment of each step.
+    """
+
+    deflections: Array
+    gamma: Array
+    model: Array
+    used: NDArray[np.bool_]
+    fit: Fit
+    per_moment: Array
+
+    def u_of(self, weights: Sequence[float]) -> float:
+        """Standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
+        full = np.zeros(self.fit.x.size)
+        full[2::2] = weights
+        return self.fit.u(full)
+
+    def u_moment(self, weights: Sequence[float], steps: Sequence[Step]) -> float:
+        """Standard uncertainty of the same sum from the moments of the steps."""
+        return float(np.linalg.norm(np.asarray(weights) @ self.per_moment * [s.u_t for s in steps]))
+
+
+def fit_creep(t: Array, y: Array, steps: Sequence[Step]) -> CreepFit:
+    """Fit of all steps at once, so that the creep of one goes on under the next.
+
+    The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.
+    Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
+    Raises ValueError when too few samples are left to tell the parameters apart.
+    """
+    used = np.ones(t.size, dtype=bool)
+    for s in steps:
+        used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + REFERENCE_S))
+    columns = [np.ones_like(t), t - t.mean()]
+    for s in steps:
+        after = t - s.t
+        columns += [
+            (after > 0).astype(float),
+            np.where(after > 0, np.log10(np.maximum(after, REFERENCE_S) / REFERENCE_S), 0.0),
+        ]
+    design = np.column_stack(columns)
+    fit = least_squares(design[used], y[used])
+    deflections = fit.x[2::2]
+    # Moving a step turns its creep by -slope/(t - t_step); what the fit makes of that is the sensitivity.
+    slopes = [
+        np.where(t - s.t >= REFERENCE_S, -slope / np.log(10) / np.maximum(t - s.t, REFERENCE_S), 0.0)
+        for s, slope in zip(steps, fit.x[3::2], strict=True)
+    ]
+    moved = np.linalg.lstsq(design[used], np.column_stack(slopes)[used], rcond=None)[0]
+    return CreepFit(deflections, fit.x[3::2] / deflections, design @ fit.x, used, fit, moved[2::2])

@@ -1,0 +1,90 @@
+"""Bode plots as data: magnitude and phase with the region that holds the truth, and coherence."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array, Complex
+from checks.picture import Band, Item, Line, Mark, Panel
+from checks.signals.spectral.frf import Frf
+
+MAX_POINTS = 1500  # per line: more than a page or a screen resolves
+
+
+def bode(
+    frf: Frf,
+    units: Mapping[str, str] | None = None,
+    *,
+    merge_Hz: float | None = None,
+    model: Complex | None = None,
+    p: float = 0.95,
+) -> dict[str, Panel]:
+    """Panels "<channel> magnitude" and "<channel> phase" of every channel, and "coherence" of all of them.
+
+    units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. model (F, C): drawn
+    beside the data. The bands hold the true value with probability p each. Bins without a finite variance are left out,
+    and so is the phase where the region holds 0. Logarithmic frequency axis: 0 Hz is left out.
+    """
+    marks = () if merge_Hz is None else (Mark(merge_Hz, "x", f"merged at {merge_Hz:g} Hz", "quiet"),)
+    panels: dict[str, Panel] = {}
+    for c, name in enumerate(frf.channels):
+        unit = (units or {}).get(name, "")
+        title = f"{name} / {frf.input}"
+        good = np.isfinite(frf.var[:, c]) & (np.abs(frf.H[:, c]) > 0) & (frf.f > 0)
+        at = thinned(frf.f, good)
+        f, H, r = frf.f[at], frf.H[at, c], frf.radius(p)[at, c]
+        overlay = None if model is None else model[at, c]
+        panels[f"{name} magnitude"] = _magnitude(title, unit, f, H, r, overlay, marks, p)
+        panels[f"{name} phase"] = _phase(title, f, H, r, overlay, marks, p)
+    panels["coherence"] = _coherence(frf, marks)
+    return panels
+
+
+def _magnitude(
+    title: str, unit: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
+) -> Panel:
+    size = np.abs(H)
+    # A region that holds 0, or a bin that knows nothing, would stretch a logarithmic axis without end.
+    lo, hi = np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10.0 * size)
+    items: list[Item] = [
+        Band(f, lo, hi, f"{100 * p:g} % region"),
+        Line(f, size, "measured", role="data"),
+    ]
+    if model is not None:
+        items.append(Line(f, np.abs(model), "model", role="model"))
+    label = f"magnitude [{unit}]" if unit else "magnitude"
+    return Panel(title, "frequency [Hz]", label, (*items, *marks), x_log=True, y_log=True)
+
+
+def _phase(
+    title: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
+) -> Panel:
+    known = r < np.abs(H)
+    x, angle = f[known], np.degrees(np.angle(H[known]))
+    spread = np.degrees(np.arcsin(r[known] / np.abs(H[known])))
+    items: list[Item] = [
+        Line(x, angle, "measured", "points", "data"),
+        Line(x, angle - spread, f"{100 * p:g} % region", "points", "quiet"),
+        Line(x, angle + spread, "", "points", "quiet"),
+    ]
+    if model is not None:
+        items.append(Line(f, np.degrees(np.angle(model)), "model", "points", "model"))
+    return Panel(title, "frequency [Hz]", "phase [deg]", (*items, *marks), x_log=True, y_range=(-200.0, 200.0))
+
+
+def _coherence(frf: Frf, marks: tuple[Mark, ...]) -> Panel:
+    at = thinned(frf.f, frf.f > 0)
+    lines = tuple(Line(frf.f[at], frf.coherence[at, c], name) for c, name in enumerate(frf.channels))
+    return Panel(
+        f"coherence with {frf.input}", "frequency [Hz]", "coherence", (*lines, *marks), x_log=True, y_range=(0.0, 1.05)
+    )
+
+
+def thinned(f: Array, good: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Indices of at most MAX_POINTS of the good bins, evenly spread over log f."""
+    at = np.flatnonzero(good)
+    if at.size <= MAX_POINTS:
+        return at
+    wanted = np.geomspace(f[at[0]], f[at[-1]], MAX_POINTS)
+    return np.unique(at[np.minimum(np.searchsorted(f[at], wanted * (1 - 1e-12)), at.size - 1)])

@@ -1,0 +1,191 @@
+"""Frequency responses with their uncertainty, and the averaged estimate H1."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array, Complex
+from checks.record import Record
+from checks.signals.spectral.segments import Segments, Spectra
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Frf:
+    """Responses of C output channels to one input, H = Y/U: a pure delay has falling phase.
+
+    f : (F,) [Hz]. H : (F, C) complex [unit of the channel per unit of the input].
+    coherence : (F, C) in 0..1; 0 where the bin is unusable.
+    cov : (F, C, C) complex, E[e e^H] of the errors e of H across channels; its diagonal is the total complex variance
+    E|e|^2 (real and imaginary part have half each), infinite where the input had no power; H is 0 there.
+    nu : (F,) complex degrees of freedom of cov: |e|^2 / var follows F(2, 2 nu).
+    correlation : correlation of the errors of two bins of this grid 1, 2, ... bins apart; 0 beyond.
+    segments : averaged segments (0: the estimator does not average).
+    """
+
+    f: Array
+    H: Complex
+    channels: tuple[str, ...]
+    input: str
+    coherence: Array
+    cov: Complex
+    nu: Array
+    correlation: tuple[float, ...]
+    estimator: str
+    segments: int = 0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def var(self) -> Array:
+        """(F, C) total complex variance of H."""
+        return np.einsum("fcc->fc", self.cov).real
+
+    @property
+    def usable(self) -> Mask:
+        """(F,) bins where every channel has a finite variance."""
+        return np.asarray(np.isfinite(self.var).all(axis=1))
+
+    @property
+    def stride(self) -> int:
+        """Every stride-th bin of this grid is independent of the others."""
+        return len(self.correlation) + 1
+
+    def index(self, channel: str) -> int:
+        """Column of a channel; KeyError says which there are."""
+        if channel not in self.channels:
+            raise KeyError(f"no channel '{channel}' (has: {', '.join(self.channels)})")
+        return self.channels.index(channel)
+
+    def radius(self, p: float = 0.95) -> Array:
+        """(F, C) radius of the disc about H that holds the truth with probability p (Pintelon & Schoukens, 2.4)."""
+        return np.sqrt(self.var * quantile(p, self.nu)[:, None])
+
+    def band(self, f_lo: float, f_hi: float) -> "Frf":
+        """The bins with f_lo <= f <= f_hi [Hz]."""
+        return self._at((self.f >= f_lo) & (self.f <= f_hi))
+
+    def independent(self) -> "Frf":
+        """Every stride-th bin, so that the errors of what is left are independent."""
+        return replace(self._at(slice(None, None, self.stride)), correlation=())
+
+    def _at(self, bins: Mask | slice) -> "Frf":
+        """Some bins. `correlation` counts bins of the grid: pick a run of neighbours, or reset it."""
+        return replace(
+            self, f=self.f[bins], H=self.H[bins], coherence=self.coherence[bins], cov=self.cov[bins], nu=self.nu[bins]
+        )
+
+    def select(self, *channels: str) -> "Frf":
+        """Some channels, in the order asked for."""
+        c = [self.index(name) for name in channels]
+        return replace(
+            self, H=self.H[:, c], channels=channels, coherence=self.coherence[:, c], cov=self.cov[:, c][:, :, c]
+        )
+
+
+def h1(
+    u: Array,
+    y: Array | Mapping[str, Array],
+    fs: float,
+    nperseg: int,
+    noverlap: int | None = None,
+    *,
+    input: str = "u",
+) -> Frf:
+    """H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
+
+    u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
+    samples, half overlapped unless noverlap says otherwise, the mean of each segment removed.
+    The last bins of the grid (0 Hz and half of fs) are real numbers and have half the degrees of freedom.
+    Biased low at peaks narrower than the window, and by noise on u (Bendat & Piersol, 4th ed., ch. 6, 9).
+    Raises ValueError for fewer than two segments, unequal lengths, NaN or inf.
+    """
+    outputs = named(y)
+    return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, noverlap, input=input)
+
+
+def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
+    """`h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there.
+    ValueError: the record is shorter than two segments that share half of their samples."""
+    if not 1.5 * segment_s * record.fs <= record.t.size:
+        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
+    columns = {name: record[name] for name in outputs}
+    return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
+
+
+def h1_stream(
+    chunks: Iterable[Sequence[Array]],
+    channels: tuple[str, ...],
+    fs: float,
+    nperseg: int,
+    noverlap: int | None = None,
+    *,
+    input: str = "u",
+) -> Frf:
+    """`h1` of a record that comes in chunks: each the input (n,) followed by one (n,) array per channel, any n.
+
+    Memory is bounded by the largest chunk and one batch of segments.
+    """
+    if not channels:
+        raise ValueError("no output channel given")
+    segments = Segments(1 + len(channels), fs, nperseg, noverlap)
+    for chunk in chunks:
+        segments.feed(chunk)
+    return from_spectra(segments.spectra(), channels, input)
+
+
+def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf:
+    """H1, coherence and covariance of averaged spectra whose channel 0 is the input.
+
+    nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is
+    |H|^2 (1 - coherence) / (coherence nu) (Pintelon & Schoukens, System Identification, 2nd ed., 2.5).
+    """
+    S, nu = spectra.S, spectra.effective - 1.0
+    Suu, Syu = S[:, 0, 0].real, S[:, 1:, 0]
+    powered = Suu > power_floor(Suu)
+    safe = np.where(powered, Suu, 1.0)
+    H = np.where(powered[:, None], Syu / safe[:, None], 0.0)
+    rest = S[:, 1:, 1:] - Syu[:, :, None] * Syu[:, None, :].conj() / safe[:, None, None]
+    Syy = np.einsum("fcc->fc", S[:, 1:, 1:]).real
+    explained = np.abs(Syu) ** 2 / np.where(Syy > 0.0, Syy, 1.0) / safe[:, None]
+    return Frf(
+        f=spectra.f,
+        H=H,
+        channels=channels,
+        input=input,
+        coherence=np.where(powered[:, None], np.minimum(explained, 1.0), 0.0),
+        cov=guarded_covariance(rest / (safe * nu)[:, None, None], powered),
+        nu=np.full(Suu.shape, nu),
+        correlation=spectra.correlation,
+        estimator="h1",
+        segments=spectra.segments,
+    )
+
+
+def quantile(p: float, nu: Array) -> Array:
+    """Quantile of F(2, 2 nu), whose distribution is 1 - (1 + x/nu)^-nu, for every nu (F,)."""
+    return np.asarray(nu * np.expm1(-np.log1p(-p) / nu))
+
+
+def power_floor(power: Array) -> float:
+    """Power below which a bin is not driven but holds rounding: 240 dB below the sum of all bins (F,)."""
+    return float(1e-24 * power.sum())
+
+
+def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
+    """cov (F, C, C) with a diagonal that rounding never makes negative, infinite where nothing was driven."""
+    diagonal = np.arange(cov.shape[1])
+    out = np.where(powered[:, None, None], cov, 0.0)
+    variance = np.maximum(out[:, diagonal, diagonal].real, 0.0)
+    out[:, diagonal, diagonal] = np.where(powered[:, None], variance, np.inf)
+    return out
+
+
+def named(y: Array | Mapping[str, Array]) -> dict[str, Array]:
+    """Outputs as name -> (N,); the columns of an array are called y0, y1, ..."""
+    if isinstance(y, Mapping):
+        return dict(y)
+    columns = np.atleast_2d(np.asarray(y).T)
+    return {f"y{i}": column for i, column in enumerate(columns)}

@@ -1,0 +1,173 @@
+"""Periodic excitation: no leakage, and noise told from nonlinear distortion.
+
+Pintelon & Schoukens, System Identification, 2nd ed.: 2.4 (averages over periods), 4.3.1 (robust method: over periods
+the noise scatters, over realisations of the random phases the distortion does too).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.fft
+
+from checks.arrays import Array, Complex
+from checks.signals.spectral.frf import Frf, guarded_covariance, named
+
+TOLERANCE = 1e-3  # rms difference of neighbouring periods over the rms of the signal
+LINE_POWER = 1e-6  # a line is excited when it has this share of the strongest line's power
+
+
+@dataclass(frozen=True)
+class Period:
+    """The periodic part of a signal: `count` whole periods of `samples` samples from sample `start` on."""
+
+    samples: int
+    start: int
+    count: int
+    deviation: float  # rms difference of neighbouring periods over the rms of the signal
+
+
+@dataclass(frozen=True, eq=False)
+class Distortion:
+    """Several realisations of the random phases: what scatters between periods is noise, what only scatters between
+    realisations is nonlinear distortion.
+
+    frf : mean over the realisations, with the total covariance (noise and distortion) and nu = realisations - 1.
+    noise_var : (F, C) variance of that mean by noise alone. distortion_var : (F, C) variance of H of ONE realisation by
+    distortion, not below 0.
+    """
+
+    frf: Frf
+    noise_var: Array
+    distortion_var: Array
+
+
+def detect(u: Array, tolerance: float = TOLERANCE) -> Period | None:
+    """The period of an input u (N,), or None when it does not repeat itself over at least two whole periods.
+
+    Periodic means: an exact number of samples later the signal is the same, but for a difference of rms `tolerance` of
+    its own rms. Ramps before and after are left out: the period is looked for in the whole, then in the middle of the
+    record, and extended to where it ends.
+    """
+    n = len(u)
+    for cut in (0, n // 8, n // 4):
+        samples = _shortest_period(u[cut : n - cut], tolerance)
+        if samples:
+            return _extent(u, samples, tolerance)
+    return None
+
+
+def _shortest_period(u: Array, tolerance: float) -> int:
+    """Lag of the first deep dip of the squared difference of u and its shifted self; 0: none."""
+    x = u - np.mean(u)
+    n = x.size
+    energy = np.concatenate([[0.0], np.cumsum(x * x)])
+    if n < 8 or not energy[-1] > 0.0:
+        return 0
+    lags = np.arange(1, n // 2 + 1)
+    size = scipy.fft.next_fast_len(2 * n, real=True)
+    correlation = scipy.fft.irfft(np.abs(scipy.fft.rfft(x, size)) ** 2, size)[lags]
+    both = energy[n - lags] + energy[n] - energy[lags]  # of the two parts that overlap
+    difference = (both - 2.0 * correlation) / np.where(both > 0.0, both, 1.0)  # 0 same, 1 unrelated, 2 opposite
+    apart = np.maximum.accumulate(difference) > 0.1  # a slow signal is like itself one sample on: that is no period
+    deep = apart & (difference < max(tolerance**2, 1e-11) / 2.0) & (both > 1e-3 * energy[-1])
+    if not deep.any():
+        return 0
+    first = int(np.argmax(deep))
+    run = int(np.argmin(np.append(deep[first:], False)))
+    return int(lags[first + np.argmin(difference[first : first + run])])
+
+
+def _extent(u: Array, samples: int, tolerance: float) -> Period | None:
+    """Grow the periodic part from the middle of u to where the signal stops repeating."""
+    jump = u[samples:] - u[:-samples]
+    middle = u[u.size // 4 : -(u.size // 4)]
+    rms = float(np.std(middle))
+    broken = np.flatnonzero(np.abs(jump) > 10.0 * tolerance * rms)
+    at = jump.size // 2
+    start = int(broken[broken < at].max(initial=-1)) + 1
+    stop = int(broken[broken >= at].min(initial=jump.size)) + samples
+    count = (stop - start) // samples
+    if count < 2:
+        return None
+    whole = u[start : start + count * samples].reshape(count, samples)
+    deviation = float(np.sqrt(np.mean((whole[1:] - whole[:-1]) ** 2))) / rms
+    # A period that is no whole number of samples is alike from one to the next, and not from the first to the last.
+    drift = float(np.sqrt(np.mean((whole[-1] - whole[0]) ** 2))) / rms
+    return Period(samples, start, count, deviation) if max(deviation, drift / 2.0) <= tolerance else None
+
+
+def periodic_frf(
+    u: Array, y: Array | Mapping[str, Array], fs: float, period: Period, skip: int = 1, *, input: str = "u"
+) -> Frf:
+    """Responses at the excited lines, with the variance over periods; no window, no leakage.
+
+    u : (N,), y : (N,), (N, C) or name -> (N,), sampled at fs [Hz]. skip : first periods left to the transient.
+    nu = periods - 1. Lines with less than 1e-6 of the strongest line's power are not excited and left out.
+    Raises ValueError when fewer than two periods remain, for unequal lengths, NaN or inf.
+    """
+    outputs = named(y)
+    count = period.count - skip
+    if count < 2 or skip < 0:
+        raise ValueError(f"{period.count} period(s) less {skip} leave {count}; a variance needs two or more")
+    U, *Y = (_lines(name, x, len(u), period, skip) for name, x in ((input, u), *outputs.items()))
+    power = np.abs(U.mean(axis=0)) ** 2
+    lines = np.flatnonzero(power > LINE_POWER * power[1:].max())
+    lines = lines[lines > 0]
+    Um, Ym = U[:, lines], np.stack([x[:, lines] for x in Y], axis=2)  # (periods, F), (periods, F, C)
+    H = Ym.mean(axis=0) / Um.mean(axis=0)[:, None]
+    E = Ym - H * Um[:, :, None]  # noise on the input counts as well
+    scatter = np.einsum("pfc,pfd->fcd", E, E.conj()) / (count * (count - 1))
+    cov = np.divide(scatter, power[lines][:, None, None], dtype=complex)
+    signal = np.abs(H) ** 2 * power[lines][:, None]
+    total = signal + count * np.einsum("fcc->fc", scatter).real
+    return Frf(
+        f=lines.astype(float) * (fs / period.samples),
+        H=H,
+        channels=tuple(outputs),
+        input=input,
+        coherence=signal / np.where(total > 0.0, total, 1.0),
+        cov=guarded_covariance(cov, np.ones(lines.size, dtype=bool)),
+        nu=np.full(lines.size, count - 1.0),
+        correlation=(),
+        estimator="periodic",
+        segments=count,
+        notes=(f"{count} periods of {period.samples} samples, {lines.size} excited lines",),
+    )
+
+
+def _lines(name: str, x: Array, n: int, period: Period, skip: int) -> Complex:
+    """(periods, samples // 2 + 1) transforms of the periods that are used."""
+    if np.shape(x) != (n,):
+        raise ValueError(f"channel '{name}' has shape {np.shape(x)}; the input has ({n},)")
+    first, last = period.start + skip * period.samples, period.start + period.count * period.samples
+    if not np.isfinite(x[first:last]).all():
+        raise ValueError(f"channel '{name}' holds NaN or inf between samples {first} and {last}")
+    return np.asarray(scipy.fft.rfft(x[first:last].reshape(-1, period.samples), axis=1))
+
+
+def distortion(realisations: Sequence[Frf]) -> Distortion:
+    """Separate noise from nonlinear distortion: `periodic_frf` of records with the same lines and other random phases.
+
+    The mean is the best linear approximation at this level. Raises ValueError for fewer than two, or other lines.
+    """
+    if len(realisations) < 2:
+        raise ValueError(f"{len(realisations)} realisation(s); two or more tell distortion from noise")
+    first = realisations[0]
+    for other in realisations[1:]:
+        if other.channels != first.channels or other.f.shape != first.f.shape or not np.allclose(other.f, first.f):
+            raise ValueError("realisations differ in their channels or excited lines; a scatter needs the same")
+    R = len(realisations)
+    H = np.array([r.H for r in realisations])
+    E = H - H.mean(axis=0)
+    each = np.einsum("rfc,rfd->fcd", E, E.conj()) / (R - 1)  # total covariance of one realisation
+    noise = np.mean([r.var for r in realisations], axis=0)
+    frf = replace(
+        first,
+        H=H.mean(axis=0),
+        coherence=np.mean([r.coherence for r in realisations], axis=0),
+        cov=each / R,
+        nu=np.full(first.f.shape, R - 1.0),
+        notes=(f"{R} realisations of {first.segments} periods",),
+    )
+    return Distortion(frf, noise / R, np.maximum(np.einsum("fcc->fc", each).real - noise, 0.0))

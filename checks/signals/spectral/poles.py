@@ -1,0 +1,280 @@
+"""Poles that several outputs share, from the transforms of one record: rational locally, polynomial elsewhere.
+
+Over a band every transform obeys Y_c = H_c U + T_c + noise: H_c the response, T_c what the record's ends left ringing.
+Both have the poles of the structure, H_c = sum_k R_ck/(z - q_k) + P_c(z), T_c likewise, z = (f - centre)/half: the
+poles of the band by themselves, all else a polynomial. Nothing leaks, and the errors of the bins are independent
+(Pintelon & Schoukens, System Identification, 2nd ed., 6.3 and 7.3; McKelvey & Guerin 2012 for the local form).
+
+Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: Golub &
+Pereyra 1973; the Jacobian in Kaufman's form, 1975). The model is analytic in its complex unknowns, so complex least
+squares is all of it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.fft
+from scipy.ndimage import uniform_filter1d
+
+from checks.arrays import Array, Complex
+from checks.record import Record
+
+ROUNDS = 2  # noise from the residual, fit again
+NOISE_BINS = 41  # the noise is taken to be even over this many
+MIN_BINS_PER_UNKNOWN = 3
+ENOUGH_BINS = 700  # of a long record evenly so many bins are used, up to twice: time grows with them, precision little
+_ITERATIONS = 30
+_CONVERGED = 1e-4  # of the noise of one bin: a hundredth of a standard error
+_DEPENDENT = 1e-4  # what is left of a column of length 1 after the others
+_FLOOR = 1e-10  # smallest noise over the largest transform: numbers without noise still need a weight
+
+
+@dataclass(frozen=True, eq=False)
+class Transforms:
+    """Of a whole record without its mean: f (F,) [Hz], U (F,), Y (F, C)."""
+
+    f: Array
+    U: Complex
+    Y: Complex
+    channels: tuple[str, ...]
+
+    @classmethod
+    def of(cls, record: Record, input: str, outputs: Sequence[str]) -> "Transforms":
+        """Transforms of channels of a record. RecordError: a channel is not there."""
+        columns = {name: record[name] for name in (input, *outputs)}
+        return cls.of_columns(columns, input, record.fs)
+
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Array], input: str, fs: float) -> "Transforms":
+        """columns : name -> (N,), the input among them, sampled at fs [Hz]."""
+        X = {name: scipy.fft.rfft(x - np.mean(x)) for name, x in columns.items()}
+        outputs = tuple(name for name in columns if name != input)
+        f = np.arange(X[input].size) * (fs / len(columns[input]))
+        return cls(f, X[input], np.stack([X[name] for name in outputs], axis=1), outputs)
+
+    def window(self, f_lo: float, f_hi: float, *channels: str) -> "Window":
+        """Bins of a band and some channels (default: all), scaled for a fit. Raises ValueError when it holds too few
+        bins, or the input has no power there."""
+        first, last = int(np.searchsorted(self.f, f_lo)), int(np.searchsorted(self.f, f_hi, side="right"))
+        s = slice(first, last, max(1, (last - first) // ENOUGH_BINS))
+        names = channels or self.channels
+        f, U, Y = self.f[s], self.U[s], self.Y[s][:, [self.channels.index(c) for c in names]]
+        if f.size < 12:
+            raise ValueError(f"{f.size} bins in {f_lo:.4g}..{f_hi:.4g} Hz; 12 or more are needed")
+        drive, size = (np.sqrt(np.mean(np.abs(x) ** 2, axis=0)) for x in (U, Y))
+        if not (drive > 0 and (size > 0).all() and np.isfinite(drive) and np.isfinite(size).all()):
+            raise ValueError(f"input or output is zero, or not finite, in {f_lo:.4g}..{f_hi:.4g} Hz")
+        z = (2 * f - f[0] - f[-1]) / (f[-1] - f[0])
+        return Window(f, z, U / drive, Y / size, size / drive, np.ones(Y.shape), names)
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Bins of a fit: f (B,) [Hz], z (B,) in -1..1, U (B,), Y (B, C) of rms 1, scale (C,) to undo that on a response,
+    sd (B, C) noise of Y, in its scale."""
+
+    f: Array
+    z: Array
+    U: Complex
+    Y: Complex
+    scale: Array
+    sd: Array
+    channels: tuple[str, ...]
+
+    def thinned(self, bins: int) -> "Window":
+        """At most about so many of its bins, evenly."""
+        s = slice(None, None, max(1, self.f.size // bins))
+        return replace(self, f=self.f[s], z=self.z[s], U=self.U[s], Y=self.Y[s], sd=self.sd[s])
+
+    @property
+    def half(self) -> float:
+        return float(self.f[-1] - self.f[0]) / 2
+
+    def scaled(self, f_Hz: complex) -> complex:
+        """z of a complex frequency."""
+        return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
+
+    def frequency(self, q: complex) -> complex:
+        """Complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive when it decays."""
+        return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
+
+
+@dataclass(frozen=True, eq=False)
+class PoleFit:
+    """q (K,) scaled poles; residues (K, C) and polynomials (order + 1, C) of the response; covariance (K,) E|dq|^2;
+    residual (B, C) of Y over its noise."""
+
+    window: Window
+    q: Complex
+    residues: Complex
+    polynomials: Complex
+    variance: Array
+    residual: Complex
+
+    @property
+    def order(self) -> int:
+        return len(self.polynomials) - 1
+
+    @property
+    def cost(self) -> float:
+        return float(np.sum(np.abs(self.residual) ** 2))
+
+    def frequencies(self) -> Complex:
+        """(K,) complex frequencies [Hz] of the poles."""
+        return np.array([self.window.frequency(q) for q in self.q])
+
+    def response(self) -> Complex:
+        """(B, C) fitted responses in the channels' units per unit of the input."""
+        terms = local_basis(self.window.z, self.q, self.order)
+        return (terms @ np.vstack([self.residues, self.polynomials])) * self.window.scale
+
+    def u(self, k: int) -> float:
+        """Standard uncertainty [Hz] of each of the real and the imaginary part of the k-th complex frequency."""
+        return self.window.half * float(np.sqrt(self.variance[k] / 2))
+
+    def amplitude(self, k: int) -> Array:
+        """(C,) height of the k-th resonance by itself, in the channels' units: |residue| over the decay."""
+        return np.asarray(np.abs(self.residues[k]) / abs(self.q[k].imag) * self.window.scale)
+
+
+def local_basis(z: Array, q: Complex, order: int) -> Complex:
+    """(B, K + order + 1): a column per pole, then the powers of z."""
+    return np.column_stack([1.0 / (z[:, None] - q), z[:, None] ** np.arange(order + 1)])
+
+
+def basis(w: Window, q: Complex, order: int) -> Complex:
+    """(B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
+    terms = local_basis(w.z, q, order)
+    return np.concatenate([w.U[:, None] * terms, terms], axis=1)
+
+
+def enough_bins(w: Window, poles: int, order: int) -> bool:
+    return w.f.size >= MIN_BINS_PER_UNKNOWN * 2 * (poles + order + 1)
+
+
+def fit_poles(w: Window, start: Sequence[complex], order: int, rounds: int = ROUNDS) -> PoleFit | None:
+    """Fit with as many poles as `start` (scaled) names; None when one leaves the band or does not decay, or the band
+    has too few bins. The window's noise is used first, then in each round that of the residual."""
+    q = np.array(start, dtype=complex)
+    if not enough_bins(w, q.size, order) or not _inside(q):
+        return None
+    q, state = _iterate(w, q, order)
+    for _ in range(rounds):
+        w = with_noise_of(w, state.residual.T * w.sd)
+        q, state = _iterate(w, q, order)
+    return _result(w, q, order, state) if np.isfinite(state.cost) else None
+
+
+def with_noise_of(w: Window, residual: Complex) -> Window:
+    """The window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
+    power = uniform_filter1d(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size), axis=0, mode="nearest")
+    return replace(w, sd=np.sqrt(np.maximum(power, _FLOOR**2 * np.max(np.abs(w.Y) ** 2, axis=0))))
+
+
+def _inside(q: Complex) -> bool:
+    return bool((np.abs(q.real) < 1.2).all() and (q.imag > 1e-7).all() and (q.imag < 1.0).all())
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """coefficients (C, P); residual (C, B) weighted; tangent (C, B, K): its change with the poles."""
+
+    coefficients: Complex
+    residual: Complex
+    tangent: Complex
+    cost: float
+
+
+def _iterate(w: Window, q: Complex, order: int) -> tuple[Complex, _State]:
+    """Gauss-Newton with halved steps."""
+    state = _eliminate(w, q, order)
+    for _ in range(_ITERATIONS):
+        step, gain = _step(state)
+        if gain < _CONVERGED * state.cost / state.residual.size:
+            break
+        factor = 1.0
+        while factor > 1e-3:
+            tried = q + factor * step
+            if _inside(tried) and (new := _eliminate(w, tried, order)).cost <= state.cost:
+                break
+            factor *= 0.5
+        else:
+            return q, state
+        q, state = tried, new
+    return q, state
+
+
+def eliminated(w: Window, A: Complex) -> tuple[Complex, Complex, Complex]:
+    """Weighted least squares of every channel on the same columns A (B, P): Q (C, B, P), coefficients (C, P), residual
+    (C, B)."""
+    weight = 1.0 / w.sd.T
+    Q, to_columns = _orthonormal(weight[:, :, None] * A)
+    y = weight * w.Y.T
+    inner = np.einsum("cbp,cb->cp", Q.conj(), y)
+    return Q, np.einsum("cpq,cq->cp", to_columns, inner), y - np.einsum("cbp,cp->cb", Q, inner)
+
+
+def _orthonormal(A: Complex) -> tuple[Complex, Complex]:
+    """Q (C, B, P) with orthonormal columns, X (C, P, P): coefficients of the columns of A are X Q^H y.
+
+    By the Cholesky factor of A^H A, ten times faster than Householder's for tall A; where A is too near to dependent
+    for that (a condition above about 1e4), by Householder's.
+    """
+    length = np.linalg.norm(A, axis=1, keepdims=True)
+    A = A / np.where(length > 0.0, length, 1.0)
+    L = _cholesky(A.conj().transpose(0, 2, 1) @ A)
+    if L is not None:
+        X = np.asarray(np.linalg.inv(L).conj().transpose(0, 2, 1), dtype=np.complex128)
+        return A @ X, X / length.transpose(0, 2, 1)
+    Q, R = np.linalg.qr(A)
+    X = np.asarray(np.linalg.pinv(R), dtype=np.complex128)
+    return Q, X / np.where(length > 0.0, length, 1.0).transpose(0, 2, 1)
+
+
+def _cholesky(gram: Complex) -> Complex | None:
+    try:
+        L = np.asarray(np.linalg.cholesky(gram), dtype=np.complex128)
+    except np.linalg.LinAlgError:
+        return None
+    return L if np.abs(np.einsum("cpp->cp", L)).min() > _DEPENDENT else None
+
+
+def _eliminate(w: Window, q: Complex, order: int) -> _State:
+    Q, coefficients, residual = eliminated(w, basis(w, q, order))
+    half = coefficients.shape[1] // 2
+    squared = 1.0 / (w.z[:, None] - q) ** 2
+    driven = w.U[:, None] * squared * coefficients[:, None, : q.size]
+    moved = (driven + squared * coefficients[:, None, half : half + q.size]) / w.sd.T[:, :, None]
+    # Products this narrow are quicker as plain loops than handed to a library that starts threads for them.
+    tangent = moved - np.einsum("cbp,cpk->cbk", Q, np.einsum("cbp,cbk->cpk", Q.conj(), moved))
+    return _State(coefficients, residual, tangent, float(np.sum(np.abs(residual) ** 2)))
+
+
+def _step(state: _State) -> tuple[Complex, float]:
+    """Gauss-Newton step of the poles, and how much of the cost it should take away."""
+    J = state.tangent.reshape(-1, state.tangent.shape[-1])
+    step = np.asarray(np.linalg.lstsq(J, state.residual.ravel(), rcond=None)[0])
+    return step, float(np.sum(np.abs(J @ step) ** 2))
+
+
+def _result(w: Window, q: Complex, order: int, state: _State) -> PoleFit:
+    K, (C, B) = q.size, state.residual.shape
+    gain: Complex = np.asarray(np.linalg.pinv(state.tangent.reshape(-1, K)), dtype=np.complex128).reshape(K, C, B)
+    half = K + order + 1
+    freedom = B - 2 * half - K / C
+    return PoleFit(
+        window=w,
+        q=q,
+        residues=state.coefficients[:, :K].T,
+        polynomials=state.coefficients[:, K:half].T,
+        variance=scatter(gain, state.residual) * B / freedom,
+        residual=state.residual.T,
+    )
+
+
+def scatter(gain: Complex, residual: Complex) -> Array:
+    """(K,) E|dq|^2 of estimates that are gain (K, C, B) times the errors, whose size, and likeness in different
+    channels, the residual (C, B) shows."""
+    alike = residual @ residual.conj().T / residual.shape[1]
+    return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

@@ -1,0 +1,184 @@
+"""Resonances in a record: found by a test with a known rate of false alarms, then fitted with intervals.
+
+A pole is there when it explains more than chance lets the best of many tried poles explain. Candidates lie on a grid of
+frequencies and damping ratios; the best one is fitted, and the F test of what it adds to all channels, times the number
+of candidates (Bonferroni), must stay below CHANCE.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from checks.arrays import Array, Complex
+from checks.signals.spectral.poles import PoleFit, Window, basis, eliminated, enough_bins, fit_poles, with_noise_of
+
+CHANCE = 1e-3  # probability of a pole where there is none, over the whole range that is searched
+ORDER = 4  # of the polynomials beside the poles
+DAMPING_RATIOS = (0.002, 0.005, 0.0125, 0.03)
+DAMPING_MAX = 0.1
+APART = 3.0  # half-power half-widths between two resonances that are told apart
+MAX_CANDIDATES = 300
+CANDIDATE_BINS = 500  # the grid is tried on so many bins; what it finds is fitted and judged on all
+_NONE = np.zeros(0, dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class Resonance:
+    """f_Hz: undamped natural frequency |p|/2 pi; damping_ratio: -Re p/|p|. u_*: standard uncertainties from the
+    scatter, u_*_model from one order more of the polynomials. amplitude (C,): height by itself, in the channels' units.
+
+    p : probability that chance shows such a pole somewhere in the range searched. fit: the curve, k: its pole.
+    """
+
+    f_Hz: float
+    damping_ratio: float
+    u_Hz: float
+    u_Hz_model: float
+    u_damping: float
+    u_damping_model: float
+    amplitude: Array
+    p: float
+    fit: PoleFit
+    k: int = 0
+
+    @property
+    def seen(self) -> bool:
+        """A pole that the data place: it decays, and its damping is known better than to a third."""
+        placed = 3.0 * self.u_damping < self.damping_ratio < DAMPING_MAX
+        return self.p < CHANCE and placed and math.isfinite(self.u_Hz_model)
+
+    @property
+    def half_width_Hz(self) -> float:
+        return self.damping_ratio * self.f_Hz
+
+
+def find(w: Window, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
+    """The strongest resonance in f_lo..f_hi [Hz] of a window, or None when chance shows as much."""
+    if not enough_bins(w, 1, order):
+        return None
+    best, tried = candidate(w, f_lo, f_hi, _NONE, order)
+    fitted = fit_poles(w, [w.scaled(best)], order)
+    if fitted is None:
+        return None
+    found = resonance(fitted, finer(fitted), 0, evidence(fitted, _NONE, tried))
+    return found if found.seen and f_lo <= found.f_Hz <= f_hi else None
+
+
+def find_beside(
+    w: Window, first: Resonance, f_lo: float, f_hi: float, share: float
+) -> tuple[Resonance, Resonance] | None:
+    """(the first one fitted anew, a second one) when two poles fit better than one, else None.
+
+    share : the second one alone must be this part of what the first one's fit shows at its frequency, in one channel at
+    least. A record without noise tells every flaw of a model: what is significant need not matter.
+    """
+    order = first.fit.order
+    if not enough_bins(w, 2, order):
+        return None
+    alone = fit_poles(w, [w.scaled(complex(first.fit.frequencies()[first.k]))], order)
+    if alone is None:
+        return None
+    best, tried = candidate(alone.window, f_lo, f_hi, alone.q, order)
+    both = fit_poles(w, [complex(alone.q[0]), w.scaled(best)], order)
+    if both is None:
+        return None
+    checked = finer(both)
+    one = resonance(both, checked, 0, first.p)
+    two = resonance(both, checked, 1, evidence(both, alone.q, tried))
+    beside = np.abs(alone.response()[int(np.argmin(np.abs(w.f - two.f_Hz)))])
+    matters = bool((two.amplitude >= share * beside).any())
+    apart = abs(two.f_Hz - one.f_Hz) > APART * max(one.half_width_Hz, two.half_width_Hz)
+    return (one, two) if two.seen and matters and apart and f_lo <= two.f_Hz <= f_hi else None
+
+
+def candidate(w: Window, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
+    """Complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many were tried.
+
+    A known pole may move: its derivative is among the columns.
+    """
+    w = w.thinned(CANDIDATE_BINS)
+    A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
+    Q, _, residual = eliminated(w, A)
+    poles = _grid(w, f_lo, f_hi)
+    columns = 1.0 / (w.z[:, None] - poles)
+    gain = np.zeros(poles.size)
+    for c in range(residual.shape[0]):
+        gain += _explained(Q[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
+    return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
+
+
+def _moves(w: Window, q: Complex) -> Complex:
+    squared = 1.0 / (w.z[:, None] - q) ** 2
+    return np.concatenate([w.U[:, None] * squared, squared], axis=1)
+
+
+def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
+    """(N,) power of a residual (B,) that each of N columns explains beyond Q; none where next to nothing is left of a
+    column. What it leaves ringing would add little: it is left to the fit."""
+    before = np.sum(np.abs(columns) ** 2, axis=0)
+    left = before - np.sum(np.abs(Q.conj().T @ columns) ** 2, axis=0)
+    told = left > 1e-6 * before
+    return np.where(told, np.abs(residual.conj() @ columns) ** 2 / np.where(told, left, 1.0), 0.0)
+
+
+def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
+    """Scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not tried
+    more finely than the bins, nor more often than is worth its time."""
+    middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
+    least = max(bin_Hz, len(DAMPING_RATIOS) * (f_hi - f_lo) / MAX_CANDIDATES)
+    poles = [
+        w.scaled(f * (1 + 1j * ratio))
+        for ratio in DAMPING_RATIOS
+        for f in np.arange(f_lo, f_hi, max(least, ratio * middle))
+    ]
+    return np.array(poles)
+
+
+def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
+    """p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
+
+    Both by the noise that the smaller fit leaves: it must not profit from a noise that the further pole has made small.
+    """
+    order, w = fitted.order, _as_without(fitted, without)
+    smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[2]) ** 2)) for q in (without, fitted.q))
+    C, B = len(w.channels), w.f.size
+    added = 4 * C + 2
+    freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
+    ratio = (smaller - larger) / added / (larger / freedom)
+    return min(1.0, tried * float(f_distribution.sf(ratio, added, freedom)))
+
+
+def _as_without(fitted: PoleFit, without: Complex) -> Window:
+    """The window of a fit with the noise that a fit of fewer poles leaves."""
+    w = fitted.window
+    even = replace(w, sd=np.ones(w.sd.shape))
+    for _ in range(2):
+        residual = eliminated(even, basis(w, without, fitted.order))[2].T * even.sd
+        even = with_noise_of(even, residual)
+    return even
+
+
+def finer(fitted: PoleFit) -> PoleFit | None:
+    """The same fit with polynomials of one order more."""
+    return fit_poles(fitted.window, list(fitted.q), fitted.order + 1, rounds=1)
+
+
+def resonance(found: PoleFit, checked: PoleFit | None, k: int, p: float) -> Resonance:
+    """The k-th pole of a fit as a resonance; `checked`: the fit with one order more."""
+    f, u = complex(found.frequencies()[k]), found.u(k)
+    size = abs(f)
+    other = None if checked is None else complex(checked.frequencies()[k])
+    return Resonance(
+        f_Hz=size,
+        damping_ratio=f.imag / size,
+        u_Hz=u,
+        u_Hz_model=math.inf if other is None else abs(abs(other) - size),
+        u_damping=u / size,
+        u_damping_model=math.inf if other is None else abs(other.imag / abs(other) - f.imag / size),
+        amplitude=found.amplitude(k),
+        p=p,
+        fit=found,
+        k=k,
+    )

@@ -1,0 +1,154 @@
+"""Averaged cross-spectra of all channels in one pass (Welch), fed whole or chunk by chunk."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import get_window
+
+from checks.arrays import Array, Complex
+
+BATCH_SAMPLES = 320_000  # samples of all channels transformed at once: stays in the cache of one core
+TILE_BINS = 512  # bins multiplied at once, likewise
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Averaged one-sided spectral densities of M channels over K segments.
+
+    f : (F,) [Hz]. S : (F, M, M), S[:, i, j] = mean of X_i conj(X_j) [unit_i unit_j / Hz], Hermitian; as
+    `scipy.signal.csd(x_j, x_i)`, which conjugates its first operand.
+    effective : number of independent segments that carry the same information.
+    correlation : |rho|^2 of neighbouring bins at 1, 2, ... bins, 0 beyond.
+    """
+
+    f: Array
+    S: Complex
+    segments: int
+    effective: float
+    correlation: tuple[float, ...]
+
+
+class Segments:
+    """Accumulates the spectra of `channels` records sampled together at fs [Hz].
+
+    Periodic Hann window of `nperseg` samples, the mean of each segment removed, `noverlap` samples shared (default:
+    half), which are the defaults of scipy.signal.welch. Memory does not grow with what is fed.
+    """
+
+    def __init__(self, channels: int, fs: float, nperseg: int, noverlap: int | None = None) -> None:
+        overlap = nperseg // 2 if noverlap is None else noverlap
+        if nperseg < 4 or not 0 <= overlap < nperseg:
+            raise ValueError(f"segments of {nperseg} samples sharing {overlap}: need 4 or more, sharing less than all")
+        if not (np.isfinite(fs) and fs > 0):
+            raise ValueError(f"sampling frequency is {fs} Hz; expected a positive number")
+        self.fs, self.nperseg, self.hop = fs, nperseg, nperseg - overlap
+        self.count = self.samples = 0
+        self._window = get_window("hann", nperseg)
+        self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
+        bins = nperseg // 2 + 1
+        self._sum = np.zeros((bins, 2 * channels + 2, 2 * channels))
+        self._frames, self._transforms, self._tile, self._product = _work_space(channels, self._batch, nperseg)
+        self._tail = np.empty((channels, 0))
+
+    def feed(self, columns: Sequence[Array]) -> None:
+        """Add the next samples: one (n,) array per channel, any n."""
+        sizes = {np.shape(c) for c in columns}
+        if len(columns) != len(self._frames) or len(sizes) != 1 or len(next(iter(sizes))) != 1:
+            raise ValueError(f"expected {len(self._frames)} arrays of one equal length, got shapes {sorted(sizes)}")
+        self.samples += len(columns[0])
+        if self._tail.shape[1]:
+            columns = [np.concatenate(pair) for pair in zip(self._tail, columns, strict=True)]
+        used = self._add_all(columns)
+        self._tail = np.array([c[used:] for c in columns], dtype=float)
+
+    def _add_all(self, columns: Sequence[Array]) -> int:
+        """Add every whole segment; returns the samples that no later segment needs."""
+        whole = max(0, (len(columns[0]) - self.nperseg) // self.hop + 1)
+        if whole:
+            frames = [sliding_window_view(c, self.nperseg)[:: self.hop] for c in columns]
+            for first in range(0, whole, self._batch):
+                self._add([f[first : first + self._batch] for f in frames])
+        self.count += whole
+        return whole * self.hop
+
+    def _add(self, frames: Sequence[Array]) -> None:
+        n = len(frames[0])
+        windowed, X = self._frames[:, :n], self._transforms[:, :n]
+        with np.errstate(invalid="ignore"):  # NaN and inf come through to `spectra`, which names their channel
+            for out, frame in zip(windowed, frames, strict=True):
+                np.subtract(frame, frame.mean(axis=1, keepdims=True), out=out)
+                out *= self._window
+            np.fft.rfft(windowed, out=X)
+            for first in range(0, len(self._sum), TILE_BINS):
+                part = slice(first, first + TILE_BINS)
+                Y = X[:, :, part].transpose(2, 1, 0)  # (bins, segments, M)
+                A = self._tile[: len(Y), :n]
+                np.copyto(A[..., :-1], Y)
+                V = A.view(float)
+                self._sum[part] += np.matmul(V.transpose(0, 2, 1), V[..., :-2], out=self._product[: len(Y)])
+
+    def spectra(self) -> Spectra:
+        """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
+        if self.count < 2:
+            raise ValueError(
+                f"{self.samples} samples hold {self.count} segment(s) of {self.nperseg} samples every {self.hop}; "
+                "an average with a variance needs two or more"
+            )
+        sums = self._hermitian()
+        bad = ~np.isfinite(np.einsum("fmm->m", sums))
+        if bad.any():
+            raise ValueError(f"channel(s) {np.flatnonzero(bad).tolist()} hold NaN or inf (counted from 0, the input)")
+        S = sums * (2.0 / (self.count * self.fs * np.sum(self._window**2)))
+        S[0] /= 2.0
+        if self.nperseg % 2 == 0:
+            S[-1] /= 2.0
+        f = np.arange(S.shape[0], dtype=float) * (self.fs / self.nperseg)
+        return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
+
+    def _hermitian(self) -> Complex:
+        """(F, M, M) sums of X_i conj(X_j) from the products of their real and imaginary parts."""
+        re, im = self._sum[:, :-2:2], self._sum[:, 1:-2:2]
+        return re[:, :, ::2] + im[:, :, 1::2] + 1j * (im[:, :, ::2] - re[:, :, 1::2])
+
+    @property
+    def effective(self) -> float:
+        """n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share information (Welch 1967, eq. 17).
+
+        rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap.
+        """
+        K, w = self.count, self._window
+        shifts = range(1, min(K - 1, (self.nperseg - 1) // self.hop) + 1)
+        rho = [float(w[m * self.hop :] @ w[: -m * self.hop] / (w @ w)) for m in shifts]
+        return K / (1.0 + 2.0 * sum(r * r * (K - m) / K for m, r in zip(shifts, rho, strict=True)))
+
+
+def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Array]:
+    """Windowed segments, their transforms, a tile of them by bin (with a channel of zeros more) and its products.
+
+    All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms.
+    The channel of zeros makes the two factors of a product differ in shape: numpy would take an array times its own
+    transpose to syrk, which is three times slower for so few channels.
+    """
+    bins = nperseg // 2 + 1
+    tile, pairs = min(bins, TILE_BINS), channels + 1
+    shapes = (
+        (channels, batch, (nperseg + 1) // 2),
+        (channels, batch, bins),
+        (tile, batch, pairs),
+        (tile, 2 * pairs, channels),
+    )
+    ends = np.cumsum([math.prod(shape) for shape in shapes])
+    pieces = np.split(np.zeros(ends[-1], dtype=complex), ends[:-1])
+    frames, transforms, by_bin, products = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
+    return frames.view(float)[..., :nperseg], transforms, by_bin, products.view(float)
+
+
+def bin_correlation(window: Array) -> tuple[float, ...]:
+    """|rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, until it vanishes: Hann 4/9, 1/36."""
+    power = np.abs(np.fft.fft(window**2)) ** 2
+    rho2 = power[1:16] / power[0]
+    last = int(np.flatnonzero(rho2 > 1e-6)[-1]) + 1 if (rho2 > 1e-6).any() else 0
+    return tuple(float(r) for r in rho2[:last])

@@ -1,0 +1,100 @@
+"""The zero of a response near its minimum: root of a local complex polynomial, with its interval."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.signals.spectral.poles import Window, basis, eliminated, scatter, with_noise_of
+
+ORDER = 4
+NEAR = 0.03  # of half the band: where the coherence of a zero is read
+_NO_POLE = np.zeros(0, dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """f_Hz: undamped frequency |s|/2 pi; damping_ratio: -Re s/|s|, negative for a zero in the right half plane.
+    u_Hz, u_damping: standard uncertainties from the scatter; u_*_model: from one order more of the polynomial.
+    f (B,), response (B,): the fitted curve. coherence: of output with input about the zero, 0..1."""
+
+    f_Hz: float
+    damping_ratio: float
+    u_Hz: float
+    u_Hz_model: float
+    u_damping: float
+    u_damping_model: float
+    coherence: float
+    f: Array
+    response: Complex
+
+    @property
+    def side(self) -> str:
+        """ "minimum-phase", "non-minimum-phase", or "undecided" where the interval of the damping holds 0."""
+        if abs(self.damping_ratio) <= 2.0 * math.hypot(self.u_damping, self.u_damping_model):
+            return "undecided"
+        return "minimum-phase" if self.damping_ratio > 0 else "non-minimum-phase"
+
+
+@dataclass(frozen=True, eq=False)
+class _Root:
+    """f: complex frequency [Hz] of the root nearest the axis; u: of its real and its imaginary part [Hz]."""
+
+    f: complex
+    u: float
+    coherence: float
+    response: Complex
+
+
+def find_zero(w: Window, order: int = ORDER) -> Zero | None:
+    """Zero of the only channel of a window, or None where the polynomial has no root inside it.
+
+    The response is a polynomial of the frequency, so is what the record's ends left ringing. Errors move a root by the
+    polynomial's error there over its slope (first order).
+    """
+    found, finer = _root(w, order), _root(w, order + 1)
+    if found is None or finer is None:
+        return None
+    size, other = abs(found.f), abs(finer.f)
+    return Zero(
+        f_Hz=size,
+        damping_ratio=found.f.imag / size,
+        u_Hz=found.u,
+        u_Hz_model=abs(other - size),
+        u_damping=found.u / size,
+        u_damping_model=abs(finer.f.imag / other - found.f.imag / size),
+        coherence=found.coherence,
+        f=w.f,
+        response=found.response,
+    )
+
+
+def _root(w: Window, order: int) -> _Root | None:
+    A = basis(w, _NO_POLE, order)
+    w = with_noise_of(w, eliminated(w, A)[2].T)
+    _, coefficients, residual = eliminated(w, A)
+    powers = np.arange(order + 1)
+    c = coefficients[0, : order + 1]
+    roots = np.roots(c[::-1])
+    roots = roots[np.abs(roots.real) < 1.0]
+    if roots.size == 0:
+        return None
+    root = complex(roots[np.argmin(np.abs(roots.imag))])
+    slope = np.sum(powers[1:] * c[1:] * root ** (powers[1:] - 1))
+    solve = np.linalg.pinv(A / w.sd)[: order + 1]
+    gain = (root**powers @ solve / slope)[None, None, :]
+    B = w.f.size
+    variance = float(scatter(gain, residual)[0]) * B / (B - 2 * (order + 1))
+    response = (w.z[:, None] ** powers) @ c
+    return _Root(
+        w.frequency(root), w.half * math.sqrt(variance / 2), _coherence(w, root, residual), response * w.scale[0]
+    )
+
+
+def _coherence(w: Window, root: complex, residual: Complex) -> float:
+    """Share of the output about the root that is not noise."""
+    near = np.abs(w.z - root.real) < NEAR
+    total = float(np.sum(np.abs(w.Y[near, 0]) ** 2))
+    noise = float(np.sum(np.abs(residual[0, near] * w.sd[near, 0]) ** 2))
+    return max(0.0, 1.0 - noise / total) if total > 0 else 0.0

@@ -1,0 +1,94 @@
+"""A realistic unit (the seed's APA 3) for the tests of certificates."""
+
+import hashlib
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from accept.certificate.content import Dossier
+from accept.certificate.content import of as dossier_of
+from accept.judging.result import UnitResult
+from checks.picture import Band, Heights, Line, Mark, Panel
+from checks.quantity import Contribution, Quantity
+from checks.verdict import Finding, judge, unit_verdict
+from specs.spec import Limit, Spec, parse
+
+WHEN = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)
+SPEC_TEXT = """
+name = "basic"
+kind = "apa"
+title = "APA300ML, basic measurements"
+[checks.capacitance]
+instrument = "LCR-819, 1 kHz"
+[checks.capacitance.limits.sensor_uF]
+lower = 4.4
+upper = 5.5
+unit = "uF"
+rule = "guarded"
+source = "seed 2.2"
+[checks.stroke]
+instrument = "Millimar 1240"
+[checks.stroke.limits.stroke_um]
+lower = 304.0
+unit = "um"
+rule = "simple"
+source = "seed 2.3"
+"""
+UNIT_TOML = b'serial = "APA-03"\nkind = "apa"\n[capacitance]\nsensor_uF = 1.72\n'
+RECORD = bytes(range(256)) * 20
+
+
+def spec() -> Spec:
+    return parse(SPEC_TEXT.encode(), "basic.toml")
+
+
+def finding(name: str, value: float, U: float, limit: Limit, check: str = "capacitance") -> Finding:
+    return judge(check, Quantity.of(name, value, Contribution("stated", U / 2)), limit)
+
+
+def panels() -> dict[str, Panel]:
+    x, y = np.array([-29.5, -16.0, 16.0, 29.5] * 2), np.repeat([9.0, -9.0], 4)
+    z = np.array([1.07, -2.07, 2.07, 0.43, 2.07, -2.07, -1.57, 2.07])
+    phase = np.linspace(0, 4 * np.pi, 5001)
+    volt, stroke = 65 - 85 * np.cos(phase), 90 - 90 * np.cos(phase) + 6 * np.sin(phase)
+    flat = Heights(x, y, z, "height above the plane [um]")
+    zone = Band(np.array([0.5, 8.5]), np.full(2, -2.07), np.full(2, 2.07), "zone")
+    loop = (Line(volt, stroke, "three stacks"), Mark(304.0, "y", "limit 304 um"))
+    return {
+        "flatness/heights": Panel("Heights", "x [mm]", "y [mm]", (flat,), equal=True),
+        "flatness/zone": Panel("Zone", "point", "height [um]", (zone, Line(np.arange(1.0, 9.0), z, style="points"))),
+        "stroke/loops": Panel("Loops", "voltage [V]", "displacement [um]", loop),
+    }
+
+
+def result(sensor_uF: float = 1.72, stroke_um: float = 181.7, serial: str = "APA-03") -> UnitResult:
+    limits = {name: limit for check in spec().checks.values() for name, limit in check.limits.items()}
+    found = (
+        finding("sensor_uF", sensor_uF, 0.0086, limits["sensor_uF"]),
+        finding("stroke_um", stroke_um, 1.8, limits["stroke_um"], "stroke"),
+    )
+    return UnitResult(
+        serial=serial,
+        kind="apa",
+        verdict=unit_verdict(found),
+        findings=found,
+        information=(("flatness", Quantity.of("interface_tilt_urad", 231.2, Contribution("probe", 22.0))),),
+        not_judged=("frf (low.mat, high.mat)",),
+        notes=("stroke: one stack 60.1 um, two stacks 121.6 um",),
+        inputs={n: hashlib.sha256(c).hexdigest() for n, c in (("unit.toml", UNIT_TOML), ("raw/stroke.mat", RECORD))},
+        spec_name="basic",
+        spec_sha256=spec().sha256,
+        panels=panels(),
+    )
+
+
+def folder(path: Path) -> Path:
+    (path / "raw").mkdir(parents=True, exist_ok=True)
+    (path / "unit.toml").write_bytes(UNIT_TOML)
+    (path / "raw/stroke.mat").write_bytes(RECORD)
+    return path
+
+
+def dossier(path: Path, unit: UnitResult | None = None, **more: int) -> Dossier:
+    return dossier_of(unit or result(), spec(), folder(path), "M. Keller", **more)

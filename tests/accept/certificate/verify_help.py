@@ -1,0 +1,82 @@
+"""A bench with its keys and its certificate in three states, for the tests of verification."""
+
+import io
+from binascii import hexlify, unhexlify
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+from asn1crypto import cms
+from cryptography import x509
+from pyhanko.pdf_utils.reader import PdfFileReader
+
+from accept.certificate import authority
+from accept.certificate.document import render
+from accept.certificate.keys import QA, TECHNICIAN, Credential
+from accept.certificate.signing import sign
+from accept.verify.verification import Report, verify
+from tests.accept.certificate.certificate_help import WHEN, dossier
+
+NOW = WHEN + timedelta(days=400)
+LATER = WHEN + timedelta(hours=2)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bench with its keys and one certificate in its three states."""
+
+    technician: Credential
+    qa: Credential
+    unsigned: bytes
+    signed: bytes
+    countersigned: bytes
+
+    @property
+    def trust(self) -> list[x509.Certificate]:
+        return [self.technician.ca]
+
+    def check(self, pdf: bytes, **more: Any) -> Report:
+        return verify(pdf, self.trust, now=NOW, **more)
+
+
+def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> tuple[Credential, Credential]:
+    root_key = authority.new_key()
+    root = authority.root(root_key, WHEN)
+    made = []
+    for role, person in ((TECHNICIAN, technician), (QA, qa)):
+        key = authority.new_key()
+        made.append(Credential(role, key, authority.leaf(role, person, key.public_key(), root, root_key, WHEN), root))
+    return made[0], made[1]
+
+
+def made_bench(folder: Path) -> Bench:
+    """Of a unit in a folder."""
+    technician, qa = credentials()
+    unsigned = render(dossier(folder))
+    signed = sign(unsigned, technician, WHEN)
+    return Bench(technician, qa, unsigned, signed, sign(signed, qa, LATER))
+
+
+def refused(report: Report, *words: str) -> None:
+    """Not valid, for a reason in one printable line that says at least one of these words."""
+    assert not report.valid
+    assert report.reason.isprintable()
+    assert 0 < len(report.reason) <= 300
+    assert not words or any(word in report.reason for word in words), report.reason
+
+
+def hole_of(pdf: bytes, nth: int) -> tuple[int, int]:
+    """(start, end) of the hexadecimal digits of the nth signature."""
+    _, length, start, _ = PdfFileReader(io.BytesIO(pdf)).embedded_signatures[nth].byte_range
+    return int(length) + 1, int(start) - 1
+
+
+def with_cms(pdf: bytes, change: Callable[[cms.ContentInfo], None]) -> bytes:
+    """The file with the CMS of its last signature taken apart, changed and put back, as anyone can."""
+    start, end = hole_of(pdf, -1)
+    content = cms.ContentInfo.load(unhexlify(pdf[start:end]))
+    change(content)
+    digits = hexlify(content.dump(force=True)).upper()
+    return pdf[:start] + digits.ljust(end - start, b"0") + pdf[end:]

@@ -1,0 +1,211 @@
+"""`accept model`, and models as files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from accept.cli.main import app
+from accept.gap.responses import responses
+from accept.models.model_file import open_model, opened, write_model
+from accept.units.unit_folder import UnitError
+from checks.errors import ModelError
+from hw.records.writers import mat_bytes
+from specs import SpecError
+from specs.model import load_model
+from specs.model_sections import FitRecord
+from tests.checks.model.units_model import DATA, NOMINAL, needs_data, true_values
+
+FS, SECONDS = 10_000.0, 4.0
+
+
+def run(*arguments: object) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, ["model", *(str(a) for a in arguments)])
+    return done.exit_code, done.stdout, done.stderr
+
+
+def unit_folder(tmp_path: Path, model: str, changes: dict[str, float]) -> Path:
+    """A unit whose records are the model's answer, periodic in the record so that no transient is left out."""
+    m = open_model(model)
+    rng = np.random.default_rng(6)
+    n = int(FS * SECONDS)
+    f = np.fft.rfftfreq(n, 1 / FS)
+    H = m.frf(f, changes)
+    for name in ("low", "high"):
+        u = rng.standard_normal(n)
+        channels = {"t": np.arange(n) / FS, "Va": u}
+        for c, channel in enumerate(m.channels):
+            y = np.fft.irfft(np.fft.rfft(u) * H[:, c], n)
+            channels[channel] = y + 1e-4 * y.std() * rng.standard_normal(n)
+        (tmp_path / f"{name}.mat").write_bytes(mat_bytes(channels))
+    (tmp_path / "unit.toml").write_text(
+        'serial = "T-1"\nkind = "apa"\n[frf]\nlow = "low.mat"\nhigh = "high.mat"\nmerge_Hz = 350.0\n'
+    )
+    return tmp_path
+
+
+CHANGES = {"apa.ke_N_per_um": 1.8, "bench.payload_kg": 5.65, "constants.ga_N_per_V": -30.5, "apa.c_N_s_per_m": 38.0}
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, int, str, str]:
+    folder = unit_folder(tmp_path_factory.mktemp("unit"), "apa-2dof", CHANGES)
+    return (folder, *run("fit", folder, "--model", "apa-2dof", "--starts", 1, "--out", folder / "out"))
+
+
+def test_fit_recovers_and_says_so(fitted: tuple[Path, int, str, str]) -> None:
+    folder, code, out, err = fitted
+    assert code == 0, err
+    document = json.loads((folder / "out" / "fit.json").read_text())
+    for name, value in CHANGES.items():
+        found = document["parameters"][name]
+        assert abs(found["value"] - value) < 2 * found["U"], name
+    assert max(document["gap_after"].values()) < 1.1 < max(document["gap_before"].values())
+    assert "apa.ke_N_per_um" in out
+    assert "G before" in out
+    assert (folder / "out" / "fit.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_fitted_model_opens_again(fitted: tuple[Path, int, str, str]) -> None:
+    folder = fitted[0]
+    model, document = open_model(folder / "out" / "model.toml"), json.loads((folder / "out" / "fit.json").read_text())
+    for name, found in document["parameters"].items():
+        assert model.values[name] == found["value"]
+        assert model.sds[name] == pytest.approx(found["U"] / 2, rel=1e-12)
+    spec = load_model(folder / "out" / "model.toml")
+    assert spec.fit is not None
+    assert spec.fit.serial == "T-1"
+    assert set(spec.fit.inputs) == {"low.mat", "high.mat"}
+    sds = np.sqrt(np.diag(spec.fit.covariance))
+    np.testing.assert_allclose(sds, [model.sds[n] for n in spec.fit.names], rtol=1e-12)
+    assert run("show", "--model", folder / "out" / "model.toml")[0] == 0
+
+
+def test_constants_stand_beside_the_fit(fitted: tuple[Path, int, str, str]) -> None:
+    document = json.loads((fitted[0] / "out" / "fit.json").read_text())
+    assert document["constants"]["ga_N_per_V"]["value"] == pytest.approx(-30.5, rel=2e-3)  # noise 1e-4 over 4 s
+    # the seed's formula takes the gain at 10..20 Hz for the static one, 3 % more
+    assert document["constants_by_the_seed"]["ga_N_per_V"] == pytest.approx(-30.5, rel=0.05)
+
+
+def test_frf_writes_what_the_model_says(tmp_path: Path) -> None:
+    code, out, _ = run("frf", "--model", "apa-2dof", "--points", 20)
+    assert code == 0
+    document = json.loads(out)
+    f = np.array(document["f_Hz"])
+    H = open_model("apa-2dof").frf(f)
+    de = document["channels"]["de"]
+    np.testing.assert_array_equal(np.array(de["real"]) + 1j * np.array(de["imag"]), H[:, 1])
+    assert de["unit"] == "m/V"
+    code, out, _ = run("frf", "--points", 50, "--csv", tmp_path / "h.csv", "--plot", tmp_path / "h.svg")
+    assert code == 0
+    assert out == ""
+    table = np.genfromtxt(tmp_path / "h.csv", delimiter=",", names=True)
+    assert table["da_real"].size == 50
+    assert (tmp_path / "h.svg").read_text().startswith("<?xml")
+
+
+def test_modes_and_sweep() -> None:
+    code, out, _ = run("modes", "--model", "apa-2dof")
+    assert code == 0
+    assert "95.06 Hz" in out  # the seed's pole
+    assert "41.09 Hz" in out  # and its zero of Vs
+    code, out, _ = run("modes", "--clamped")
+    assert code == 0
+    assert "zeros" not in out
+    code, out, _ = run("sweep", "dy", "--value", -100, "--value", 100)
+    assert code == 0
+    assert "misalignment.dy_um" in out
+    assert "0.42  0.4" in out  # damping of the first two poles in percent, as `modes` shows it
+    code, out, _ = run("sweep", "bench.payload_kg", "--value", 5, "--model", "apa-2dof", "--channel", "Vs")
+    assert code == 0
+    assert "101.5" in out  # 95.06 Hz times sqrt(5.7 / 5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("show", "--model", "nope"), "no such model"),
+        (("show", "--model", "nope.toml"), "cannot be read"),
+        (("frf", "--f-lo", 6000, "--f-hi", 9000), "6000 Hz"),
+        (("frf", "--f-lo", 20, "--f-hi", 10), "rising range"),
+        (("sweep", "joint.kz"), "no values for 'joint.kz'"),
+        (("sweep", "joint.kz", "--value", 3), "no parameter 'joint.kz'"),
+        (("sweep", "dy", "--channel", "dz"), "no channel 'dz'"),
+        (("fit", "/nowhere"), "/nowhere"),
+        (("fit", "/nowhere", "--f-hi", 9000), "9000 Hz is outside"),
+        (("frf", "--plot", "/tmp/x.gif"), "not as 'gif'"),
+    ],
+)
+def test_bad_input_ends_in_one_clear_line_and_exit_6(arguments: tuple, words: str) -> None:
+    code, _, err = run(*arguments)
+    assert code == 6
+    assert words in err
+    assert "Traceback" not in err
+
+
+def test_a_unit_without_responses_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "unit.toml").write_text('serial = "T-2"\nkind = "apa"\n')
+    with pytest.raises(UnitError, match=r"no section \[frf\]"):
+        responses(tmp_path)
+
+
+def test_effects_are_built_in_and_written(tmp_path: Path) -> None:
+    spec = load_model("strut")
+    effects = [("misalignment", {"dx_um": 20.0, "dy_um": -170.0}), ("hysteresis", {"relative_width": 0.1})]
+    write_model(tmp_path / "m.toml", spec, {"encoder.com_x_mm": 0.5}, effects=effects, damping="modal", name="mine")
+    again = opened(tmp_path / "m.toml")
+    assert again.model.values["misalignment.dy_um"] == -170.0
+    assert again.model.values["encoder.com_x_mm"] == 0.5
+    assert again.model.damping == "modal"
+    assert again.spec.name == "mine"
+    assert again.left_out == ("hysteresis",)
+    more = write_model(tmp_path / "n.toml", again.spec, {}, effects=[("loop_delay", {"tau_us": 30.0})])
+    assert [e.name for e in more.effects] == ["misalignment", "hysteresis", "loop_delay"]
+    assert "# centre of rotation" in (tmp_path / "n.toml").read_text()  # comments stay
+
+
+@needs_data
+def test_the_superelement_is_found_from_the_new_place(tmp_path: Path) -> None:
+    written = write_model(tmp_path / "a" / "b" / "m.toml", load_model(NOMINAL), true_values("S-01"))
+    assert written.apa_file is not None
+    assert written.apa_file.resolve() == (DATA / "superelements" / "APA300ML.mat").resolve()
+    assert (
+        open_model(tmp_path / "a" / "b" / "m.toml").values["joint.kz_N_per_um"]
+        == true_values("S-01")["joint.kz_N_per_um"]
+    )
+
+
+RECORD = {"names": ["a", "b"], "covariance": [[1.0, 0.1], [0.1, 1.0]], "model": "m", "model_sha256": "0"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"names": ["a", "a"]}, "twice"),
+        ({"covariance": [[1.0, 0.1]]}, "2 rows of 2"),
+        ({"covariance": [[0.0, 0.1], [0.1, 1.0]]}, "expected above 0"),
+        ({"covariance": [[float("nan"), 0.1], [0.1, 1.0]]}, "finite"),
+        ({"surplus": 1}, "surplus"),
+    ],
+)
+def test_a_record_of_a_fit_is_read_strictly(changes: dict, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        FitRecord.model_validate(RECORD | changes)
+
+
+def test_a_damaged_file_or_effect_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "m.toml"
+    write_model(path, load_model("strut"), {}, effects=[("misalignment", {"dx_um": 1.0, "dy_um": 2.0})])
+    text = path.read_text()
+    path.write_text(text.replace("dx_um = 1.0", 'dx_um = "one"'))
+    with pytest.raises(ModelError, match="dx_um is 'one'"):
+        open_model(path)
+    path.write_text(text.replace("dx_um = 1.0", "dz = 1.0"))
+    with pytest.raises(ModelError, match="expected"):
+        open_model(path)
+    path.write_text(text + "\n[surprise]\nx = 1\n")
+    with pytest.raises(SpecError, match="surprise"):
+        open_model(path)

@@ -1,0 +1,86 @@
+"""gap.pdf and the summary on the terminal: the sentence, the numbers of gap.json, on one page, and never cut."""
+
+import io
+import re
+from dataclasses import replace
+
+import pytest
+from pypdf import PdfReader
+
+from accept.gap import analyse_unit
+from accept.gap.report_pdf import render
+from accept.gap.text import COLUMNS, LINES, gap_number, one_line, plain, summary
+from checks.gap.decision.result import Ambiguous, Nameless, Result
+from tests.checks.gap.gap_units import HIGHPASS, make_strut
+
+AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
+NAMELESS = Nameless("Vs", (750.4,), (762.8,), False, "Vs times a mode would explain it")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
+    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", HIGHPASS)
+    return analyse_unit.analyse(unit, "strut").result
+
+
+@pytest.fixture(scope="module")
+def crowded(result: Result) -> Result:
+    """An answer with more to say than any unit so far."""
+    return replace(
+        result,
+        verdict="partly_explained",
+        named=result.named * 4,
+        ambiguous=(AMBIGUOUS,) * 3,
+        unnamed=(NAMELESS,) * 6,
+        notes=("what somebody should know about these records " * 4,) * 5,
+    )
+
+
+def text_of(pdf: bytes) -> str:
+    return " ".join(" ".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages).split())
+
+
+def test_one_page_with_sentence_and_numbers(result: Result) -> None:
+    pdf = render("X-1", result)
+    assert len(PdfReader(io.BytesIO(pdf)).pages) == 1
+    text = text_of(pdf)
+    document = analyse_unit.to_json("X-1", result)
+    assert document["named"][0]["sentence"] in text
+    for key in ("gap_before", "gap_after"):
+        for G in document[key]["channels"].values():
+            assert gap_number(G) in text
+    found = document["named"][0]["parameters"]["f_Hz"]
+    for value in (found["value"], *found["ci95"]):
+        assert f"{value:.4g}" in text
+    assert plain(result.tried[0].names[0]) in text  # the candidates, the best first
+    assert "Explained" in text
+
+
+def test_equal_answers_give_equal_bytes(result: Result) -> None:
+    assert render("X-1", result) == render("X-1", result)
+
+
+def test_what_is_not_told_apart_and_what_would_tell(crowded: Result) -> None:
+    text = text_of(render("X-1", crowded))
+    assert "Not told apart: amplifier_bandwidth, loop_delay. To tell: drive a dummy capacitor and read it back." in text
+    assert "Without a name: Vs, poles 750.4 Hz, zeros 762.8 Hz" in text
+    assert "Partly explained" in text
+
+
+def test_terminal(result: Result, crowded: Result) -> None:
+    for shown in (result, crowded):
+        lines = summary("X-1", shown)
+        assert len(lines) <= LINES
+        assert max(map(len, lines)) <= COLUMNS
+        for c, G in shown.gap_after.channels.items():
+            assert any(re.search(rf"{c}: G .* -> {re.escape(gap_number(G.G))}$", line) for line in lines)
+    assert any("the rest is in gap.json" in line for line in summary("X-1", crowded))
+
+
+def test_one_line_says_it_all(crowded: Result, result: Result) -> None:
+    line = one_line(analyse_unit.to_json("X-1", crowded) | {"reason": None})
+    for words in ("sensor_highpass f_Hz", "amplifier_bandwidth or loop_delay, not told apart", "on Vs (750.4 Hz)"):
+        assert words in line
+    assert "->" in line
+    refused = {"verdict": "refused", "start": "strut", "reason": "coherence is too low"}
+    assert one_line(refused) == "not held against model strut: coherence is too low"

@@ -1,0 +1,201 @@
+"""The event store as its callers see it: what is appended comes back, verified, in order, from many writers."""
+
+import hashlib
+import json
+import multiprocessing
+import os
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from accept.base.version import code_sha256
+from accept.store import Entry, Head, Store, StoreError, check_lines, open_store
+from accept.store.store import _PAGE
+
+WRITER = Path(__file__).with_name("store_writer.py")
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
+    monkeypatch.delenv("ACCEPT_STORE_URL", raising=False)
+    return tmp_path
+
+
+@pytest.fixture
+def store(home: Path) -> Iterator[Store]:
+    with open_store() as opened:
+        yield opened
+
+
+def test_what_is_appended_comes_back(store: Store) -> None:
+    payload = {"b": [1, 2.5, None, True], "a": {"µ": "größer"}, "nul": "a\0b", "half": "\ud800"}
+    event = store.append("unit_judged", "APA-03", payload, who="Ada", spec="apa@00ff")
+    (read,) = store.events()
+    assert read == event
+    assert read.data == payload
+    assert (read.seq, read.who, read.what, read.subject, read.spec) == (1, "Ada", "unit_judged", "APA-03", "apa@00ff")
+    assert read.code == code_sha256()
+    assert abs(datetime.fromisoformat(read.time) - datetime.now(UTC)) < timedelta(minutes=1)
+    assert len(read.time) == len("2026-01-01T00:00:00.000000+00:00")
+
+
+def test_anyone_can_recompute_the_chain_from_the_file(home: Path, store: Store) -> None:
+    """An independent reader: raw SQL, json and hashlib as the docstring of `digest` states them."""
+    for i in range(5):
+        store.append("unit_judged", f"ü{i}", {"i": i}, who="Ada")
+    prev = "0" * 64
+    for row in sqlite3.connect(home / "store.sqlite").execute("SELECT * FROM events ORDER BY seq"):
+        assert row[8] == prev
+        prev = hashlib.sha256(json.dumps(row[:-1], separators=(",", ":")).encode()).hexdigest()
+        assert row[9] == prev
+    assert str(store.head()) == f"5 {prev}"
+    assert (home / "store.head").read_text() == f"5 {prev}\n"
+
+
+def test_payload_text_does_not_depend_on_the_order_of_keys() -> None:
+    assert Entry("x", payload={"a": 1, "b": 2}).text() == Entry("x", payload={"b": 2, "a": 1}).text() == '{"a":1,"b":2}'
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), b"bytes", {1, 2}, object()])
+def test_a_payload_that_is_not_json_is_refused(store: Store, value: object) -> None:
+    with pytest.raises(StoreError, match="unit_judged U: the payload is not JSON"):
+        store.append("unit_judged", "U", {"x": value}, who="Ada")
+    assert list(store.events()) == []
+
+
+@pytest.mark.parametrize(("subject", "who"), [("a\0b", "Ada"), ("\udcff", "Ada"), ("U", "")])
+def test_fields_that_no_database_keeps_are_refused(store: Store, subject: str, who: str) -> None:
+    with pytest.raises(StoreError):
+        store.append("unit_judged", subject, {}, who=who)
+    assert store.check() is None
+
+
+def test_many_are_stored_whole_or_not_at_all(store: Store) -> None:
+    good = [Entry("a", "U1"), Entry("b", "U2", {"x": 1}, "apa@1")]
+    assert [e.seq for e in store.append_many(good, who="Ada")] == [1, 2]
+    with pytest.raises(StoreError):
+        store.append_many([Entry("c"), Entry("d", payload={"x": float("nan")})], who="Ada")
+    assert store.append_many([], who="Ada") == []
+    assert [(e.what, e.spec) for e in store.events()] == [("a", ""), ("b", "apa@1")]
+    assert store.check() is None
+
+
+def test_events_are_found_by_subject_kind_and_number(store: Store) -> None:
+    store.append_many([Entry(what, unit) for unit in ("U1", "U2") for what in ("a", "b", "a")], who="Ada")
+    assert [e.seq for e in store.events(subject="U2")] == [4, 5, 6]
+    assert [e.seq for e in store.events(what="a")] == [1, 3, 4, 6]
+    assert [e.seq for e in store.events(subject="U1", what="a", after=1)] == [3]
+    latest = store.latest("U1", "a")
+    assert latest is not None
+    assert latest.seq == 3
+    assert store.latest("U3", "a") is None
+
+
+def test_reading_goes_on_over_pages_and_while_others_append(store: Store) -> None:
+    store.append_many([Entry("a")] * (_PAGE + 3), who="Ada")
+    reader = store.events()
+    first = next(reader)
+    store.append("late", "", {}, who="Ada")
+    assert [first.seq, *(e.seq for e in reader)] == list(range(1, _PAGE + 5))
+
+
+def test_a_store_is_reopened_where_it_ended(home: Path) -> None:
+    for expected in (1, 2, 3):
+        with open_store() as store:
+            assert store.append("a", "", {}, who="Ada").seq == expected
+    assert not (home / "store.sqlite-wal").exists()
+
+
+def test_url_chooses_the_database(home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_STORE_URL", f"sqlite:///{tmp_path}/other.db")
+    with open_store() as store:
+        store.append("a", "", {}, who="Ada")
+    assert (tmp_path / "other.head").exists()
+    assert not (home / "store.sqlite").exists()
+
+
+def test_pragmas_that_durability_rests_on(store: Store) -> None:
+    with store._engine.connect() as connection:
+        found = {p: connection.exec_driver_sql(f"PRAGMA {p}").scalar() for p in ("journal_mode", "synchronous")}
+    assert found == {"journal_mode": "wal", "synchronous": 2}
+
+
+@pytest.mark.parametrize("statement", ["UPDATE events SET who = 'Eve'", "DELETE FROM events WHERE seq = 2"])
+def test_the_database_itself_refuses_to_change_events(home: Path, store: Store, statement: str) -> None:
+    store.append_many([Entry("a")] * 2, who="Ada")
+    with pytest.raises(sqlite3.IntegrityError, match="never changed or removed"):
+        sqlite3.connect(home / "store.sqlite").execute(statement)
+
+
+def test_report_says_unbroken_or_names_the_event(home: Path, store: Store) -> None:
+    kept = [store.append("unit_judged", f"APA-{i:02d}", {"i": i}, who="Ada") for i in range(1, 5)]
+    exported = Head(2, kept[1].hash)
+    assert check_lines(store) == (True, [f"store: 4 events, head {kept[-1].hash}: unbroken"])
+    assert check_lines(store, exported)[0]
+    assert not check_lines(store, Head(2, kept[2].hash))[0]
+    raw = sqlite3.connect(home / "store.sqlite", isolation_level=None)
+    raw.execute("DROP TRIGGER events_no_update")
+    raw.execute("UPDATE events SET payload = '{\"i\":7}' WHERE seq = 3")
+    unbroken, lines = check_lines(store)
+    assert not unbroken
+    assert lines[1].startswith("event 3 (unit_judged APA-03) was altered")
+    with pytest.raises(StoreError, match=r"event 3 \(unit_judged APA-03\) was altered"):
+        list(store.events())
+
+
+def test_threads_share_a_store(store: Store) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        done = list(pool.map(lambda i: store.append("a", str(i), {}, who="Ada").seq, range(40)))
+    assert sorted(done) == list(range(1, 41))
+    assert store.check() is None
+
+
+def test_processes_keep_one_chain(home: Path) -> None:
+    """Four programs start on an empty folder at once; every acknowledged event is there with the hash it was given."""
+    count = 100 if os.environ.get("ACCEPT_SOAK") else 25
+    command = [sys.executable, str(WRITER)]
+    writers = [subprocess.Popen([*command, f"w{i}", str(count)], stdout=subprocess.PIPE, text=True) for i in range(4)]
+    said = [writer.communicate(timeout=60)[0].splitlines() for writer in writers]
+    assert [writer.returncode for writer in writers] == [0] * 4
+    with open_store() as store:
+        assert store.check() is None
+        stored = list(store.events())
+    assert sorted(line for lines in said for line in lines) == sorted(f"{e.seq} {e.hash}" for e in stored)
+    for i in range(4):
+        assert [e.data["i"] for e in stored if e.who == f"w{i}"] == list(range(count))
+
+
+def start_at_once(url: str, barrier: Any) -> None:
+    barrier.wait(30)
+    with open_store(url) as store:
+        store.append("a", "", {}, who="Ada")
+
+
+def test_a_new_store_is_made_once_by_many_at_once(tmp_path: Path) -> None:
+    """SQLite does not wait where two switch a new file to WAL; without our wait one start in 180 fails."""
+    fork = multiprocessing.get_context("fork")
+    for i in range(60 if os.environ.get("ACCEPT_SOAK") else 3):
+        barrier, url = fork.Barrier(6), f"sqlite:///{tmp_path}/{i}.sqlite"
+        starters = [fork.Process(target=start_at_once, args=(url, barrier)) for _ in range(6)]
+        for process in starters:
+            process.start()
+        for process in starters:
+            process.join(60)
+        assert [process.exitcode for process in starters] == [0] * 6
+        with open_store(url) as store:
+            assert store.check() is None
+            assert store.head().seq == 6
+
+
+def test_import_is_light() -> None:
+    heavy = ("numpy", "scipy", "pandas", "reportlab", "rich", "typer")
+    script = f"import sys, accept.store; print([m for m in {heavy} if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "[]\n"

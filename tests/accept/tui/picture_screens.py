@@ -1,0 +1,101 @@
+"""The pictures of the guided workflow in the documentation: `make pictures` drives the program itself and writes them.
+
+Run by hand: `python tests/accept/tui/picture_screens.py docs/img`. What is shown is simulated, measured and computed
+on the way.
+"""
+
+import asyncio
+import os
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from textual.pilot import Pilot
+from textual.widgets import DataTable
+
+sys.path.insert(0, str(Path(__file__).parents[3]))
+from accept.base.atomic_files import write_atomic
+from accept.models.model_file import open_model
+from accept.simulate import Order, simulate
+from accept.tui.screens.start import Given
+from accept.workflow.bench import open_bench
+from accept.workflow.training import open_training
+from tests.accept.tui.tui_help import press, running, shown, type_line, words
+
+SIZE = (100, 30)
+_FOREIGN = re.compile(r"@font-face\s*\{[^}]*\}")  # no page should load from another host what every browser has
+
+
+def keep(pilot: Pilot[None], path: Path) -> None:
+    picture = _FOREIGN.sub("", pilot.app.export_screenshot(title="accept run")).replace("Fira Code", "monospace")
+    write_atomic(path, picture.encode())
+    print(path)
+
+
+async def to_steps(pilot: Pilot[None], serial: str = "") -> None:
+    if serial:
+        await type_line(pilot, serial)
+    for _ in range(6):
+        if type(pilot.app.screen).__name__ == "Start":
+            await press(pilot, "enter")
+
+
+async def open_row(pilot: Pilot[None], key: str) -> None:
+    table = pilot.app.screen.query_one(DataTable)
+    table.move_cursor(row=table.get_row_index(key))
+    await press(pilot, "enter")
+
+
+async def measuring(out: Path) -> None:
+    """An instrument's live value, one value taken."""
+    bench = open_training("apa", 1)
+    async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
+        await to_steps(pilot)
+        await open_row(pilot, "capacitance")
+        await press(pilot, "f3", "up")
+        await shown(pilot, "#gauge", "uF\n")
+        keep(pilot, out / "workflow-live.svg")
+    bench.close()
+
+
+def strut(folder: Path) -> Path:
+    model = open_model("strut").with_values({"misalignment.dy_um": 150.0})
+    for name, content in simulate(Order("ST-07", "strut", model, seed=7)).files.items():
+        write_atomic(folder / "ST-07" / name, content)
+    return folder / "ST-07"
+
+
+async def explaining(out: Path, folder: Path) -> None:
+    """Responses, the misalignment that they tell, and what the model lacks."""
+    bench = open_bench("strut", folder=strut(folder))
+    async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
+        await to_steps(pilot)
+        await open_row(pilot, "frf")
+        await press(pilot, "f7")
+        keep(pilot, out / "workflow-responses.svg")
+        await press(pilot, "escape")
+        await open_row(pilot, "misalignment")
+        await press(pilot, "f7", "f7")
+        keep(pilot, out / "workflow-misalignment.svg")
+        await press(pilot, "escape")
+        await open_row(pilot, "gap")
+        print(words(pilot, "#answer"))
+        await press(pilot, "f7")
+        keep(pilot, out / "workflow-gap.svg")
+        await press(pilot, "escape")
+        keep(pilot, out / "workflow-steps.svg")
+    bench.close()
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    for scene in (measuring, explaining):
+        with tempfile.TemporaryDirectory() as home:
+            os.environ["ACCEPT_HOME"] = home
+            more = () if scene is measuring else (Path(home) / "records",)
+            asyncio.run(scene(out, *more))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""SIGKILL of the real program at random moments of a whole APA on the simulated bench: after each restart the
+workflow stands at the step where it stood, nothing acknowledged is missing, and the unit gets its certificate."""
+
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+
+from accept.base.version import code_sha256
+from accept.certificate import keys
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from accept.workflow.state.unit_state import Attempt, fold_run
+from accept.workflow.status import next_step
+from accept.workflow.steps.plan import steps_of
+from tests.accept.batch.killing import SOAK, gone, until
+from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
+
+pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux (Debian: apt install tmux)")
+
+KILLS_A_RUN = 20 if SOAK else 3
+LONGEST_S = 6.0  # until a kill: several entries and their judgement, or a signature
+SERIAL = "APA-77"
+ACKNOWLEDGED = re.compile(r"stored as event (\d+)")
+READ = "F3"
+ENTRIES = {
+    "flatness": (READ,) * 8,
+    "capacitance": (READ,) * 2,
+    "stroke": FILES["Stroke"],
+    "stiffness": (*FILES["Axial stiffness"], "6.4 kg"),
+    "hysteresis": FILES["Hysteresis"],
+    "sensor_highpass": (*FILES["High-pass"], "1 MOhm"),
+    "spurious_modes": FILES["Spurious modes"],
+    "frf": ("frf_sweep.mat", "frf_noise_hf.mat"),
+}
+SPEC = load_spec("apa")
+STEPS = steps_of(SPEC)
+
+
+class Killed(Exception):
+    """The program was killed while the technician waited for something."""
+
+
+class Doomed(Terminal):
+    """A terminal whose program is killed a while after `doom`; `seen` is what stood on the screen just before."""
+
+    def __init__(self, socket: Path, command: list[str], home: Path) -> None:
+        super().__init__(socket, command, home)
+        self.seen, self.left_behind = "", set[int]()
+        self._killed = threading.Event()
+        self._timer: threading.Timer | None = None
+
+    def doom(self, after_s: float) -> None:
+        self._timer = threading.Timer(after_s, self._kill)
+        self._timer.start()
+
+    def _kill(self) -> None:
+        program = children(int(self._run("display-message", "-p", "-t", "t", "#{pane_pid}")))
+        self.left_behind = {child for pid in program for child in children(pid)}
+        self.seen = self.screen()
+        for pid in program:
+            os.kill(pid, signal.SIGKILL)
+        self._killed.set()
+
+    def screen(self) -> str:
+        if self._killed.is_set():
+            raise Killed
+        return super().screen()
+
+    def close(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer.join()
+        super().close()
+
+
+def children(pid: int) -> set[int]:
+    found = Path(f"/proc/{pid}/task/{pid}/children")
+    return {int(child) for child in found.read_text().split()} if found.exists() else set()
+
+
+def attempt_of_store() -> Attempt | None:
+    with open_store() as store:
+        assert store.check() is None
+        return fold_run(SERIAL, store.events(SERIAL)).attempt
+
+
+def stands_at(attempt: Attempt | None) -> int | None:
+    """The number of the step that the store says comes next."""
+    states = {step.name: attempt.step(step.check.reads) for step in STEPS} if attempt else {}
+    step = next_step(STEPS, states, f"{SPEC.name}@{SPEC.sha256}", code_sha256())
+    return None if step is None else STEPS.index(step)
+
+
+def begin(ann: Technician, attempt: Attempt | None) -> None:
+    ann.at.wait_for("Enter goes from line to line")
+    ann.at.type(SERIAL)
+    ann.at.wait_for(f"(new unit {SERIAL}|{SERIAL} is known)")
+    ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
+    ann.at.wait_for("Enter opens a step")
+
+
+def work(ann: Technician) -> None:
+    """From the list of steps, as it stands, to the signed certificate."""
+    while (at := stands_at(attempt := attempt_of_store())) is not None:
+        step = STEPS[at]
+        ann.step_at(at + 1, step.title)
+        given = attempt.step(step.name).entries if attempt else ()
+        if step.name in ("stroke", "stiffness") and not given:
+            ann.at.press("F6")
+            ann.at.wait_for("giving: records")
+        for entry in ENTRIES[step.name][len(given) :]:
+            ann.reads() if entry == READ else ann.types(entry)
+        ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")
+        ann.back()
+        ann.at.wait_for("Enter opens a step")
+    ann.at.press("F9")
+    ann.at.wait_for("F2 signs this result|this result is signed")
+    if attempt is None or attempt.certificate is None:
+        sign(ann)
+    ann.at.wait_for("✓ verified|this result is signed")
+
+
+def sign(ann: Technician) -> None:
+    ann.at.press("F2")
+    ann.at.wait_for("As technician")
+    ann.at.line("correct horse")
+
+
+def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events: int) -> int:
+    """Start, work, be killed somewhere; returns the last event that was acknowledged."""
+    attempt = attempt_of_store()
+    terminal = Doomed(place / "tmux", run, home)
+    ann = Technician(terminal)
+    ann.events = events
+    try:
+        if at_start := rng.random() < 0.15:
+            terminal.doom(rng.uniform(0.0, LONGEST_S))
+        begin(ann, attempt)
+        if not at_start:
+            terminal.doom(rng.uniform(0.0, LONGEST_S))
+        work(ann)
+        terminal.wait_for("never to be seen")
+    except Killed:
+        pass
+    finally:
+        terminal.close()
+    assert until(lambda: all(gone(pid) for pid in terminal.left_behind)), "a computation went on without its program"
+    return max([ann.events, *(int(number) for number in ACKNOWLEDGED.findall(terminal.seen))])
+
+
+@pytest.mark.parametrize("seed", range(10 if SOAK else 1))
+def test_a_run_that_is_killed_again_and_again_loses_nothing(seed: int, bench_home: Path, tmp_path: Path):
+    rng, events = random.Random(seed), 0
+    keys.init(bench_home, "correct horse", "Ann", "Quinn")
+    with bench_for_seed(tmp_path, 4) as (records, bench):
+        run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
+        for _ in range(KILLS_A_RUN):
+            events = one_life(tmp_path, run, bench_home, rng, events)
+            with open_store() as store:
+                assert events <= max((event.seq for event in store.events(SERIAL)), default=0)
+        if (attempt := attempt_of_store()) is None or attempt.certificate is None:
+            finish(tmp_path, run, bench_home, events)
+    said = subprocess.run([*ACCEPT, "verify", bench_home / "certificates" / f"{SERIAL}.pdf"], capture_output=True)
+    assert said.returncode == 0, said.stdout + said.stderr
+    attempt = attempt_of_store()
+    assert attempt is not None
+    assert {name: len(attempt.step(name).entries) for name in ENTRIES} == {n: len(e) for n, e in ENTRIES.items()}
+
+
+def finish(place: Path, run: list[str], home: Path, events: int) -> None:
+    """The last life, to its natural end."""
+    terminal = Terminal(place / "tmux", run, home)
+    try:
+        ann = Technician(terminal)
+        ann.events = events
+        begin(ann, attempt_of_store())
+        work(ann)
+    finally:
+        terminal.close()

@@ -1,0 +1,101 @@
+"""The real program in a real terminal of 80 x 24 (tmux), by keys alone: a whole APA on the simulated bench and a whole
+strut in training, each from its serial to the verified certificate."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
+
+pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux (Debian: apt install tmux)")
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Iterator[list[Terminal]]:
+    terminals: list[Terminal] = []
+    yield terminals
+    for terminal in terminals:
+        terminal.close()
+
+
+@pytest.fixture
+def simulated_bench(tmp_path: Path) -> Iterator[tuple[Path, Path]]:
+    with bench_for_seed(tmp_path, 4) as made:
+        yield made
+
+
+def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
+    simulated_bench: tuple[Path, Path], tmp_path: Path, opened: list[Terminal]
+) -> None:
+    home, (records, bench) = tmp_path / "home", simulated_bench
+    run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
+    opened.append(terminal := Terminal(tmp_path / "tmux", run, home))
+    ann = Technician(terminal)
+    terminal.wait_for("Enter goes from line to line")
+    terminal.line("APA-77")
+    terminal.wait_for("new unit APA-77")
+    terminal.press("Enter")
+    ann.step("Flatness")
+    ann.reads(8)
+    ann.back()
+    ann.step("Capacitance")
+    ann.reads(2)
+    ann.back()
+    for title, files in FILES.items():
+        ann.step(title)
+        if title in ("Stroke", "Axial stiffness"):
+            terminal.press("F6")
+            terminal.wait_for("giving: records")
+        ann.types(*files)
+        if title == "Axial stiffness":
+            ann.types("6.4 kg")
+        terminal.wait_for(f"/8 .*[✓✗~?].*{title[:8]}")
+        ann.back()
+    ann.step("Frequency responses")
+    ann.types("frf_sweep.mat", "frf_noise_hf.mat")
+    ann.back()
+    ann.signs()
+    terminal.wait_for("✓ verified")
+    terminal.press("C-q")
+    assert terminal.ended() == Exit.INCOMPLETE  # the simulated bench has no calibration certificates
+    certificates = list(home.rglob("APA-77*.pdf"))
+    assert len(certificates) == 1
+    env = os.environ | {"ACCEPT_HOME": str(home)}
+    said = subprocess.run([*ACCEPT, "verify", certificates[0]], env=env, capture_output=True, text=True)
+    assert said.returncode == 0, said.stdout + said.stderr
+
+
+def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[Terminal]) -> None:
+    run = [*ACCEPT, "run", "--training", "--spec", "strut", "--seed", "6", "--operator", "Ann"]
+    opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home"))
+    ann = Technician(terminal)
+    terminal.wait_for(r"new unit TRAIN-[^$]*on the last one it begins")
+    terminal.press("Enter", "Enter")  # serial and kind as proposed
+    terminal.wait_for("Serial of its APA")
+    for serial in ("APA-1", "JB-1", "JT-1", "ENC-1"):
+        terminal.line(serial)
+    ann.step("Frequency responses")
+    ann.types("frf_noise.mat", "frf_noise_hf.mat")
+    terminal.wait_for(r"/3 .*✗ fail")
+    ann.back()
+    terminal.wait_for("Misalignment .*: to be judged")
+    terminal.press("Down")
+    ann.step("Hysteresis")
+    ann.types("hysteresis.mat")
+    terminal.wait_for(r"/3 .*✓ pass")
+    ann.back()
+    ann.step("Misalignment")
+    terminal.wait_for(r"/3 .*\? no result")
+    ann.back()
+    ann.signs()
+    terminal.wait_for("Training: what this unit had")
+    terminal.wait_for("8 kg on the bench")
+    terminal.press("Escape")
+    terminal.wait_for("✓ verified")
+    terminal.press("C-q")
+    assert terminal.ended() == Exit.REJECTED

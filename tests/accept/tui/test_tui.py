@@ -1,0 +1,329 @@
+"""Every screen with a pilot: what a technician does, what the store holds afterwards."""
+
+import asyncio
+import errno
+from pathlib import Path
+
+import pytest
+from textual.widgets import DataTable, Input
+
+from accept.base.home import home
+from accept.commands.verify import verify_here
+from accept.store import Store, StoreError, open_store
+from accept.tui.screens.ask import Ask
+from accept.tui.screens.start import Given
+from accept.tui.widgets.fields import Field
+from accept.workflow.session import Session
+from accept.workflow.state.unit_state import fold_run
+from checks.acceptance import CHECKS
+from tests.accept.tui.tui_help import WIDE, begin, fill_basic, loader, press, running, sign_first, type_line, words
+from tests.accept.units.units import DATA
+
+
+def stored(what: str | None = None) -> list[dict]:
+    with open_store() as store:
+        return [event.data for event in store.events("APA-02", what)]
+
+
+def screen(pilot) -> str:
+    return type(pilot.app.screen).__name__
+
+
+async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        table = pilot.app.screen.query_one(DataTable)
+        assert [str(table.get_cell(key, "status")) for key in table.rows] == ["pass"] * 4
+        await press(pilot, "s")
+        assert "ACCEPTED" in words(pilot, "#verdict")
+        await sign_first(pilot)
+        assert "✓ verified: APA-02 accepted" in words(pilot, "#certificate")
+        await press(pilot, "f3")
+        await type_line(pilot, "battery staple")
+        assert "countersigned" in words(pilot, "#certificate")
+        await press(pilot, "f4")
+        assert screen(pilot) == "Start"
+        assert pilot.app.screen.query_one("#operator", Input).value == "Ann"
+        assert pilot.app.done.verdicts == {"APA-02": "accepted"}
+    content = (home() / "certificates" / "APA-02.pdf").read_bytes()
+    report = await asyncio.to_thread(verify_here, content, [])  # it runs an event loop of its own
+    assert report.valid
+    assert report.countersigned
+
+
+async def test_nonsense_is_refused_beside_the_field_and_nothing_is_stored():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        before = len(stored())
+        for typed, reason in (("abc", "no number"), ("4.99 V", "no unit of this value"), ("1e9", "not plausible")):
+            field = pilot.app.screen.query(Field).first()
+            field.input.focus()
+            field.input.value = ""
+            await type_line(pilot, typed)
+            assert reason in str(field.query_one(".reason").render())
+            assert field.input.value == typed  # what was typed is kept for mending
+        assert len(stored()) == before
+
+
+async def test_repeat_readings_show_their_scatter():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        await type_line(pilot, "365")
+        await pilot.press(*"366")
+        await press(pilot, "f4")
+        shown = str(pilot.app.screen.query(Field).first().query_one(".stored").render())
+        assert "2 readings" in shown
+        assert "s = 0.71" in shown  # 1 / sqrt(2)
+
+
+async def test_undo_and_measuring_anew():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        await type_line(pilot, "365")
+        assert "✓ pass" in words(pilot, "#head")
+        await press(pilot, "ctrl+z")
+        assert "not done" in words(pilot, "#head")
+        await type_line(pilot, "200")
+        assert "✗ fail" in words(pilot, "#head")
+        await press(pilot, "f8")
+        await type_line(pilot, "gauge was loose")
+        assert "not done" in words(pilot, "#head")
+        await type_line(pilot, "365")
+        assert "✓ pass" in words(pilot, "#head")
+    assert [e["value"] for e in stored("value_taken")] == [365, 200, 365]
+    assert stored("step_remeasured")[0]["reason"] == "gauge was loose"
+    assert len(stored("entry_undone")) == 1
+
+
+async def test_undo_does_not_reach_into_another_step():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        await type_line(pilot, "365")
+        await press(pilot, "escape", "home", "enter", "ctrl+z")
+        assert "another step" in words(pilot, "#status")
+    assert not stored("entry_undone")
+
+
+async def test_notes_and_nonconformance():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "f5")
+        await type_line(pilot, "scratch on the shell")
+        await press(pilot, "ctrl+u")
+        await type_line(pilot, "y")
+    assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
+
+
+async def test_a_known_serial_goes_on_where_it_stood():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, "0 -2.5 -3 0 -1.5 1 -2 -4")
+    async with running() as pilot:
+        await pilot.press(*"APA-02")
+        await press(pilot)
+        assert "is known: attempt 1" in words(pilot, "#about")
+        await press(pilot, "enter")
+        table = pilot.app.screen.query_one(DataTable)
+        assert str(table.get_cell("flatness", "status")) == "pass"
+        assert table.cursor_row == 1  # the first step that is not complete
+
+
+async def test_a_known_serial_is_measured_again_as_a_new_attempt():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "escape")
+        await pilot.press(*"APA-02")
+        await press(pilot, "f8")
+        assert screen(pilot) == "Ask"
+        await type_line(pilot, "came back from the maker")
+        assert "attempt 2" in words(pilot, ".title")
+    assert [e["reason"] for e in stored("attempt_started")] == ["", "came back from the maker"]
+
+
+async def test_known_units_are_listed():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "escape", "f2", "enter")
+        assert pilot.app.screen.query_one("#serial", Input).value == "APA-02"
+
+
+async def test_a_serial_that_cannot_be_is_said_at_once():
+    async with running() as pilot:
+        await pilot.press("a", "space", "b")
+        await press(pilot)
+        assert "✗ serial 'a b'" in words(pilot, "#about")
+        await press(pilot, "enter", "enter")
+        assert screen(pilot) == "Start"
+
+
+async def test_signing_needs_the_passphrase():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "s", "f2")
+        for line in ("correct horse", "other", ""):
+            await type_line(pilot, line)
+        assert "differ" in words(pilot, "#status")
+        await sign_first(pilot)
+        await press(pilot, "escape", "down", "down", "enter")
+        await type_line(pilot, "365")
+        await press(pilot, "escape", "s", "f2")
+        assert isinstance(pilot.app.screen, Ask)
+        await type_line(pilot, "wrong")
+        assert "✗" in words(pilot, "#status")
+        assert "not signed" in words(pilot, "#certificate")
+    assert len(stored("certificate_signed")) == 1
+
+
+async def test_a_second_program_at_the_unit_is_told():
+    with open_store() as store:
+        bench = loader()()
+        other = Session(store, home(), bench.specs["apa"], "Bob", "APA-02")
+        async with running() as pilot:
+            await type_line(pilot, "APA-02")
+            await press(pilot, "enter")
+            assert "open in another program" in words(pilot, "#status")
+            assert screen(pilot) == "Start"
+            other.close()
+            await press(pilot, "enter")
+            assert screen(pilot) == "Steps"
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "disk is full"),
+        (StoreError("store: another program holds it locked"), "holds it locked"),
+    ],
+)
+async def test_when_storing_fails_the_entry_is_kept_and_enter_tries_again(error, told, monkeypatch):
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        append = Store.append
+
+        def broken(*_, **__):
+            raise error
+
+        monkeypatch.setattr(Store, "append", broken)
+        await type_line(pilot, "365")
+        field = pilot.app.screen.query(Field).first()
+        assert told in words(pilot, "#status")
+        assert field.input.value == "365"
+        monkeypatch.setattr(Store, "append", append)
+        await press(pilot, "enter")
+        assert "✓ pass" in words(pilot, "#head")
+
+
+async def test_an_unexpected_error_is_not_swallowed(monkeypatch):
+    async def provoke() -> None:
+        async with running() as pilot:
+            await begin(pilot)
+            await press(pilot, "down", "down", "enter")
+            monkeypatch.setattr(Store, "append", lambda *_, **__: {}["bug"])
+            await type_line(pilot, "365")
+
+    with pytest.raises(KeyError, match="bug"):
+        await provoke()
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="recorded units are not here")
+async def test_records_are_picked_and_the_bode_plot_appears():
+    async with running(loader("strut", DATA / "units" / "S-01"), WIDE) as pilot:
+        await type_line(pilot, "S-01")
+        for _ in range(5):
+            await press(pilot, "enter")
+        assert screen(pilot) == "Steps"
+        await press(pilot, "enter")
+        for name in ("frf_noise.mat", "frf_noise_hf.mat"):
+            await type_line(pilot, name)
+        assert "axial_resonance_Hz" in words(pilot, "#findings")
+        titles = [str(head.render()) for head in pilot.app.screen.query(".panel-head")]
+        assert any("Vs / Va" in title for title in titles)
+        await press(pilot, "f7")
+        assert titles != [str(head.render()) for head in pilot.app.screen.query(".panel-head")]
+
+
+async def test_a_file_that_is_no_record_is_refused(tmp_path: Path):
+    (tmp_path / "bad.csv").write_text("x_mm,y_mm\n1,2\n")
+    async with running(loader(records=tmp_path)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter", "f6", "f2")
+        assert screen(pilot) == "Pick"
+        await press(pilot, "enter")
+        assert "z_um" in str(pilot.app.screen.query(Field).first().query_one(".reason").render())
+    assert not stored("record_linked")
+
+
+async def test_every_check_has_a_step_made_from_its_declaration_alone():
+    """A new check needs no line here: each declared input of each form has its field."""
+    async with running(loader("apa")) as pilot:
+        await begin(pilot, "APA-09")
+        steps = pilot.app.session.steps
+        assert {step.name for step in steps} == {name for name, check in CHECKS.items() if "apa" in check.kinds}
+        table = pilot.app.screen.query_one(DataTable)
+        for row, each in enumerate(steps):
+            table.move_cursor(row=row)
+            await press(pilot, "enter")
+            step = pilot.app.screen.step
+            assert step is each
+            for form in step.check.forms:
+                names = {field.place.declared.name for field in pilot.app.screen.query(Field)}
+                assert names == {i.name for i in pilot.app.screen._form.inputs}
+                await press(pilot, *(["f6"] if len(step.check.forms) > 1 else []))
+                assert form in step.check.forms
+            await press(pilot, "escape")
+
+
+async def test_help_on_every_screen():
+    async with running() as pilot:
+        await press(pilot, "f1")
+        assert screen(pilot) == "Help"
+        await press(pilot, "escape")
+        await begin(pilot)
+        for keys in (["f1"], ["enter", "f1"]):
+            await press(pilot, *keys)
+            assert screen(pilot) == "Help"
+            await press(pilot, "escape")
+        await press(pilot, "escape", "s", "f1")
+        assert screen(pilot) == "Help"
+
+
+async def test_the_operator_and_the_serial_come_from_the_command_line():
+    async with running(given=Given("Bob", "APA-02")) as pilot:
+        await press(pilot, "enter", "enter")
+        assert screen(pilot) == "Steps"
+    with open_store() as store:
+        events = list(store.events("APA-02"))
+        assert events[0].who == "Bob"
+        assert fold_run("APA-02", events).attempt.number == 1
+
+
+async def test_arrows_go_from_line_to_line_where_the_form_is_longer_than_the_screen():
+    async with running(loader("strut-basic")) as pilot:
+        await type_line(pilot, "ST-01")
+        for _ in range(6):
+            if screen(pilot) == "Start":
+                await press(pilot, "enter")
+        await press(pilot, "enter")
+        assert pilot.app.screen.query_one("#body").max_scroll_y > 0
+        lines = [field.input for field in pilot.app.screen.query(Field)]
+        assert lines[0].has_focus
+        await press(pilot, "down")
+        assert lines[1].has_focus
+        await press(pilot, "up")
+        assert lines[0].has_focus
+
+
+async def test_what_is_scanned_into_the_list_of_steps_undoes_nothing():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter")
+        await type_line(pilot, "365")
+        await press(pilot, "escape", *"u")
+    assert not stored("entry_undone")

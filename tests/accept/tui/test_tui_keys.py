@@ -1,0 +1,87 @@
+"""Random keys: they never crash it, never sign, never change what is stored."""
+
+import asyncio
+import random
+
+from textual.events import Key
+from textual.keys import _character_to_key
+from textual.pilot import Pilot
+
+from accept.base.home import home
+from accept.certificate import keys as signing_keys
+from accept.store import open_store
+from accept.tui.widgets.text_entry import Entry
+from tests.accept.batch.killing import SOAK
+from tests.accept.tui.tui_help import loader, press, running, settled
+
+COUNT = 20_000 if SOAK else 1_000
+BATCH = 20
+TURNS = 50  # of the event loop for a key to bubble up from the line to the screen, which is five widgets away
+NAMED = (
+    *("enter",) * 6,
+    *("tab", "shift+tab", "up", "down", "left", "right", "home", "end", "pageup", "pagedown") * 2,
+    *("escape", "backspace", "delete", "ctrl+z", "ctrl+u", "ctrl+w", "ctrl+c", "ctrl+v"),
+)
+FUNCTIONS = tuple(f"f{n}" for n in range(1, 13))
+TYPED = "0123456789.,-±eu FVnm[]/\\'\"$é漢yns"
+SENSIBLE = ("4.99", "10", "200", "1,7", "365 um", "0 1 2 3 4 5 6 7", "R-1", "y")  # so that some of it is taken
+
+
+def drawn(rng: random.Random) -> list[Key]:
+    """One key, or a line that means something and Enter."""
+    chance = rng.random()
+    if chance < 0.35:
+        return [Key(rng.choice(FUNCTIONS if chance < 0.03 else NAMED), None)]
+    letters = rng.choice(TYPED) if chance < 0.7 else rng.choice(SENSIBLE)
+    typed = [Key(_character_to_key(letter), letter) for letter in letters]
+    return typed if chance < 0.7 else [Key("end", None), Key("ctrl+u", None), *typed, Key("enter", "\r")]
+
+
+async def send(pilot: Pilot[None], rng: random.Random, count: int) -> int:
+    """Keys as a terminal sends them, letters faster than the program answers; returns how many."""
+    sent = 0
+    while sent < count:
+        for key in drawn(rng):
+            pilot.app.post_message(key)
+            sent += 1
+            if not key.is_printable:  # a binding bubbles up and would come after letters that follow at once
+                for _ in range(TURNS):
+                    await asyncio.sleep(0)
+    await settled(pilot)
+    return sent
+
+
+async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
+    """From wherever the keys have led to a step of this unit, so that they do not end in one corner."""
+    for _ in range(12):
+        screen = pilot.app.screen
+        match type(screen).__name__:
+            case "StepScreen":
+                return
+            case "Start":
+                for name, value in (("operator", "Ann"), ("kind", "apa"), ("serial", serial)):
+                    screen.query_one(f"#{name}", Entry).value = value
+                screen.query_one("#kind", Entry).focus()
+                await press(pilot, "enter")
+            case "Steps":
+                await press(pilot, "enter")
+            case _:
+                await press(pilot, "escape")
+
+
+async def test_random_keys(tmp_path):
+    signing_keys.init(home(), "correct horse", "Ann", "Quinn")
+    rng, sent, kept = random.Random(8), 0, None
+    while sent < COUNT:
+        async with running(loader("apa-basic", tmp_path)) as pilot:
+            while sent < COUNT and pilot.app.is_running and not pilot.app._exit:
+                await back_at_a_step(pilot, f"R-{sent // 500}")
+                sent += await send(pilot, rng, 5 * BATCH)
+                with open_store() as store:
+                    assert store.check(kept) is None  # every event is as it was when last looked at
+                    kept = store.head()
+    with open_store() as store:
+        kinds = {event.what for event in store.events()}
+    assert {"value_taken", "step_judged"} <= kinds  # the keys did reach the fields
+    assert "certificate_signed" not in kinds
+    assert not list(home().glob("certificates/*"))

@@ -1,0 +1,87 @@
+"""Training: a whole simulated unit on simulated instruments, by keys, to a verified certificate and what was hidden."""
+
+import pytest
+
+from accept.base.home import home
+from accept.store import open_store
+from accept.tui.widgets.fields import Field
+from accept.workflow.training import hidden_words, open_training, training_order
+from tests.accept.tui.tui_help import press, running, sign_first, type_line, words
+
+FILES = {
+    "one_stack": "stroke_one_stack.mat",
+    "two_stacks": "stroke_two_stacks.mat",
+    "closed_circuit": "add_mass_closed_circuit.mat",
+    "open_circuit": "add_mass_open_circuit.mat",
+    "record": "hysteresis.mat",
+    "with_resistor": "sweep_lf_with_R.mat",
+    "without_resistor": "sweep_lf.mat",
+    "x_bending": "bending_X_top.mat",
+    "y_bending": "bending_Y_top.mat",
+    "torsion_left": "torsion_left.mat",
+    "torsion_top": "torsion_top.mat",
+    "high": "frf_noise_hf.mat",
+}
+LOW = {"apa": "frf_sweep.mat", "strut": "frf_noise.mat"}
+SPECS = {"apa": "apa", "strut": "strut-basic"}  # what a model says of a strut has tests of its own
+SEEDS = {"apa": 3, "strut": 6}  # a dead stack; a payload that is too heavy
+
+
+async def measure_everything(pilot, kind: str) -> None:
+    """Every field of every step, read from its instrument or given its file. The cursor leads: to the first empty line,
+    and in the list to the first step that is not complete."""
+    files = FILES | {"low": LOW[kind]}
+    for _ in pilot.app.session.steps:
+        await press(pilot, "enter")
+        screen = pilot.app.screen
+        if any(screen._instrument(f.place) is None and not f.place.is_file for f in screen.query(Field)):
+            await press(pilot, *(["f6"] if len(screen.step.check.forms) > 1 else []))
+        for field in list(screen.query(Field)):
+            if field.place.declared.name in files:
+                field.input.focus()
+                await type_line(pilot, files[field.place.declared.name])
+            elif not field.place.is_file and screen._instrument(field.place) is not None:
+                field.input.focus()
+                await press(pilot, "f3")
+        assert screen.complete
+        await press(pilot, "escape")
+
+
+@pytest.mark.parametrize("kind", ["apa", "strut"])
+async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
+    seed = SEEDS[kind]
+    opened = []
+
+    def load():
+        opened.append(open_training(SPECS[kind], seed))
+        return opened[0]
+
+    _, hidden = training_order(kind, "T", seed)
+    async with running(load) as pilot:
+        await press(pilot, "enter", "enter")
+        for _ in range(4 if kind == "strut" else 0):
+            await press(pilot, "enter")
+        await measure_everything(pilot, kind)
+        await press(pilot, "s")
+        findings = {f.quantity: f.verdict for f in pilot.app.session.result.findings}
+        await sign_first(pilot)
+        assert type(pilot.app.screen).__name__ == "Help"
+        assert hidden in pilot.app.screen._text
+        await press(pilot, "escape")
+        assert "✓ verified" in words(pilot, "#certificate")
+    shown = hidden.partition("had to show as ")[2].rstrip(".").split(", ") if "had to show" in hidden else []
+    for expected in shown:
+        quantity, _, verdict = expected.partition(": ")
+        assert findings[quantity] == verdict.replace(" ", "_")
+    if not shown:
+        assert set(findings.values()) == {"pass"}
+    with open_store() as store:  # a training never leaves anything in the real bench's record
+        assert store.head().seq == 0
+    assert not (home() / "keys").exists()
+    opened[0].close()
+
+
+def test_the_hidden_fault_is_told_in_words():
+    assert "Nothing" in hidden_words(None)
+    assert "dead" not in hidden_words("dead_stack")
+    assert "stroke_um: fail" in hidden_words("dead_stack")

@@ -1,0 +1,69 @@
+"""The workflow in a browser: on this machine only, and only for its own page."""
+
+import asyncio
+import socket
+from pathlib import Path
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from accept.commands import web
+from accept.commands.run import Wanted
+
+aiohttp = pytest.importorskip("aiohttp")
+pytest.importorskip("textual_serve")
+
+FIRST_SCREEN = b"Serial, typed"
+TIMEOUT_S = 60.0  # for the program to start on a crowded machine
+
+
+def free_port() -> int:
+    with socket.socket() as found:
+        found.bind((web.HOST, 0))
+        return int(found.getsockname()[1])
+
+
+async def first_screen(session, url: str, own: str) -> bytes:
+    got = b""
+    async with session.ws_connect(url, headers={"Origin": own}) as line, asyncio.timeout(TIMEOUT_S):
+        while FIRST_SCREEN not in got:
+            got += (await line.receive()).data
+    return got
+
+
+async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path):
+    from aiohttp import web as server
+
+    from accept.commands.loopback import Loopback, template_without_strangers
+
+    template_without_strangers(tmp_path)
+    port = free_port()
+    own = f"http://{web.HOST}:{port}"
+    serving = Loopback(web.command(["--spec", "apa-basic"]), web.HOST, port, "accept", templates_path=tmp_path)
+    runner = server.AppRunner(await serving._make_app())
+    await runner.setup()
+    await server.TCPSite(runner, web.HOST, port).start()
+    async with aiohttp.ClientSession() as session:
+        async with session.get(own) as page:
+            text = await page.text()
+        assert page.status == 200
+        assert own in text
+        assert "googleapis" not in text  # nothing is loaded from another host
+        async with session.get(own, headers={"Host": "bench.example"}) as page:
+            assert page.status == 403  # a name of somebody else that points to this machine
+        with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
+            await first_screen(session, f"{own}/ws", "http://bench.example")
+        assert FIRST_SCREEN in await first_screen(session, f"{own}/ws?width=80&height=24", own)
+    await runner.cleanup()
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setattr(web, "find_spec", lambda name: None)
+    assert web.run([], 8000) == Exit.BAD_INPUT
+    assert capsys.readouterr().err == f"{web.MISSING}\n"
+
+
+def test_the_browser_gets_what_was_asked_for(tmp_path: Path):
+    wanted = Wanted("APA-02", "apa", None, tmp_path, "Ann", True, 3)
+    words = ["APA-02", "--spec", "apa", "--records", str(tmp_path), "--operator", "Ann", "--seed", "3", "--training"]
+    assert wanted.arguments() == words

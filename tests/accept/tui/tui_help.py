@@ -1,0 +1,106 @@
+"""Driving the screens in tests: keys, and waiting until nothing runs any more; never a sleep."""
+
+import atexit
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+
+from textual.pilot import Pilot
+from textual.widgets import Input, Label, Static
+from textual.worker import WorkerFailed
+
+from accept.tui.app import BenchApp
+from accept.tui.screens.start import Given
+from accept.workflow.bench import Bench, open_bench
+from accept.workflow.worker.process import Apart
+
+SHOWN_WITHIN_S = 30.0  # on a crowded machine
+NARROW, WIDE = (80, 24), (140, 40)
+HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the seed
+
+
+APART = Apart()  # one for all tests of a process: to start it takes longer than what it has to do
+atexit.register(APART.close)
+
+
+def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Bench]:
+    return lambda: replace(open_bench(spec, records), apart=APART)
+
+
+@asynccontextmanager
+async def running(
+    load: Callable[[], Bench] | None = None, size: tuple[int, int] = NARROW, given: Given | None = None
+) -> AsyncIterator[Pilot[None]]:
+    app = BenchApp(load or loader(), given or Given("Ann"))
+    async with app.run_test(size=size) as pilot:
+        await settled(pilot)
+        yield pilot
+        await settled(pilot)
+        app.close_unit()
+
+
+async def settled(pilot: Pilot[None]) -> None:
+    """Until no screen has work running or waiting, and all messages are handled."""
+    while True:
+        with suppress(WorkerFailed):  # what was refused is told on the screen
+            await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
+        await pilot.pause()
+        at_work = [w for w in pilot.app.workers if not w.is_finished]  # begun by what was handled meanwhile
+        if not at_work and all(getattr(screen, "idle", True) for screen in pilot.app.screen_stack):
+            await pilot.pause()
+            return
+
+
+async def press(pilot: Pilot[None], *keys: str) -> None:
+    """Keys by name, each answered before the next."""
+    for key in keys:
+        await pilot.press(key)
+        await settled(pilot)
+
+
+async def type_line(pilot: Pilot[None], text: str) -> None:
+    """A line and Enter, as a scanner sends it."""
+    field = pilot.app.screen.focused
+    assert isinstance(field, Input)
+    field.insert_text_at_cursor(text)
+    await press(pilot, "enter")
+
+
+def words(pilot: Pilot[None], selector: str) -> str:
+    """What a label or static shows on the present screen."""
+    found = pilot.app.screen.query_one(selector)
+    assert isinstance(found, Label | Static)
+    return str(found.render())
+
+
+async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:
+    """Until these words are there: what comes from an instrument's own thread is no worker to wait for."""
+    deadline = time.monotonic() + SHOWN_WITHIN_S
+    while expected not in words(pilot, selector):
+        assert time.monotonic() < deadline, f"{expected!r} is not in {words(pilot, selector)!r}"
+        await pilot.pause(0.01)
+
+
+async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:
+    """From the start screen to the list of steps."""
+    await type_line(pilot, serial)
+    await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
+    assert type(pilot.app.screen).__name__ == "Steps"
+
+
+async def fill_basic(pilot: Pilot[None]) -> None:
+    """All steps of a good APA under spec apa-basic, from the list of steps back to it."""
+    for lines in ([HEIGHTS], ["4,99", "9.85 uF"], ["0.3655 mm"], ["1.75"]):
+        await press(pilot, "enter")
+        for line in lines:
+            await type_line(pilot, line)
+        await press(pilot, "escape")
+
+
+async def sign_first(pilot: Pilot[None]) -> None:
+    """On the summary: make the keys and sign with them."""
+    await press(pilot, "f2")
+    for line in ("correct horse", "correct horse", "battery staple"):
+        await type_line(pilot, line)

@@ -1,0 +1,231 @@
+"""Unit folders: hostile input ends in a clear refusal or a reasoned no_result, never in a verdict or a traceback."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from accept.judging.judge_unit import judge_unit, load_spec
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitError
+from checks.verdict import UnitVerdict, Verdict
+from tests.accept.units.units import GOOD, make_unit, save_mat
+
+SPEC = load_spec("apa-basic")
+
+
+def judge(folder: Path):
+    return judge_unit(unit_folder.read(folder), SPEC)
+
+
+def findings(folder: Path) -> dict:
+    return {f.quantity: f for f in judge(folder).findings}
+
+
+def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
+    result = judge(make_unit(tmp_path))
+    assert result.verdict is UnitVerdict.ACCEPTED
+    assert {f.verdict for f in result.findings} == {Verdict.PASS}
+    assert list(result.inputs) == ["unit.toml"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('serial = "{serial}"', "", ["serial is missing"]),
+        ('serial = "{serial}"', "serial = 7", ["serial = 7", "text"]),
+        ('serial = "{serial}"', 'serial = "../../etc/passwd"', ["serial", "letters"]),
+        ('serial = "{serial}"', 'serial = ""', ["serial", "text"]),
+        ('kind = "apa"', 'kind = "motor"', ["kind = 'motor'", "apa, strut"]),
+        ("sensor_uF = 5.10", 'sensor_uF = "5.10"', ["[capacitance] sensor_uF = '5.10'", "number in uF"]),
+        ("sensor_uF = 5.10", "sensor_uF = true", ["[capacitance] sensor_uF = True", "number in uF"]),
+        ("sensor_uF = 5.10", "sensor_F = 5.10", ["[capacitance] sensor_F", "unknown key", "sensor_uF"]),
+        ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, u = 1 }", ["[capacitance] sensor_uF", "{ value, U }"]),
+        ("sensor_uF = 5.10", "sensor_uF = [5.1]", ["[capacitance] sensor_uF", "number in uF"]),
+        ("stroke_um = 373.2", 'stroke_um = 373.2\none_stack = "a.mat"', ["[stroke]", "mixes"]),
+        ("[stroke]\nstroke_um = 373.2", "stroke = 373.2", ["unknown key"]),
+        ("[stroke]", "[strok]", ["[strok] unknown section", "stroke"]),
+        ("[flatness]\nz_um = [0, -0.5,", '[flatness]\nz_um = [0, "-0.5",', ["[flatness] z_um", "list of 8 numbers"]),
+        ("[capacitance]", "[parts]\napa = 3\n[capacitance]", ["[parts] apa = 3", "text"]),
+    ],
+)
+def test_an_unusable_unit_toml_is_refused_by_key(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
+    assert old in GOOD
+    with pytest.raises(UnitError) as refused:
+        unit_folder.read(make_unit(tmp_path, text=GOOD.replace(old, new)))
+    message = str(refused.value)
+    assert "unit.toml" in message
+    assert "\n" not in message
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"serial = '\xff'", "not UTF-8"),
+        (b"serial = ", "not TOML"),
+        (b"", "serial is missing"),
+        (b"\0" * 99, "not TOML"),
+        (b"a=" + b"[" * 5000, "not TOML"),
+        (b"#" * 2_000_000, "larger"),
+    ],
+)
+def test_damaged_toml(tmp_path: Path, content: bytes, words: str) -> None:
+    (tmp_path / "unit.toml").write_bytes(content)
+    with pytest.raises(UnitError, match=words):
+        unit_folder.read(tmp_path)
+
+
+def test_not_a_folder_not_there_and_nothing_inside(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    (tmp_path / "empty").mkdir()
+    for path, words in (("file", "is a file"), ("absent", "does not exist"), ("empty", "holds no unit.toml")):
+        with pytest.raises(UnitError, match=words):
+            unit_folder.find(tmp_path / path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "quantity", "words"),
+    [
+        ("sensor_uF = 5.10", "sensor_uF = nan", "sensor_uF", "sensor_uF is nan"),
+        ("sensor_uF = 5.10", "sensor_uF = inf", "sensor_uF", "sensor_uF is inf"),
+        ("sensor_uF = 5.10", f"sensor_uF = 1{'0' * 400}", "sensor_uF", "inf"),
+        ("sensor_uF = 5.10", "sensor_uF = -5.1", "sensor_uF", "not plausible"),
+        ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, U = -0.1 }", "sensor_uF", "expected a positive number"),
+        ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, U = nan }", "sensor_uF", "expected a positive number"),
+        ("sensor_uF = 5.10", "", "sensor_uF", "not measured"),
+        ("[stroke]\nstroke_um = 373.2", "", "stroke_um", "not measured"),
+        ("stroke_um = 373.2", "", "stroke_um", "not measured"),
+        ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[1, 2]", "flatness_um", "2 values, expected 8"),
+        ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[0, 1, 2, 3, 4, 5, 6, nan]", "flatness_um", "value 8 is nan"),
+        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "no.csv"', "flatness_um", "no.csv"),
+        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "../o.csv"', "flatness_um", "outside the unit"),
+        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "/etc/hosts"', "flatness_um", "outside the unit"),
+        ("stroke_um = 373.2", 'one_stack = "a.mat"\ntwo_stacks = "b.mat"', "stroke_um", "a.mat"),
+    ],
+)
+def test_a_section_that_cannot_be_used_is_no_result_and_the_rest_is_judged(
+    tmp_path: Path, old: str, new: str, quantity: str, words: str
+) -> None:
+    assert old in GOOD
+    result = judge(make_unit(tmp_path, text=GOOD.replace(old, new)))
+    found = {f.quantity: f for f in result.findings}
+    assert found[quantity].verdict is Verdict.NO_RESULT
+    assert words in found[quantity].reason
+    assert result.verdict is UnitVerdict.INCOMPLETE
+    rest = [f for f in result.findings if f.check != found[quantity].check]
+    assert len(rest) >= 3
+    assert {f.verdict for f in rest} == {Verdict.PASS}
+
+
+def test_a_typed_uncertainty_is_used(tmp_path: Path) -> None:
+    text = GOOD.replace("sensor_uF = 5.10", "sensor_uF = { value = 5.48, U = 0.2 }")
+    found = findings(make_unit(tmp_path, text=text))["sensor_uF"]
+    assert found.U == pytest.approx(0.2)
+    assert found.verdict is Verdict.CONDITIONAL
+
+
+def test_a_value_without_stated_uncertainty_takes_that_of_the_spec(tmp_path: Path) -> None:
+    found = findings(make_unit(tmp_path))
+    assert found["sensor_uF"].U == pytest.approx(0.005 * 5.10)
+    assert found["stroke_um"].U == pytest.approx(0.01 * 373.2)
+    assert found["k_closed_N_per_um"].U == pytest.approx(0.02 * 1.70)
+
+
+def test_a_spec_of_another_kind_refuses(tmp_path: Path) -> None:
+    folder = make_unit(tmp_path, text=GOOD.replace('kind = "apa"', 'kind = "strut"'))
+    with pytest.raises(UnitError, match="judges 'apa'"):
+        judge(folder)
+
+
+def records_unit(folder: Path, **stroke: np.ndarray) -> Path:
+    make_unit(folder, text=GOOD.replace("stroke_um = 373.2", 'one_stack = "one.mat"\ntwo_stacks = "two.mat"'))
+    save_mat(folder / "one.mat", **stroke)
+    save_mat(folder / "two.mat", **stroke | {"d": 2.01 * stroke["d"]})
+    return folder
+
+
+def good_stroke() -> dict[str, np.ndarray]:
+    t = np.arange(20000) * 1e-3
+    angle = 2 * np.pi * 0.1 * t
+    # A stack lags: what follows its voltage along a line is no stack, but a wire.
+    return {"t": t, "V": 65 - 85 * np.cos(angle), "d": (85 - 85 * np.cos(angle - 0.03)) * 0.65e-6}
+
+
+def test_a_unit_of_records_is_judged(tmp_path: Path) -> None:
+    found = findings(records_unit(tmp_path, **good_stroke()))
+    assert found["stroke_um"].value == pytest.approx(332.6, rel=1e-3)
+
+
+@pytest.mark.parametrize("fault", ["truncated", "nan", "missing channel", "unequal", "text"])
+def test_damaged_records_are_no_result(tmp_path: Path, fault: str) -> None:
+    stroke = good_stroke()
+    if fault == "nan":
+        stroke["d"][777] = np.nan
+    if fault == "missing channel":
+        del stroke["V"]
+    if fault == "unequal":
+        stroke["d"] = stroke["d"][:-5]
+    folder = records_unit(tmp_path, **stroke)
+    if fault == "truncated":
+        (folder / "two.mat").write_bytes((folder / "two.mat").read_bytes()[:-4000])
+    if fault == "text":
+        (folder / "two.mat").write_text("no record at all")
+    found = findings(folder)["stroke_um"]
+    assert found.verdict is Verdict.NO_RESULT
+    assert ".mat" in found.reason
+    assert findings(folder)["sensor_uF"].verdict is Verdict.PASS
+
+
+toml_values = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True), st.integers(), st.booleans(), st.text(max_size=8),
+    st.lists(st.floats(), max_size=9), st.dictionaries(st.sampled_from(["value", "U", "x"]), st.floats(), max_size=3),
+)  # fmt: skip
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.sampled_from(["flatness", "capacitance", "stroke", "stiffness", "parts", "channels", "serial", "kind", "other"]),
+    st.one_of(st.dictionaries(st.sampled_from(["z_um", "sensor_uF", "stroke_um", "k_N_per_um", "x"]), toml_values),
+              toml_values),
+)  # fmt: skip
+def test_any_content_is_refused_or_judged_without_passing_on_nothing(tmp_path: Path, key: str, value: object) -> None:
+    data = {"serial": "T-01", "kind": "apa", "capacitance": {"sensor_uF": 5.0, "actuator_uF": 10.0}, key: value}
+    try:
+        folder = unit_folder.parse(tmp_path, b"", data)
+        if folder.kind != "apa":
+            return
+        result = judge_unit(folder, SPEC)
+    except UnitError:
+        return
+    assert result.verdict is not UnitVerdict.ACCEPTED  # at least two required sections are always missing
+    for finding in result.findings:
+        if finding.verdict is Verdict.PASS:
+            assert finding.value is not None
+            assert finding.U is not None
+
+
+def test_one_recording_is_not_two(tmp_path: Path) -> None:
+    """Neither as the same bytes nor saved again in another form: noise never repeats itself."""
+    folder = records_unit(tmp_path / "R-1", **good_stroke())
+    data = scipy.io.loadmat(folder / "one.mat")
+    for compressed in (False, True):
+        scipy.io.savemat(folder / "two.mat", {k: data[k] for k in ("t", "V", "d")}, do_compression=compressed)
+        assert "hold the same recording" in (findings(folder)["stroke_um"].reason or "")
+
+
+def test_a_pipe_is_no_record_and_is_not_waited_for(tmp_path: Path) -> None:
+    folder = records_unit(tmp_path / "R-1", **good_stroke())
+    (folder / "one.mat").unlink()
+    os.mkfifo(folder / "one.mat")
+    assert "one.mat" in (findings(folder)["stroke_um"].reason or "")
+
+
+def test_a_byte_order_mark_is_no_fault(tmp_path: Path) -> None:
+    folder = make_unit(tmp_path / "B-1")
+    (folder / "unit.toml").write_bytes(b"\xef\xbb\xbf" + (folder / "unit.toml").read_bytes())
+    assert unit_folder.read(folder).serial == unit_folder.read(make_unit(tmp_path / "B-2")).serial

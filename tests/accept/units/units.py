@@ -1,0 +1,34 @@
+"""Small unit folders for tests."""
+
+from pathlib import Path
+
+import numpy as np
+
+DATA = Path(__file__).parents[4] / "shared" / "data"
+
+GOOD = """
+serial = "{serial}"
+kind = "apa"
+[flatness]
+z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]
+[capacitance]
+sensor_uF = 5.10
+actuator_uF = 10.03
+[stroke]
+stroke_um = 373.2
+[stiffness]
+k_N_per_um = 1.70
+"""
+
+
+def make_unit(folder: Path, serial: str = "T-01", text: str = GOOD, **replaced: str) -> Path:
+    """Write a unit folder; `replaced`: pieces of the good text by what stands instead, keyed by any name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "unit.toml").write_text(text.replace("{serial}", serial))
+    return folder
+
+
+def save_mat(path: Path, **arrays: object) -> None:
+    from scipy.io import savemat
+
+    savemat(path, {k: np.asarray(v, dtype=float).reshape(-1, 1) for k, v in arrays.items()})

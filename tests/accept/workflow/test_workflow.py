@@ -1,0 +1,326 @@
+"""The workflow without screens: events, their fold, the unit's folder, judging, signing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accept.base.home import home
+from accept.judging.judge_unit import load_spec
+from accept.store import Store, open_store
+from accept.units import unit_folder
+from accept.workflow import certify
+from accept.workflow.entry.parse_entry import EntryError, parse_number
+from accept.workflow.lock import UnitBusy
+from accept.workflow.session import Session
+from accept.workflow.state.unit_state import entries, fold_run
+from accept.workflow.status import Status
+from accept.workflow.worker.judging import judge_here
+from checks.declare import Measured
+from hw.records import write_csv
+
+HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of the seed
+
+
+@pytest.fixture
+def store():
+    with open_store() as opened:
+        yield opened
+
+
+@pytest.fixture
+def session(store: Store):
+    opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+    opened.begin({})
+    yield opened
+    opened.close()
+
+
+def declared(session: Session, step: str, name: str):
+    return session.step(step).check.inputs[name]
+
+
+def take(session: Session, step: str, name: str, value: float, **more):
+    return session.take(step, declared(session, step, name), Measured(value), **more)
+
+
+def fill(session: Session) -> None:
+    for index, z in enumerate(HEIGHTS):
+        take(session, "flatness", "z_um", z, index=index)
+    for step, name, value in (
+        ("capacitance", "sensor_uF", 4.99),
+        ("capacitance", "actuator_uF", 9.85),
+        ("stroke", "stroke_um", 365.5),
+        ("stiffness", "k_N_per_um", 1.75),
+    ):
+        take(session, step, name, value)
+
+
+def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
+    certify.make_keys(session.home, "Ann", "correct horse", "battery staple")
+    fill(session)
+    assert session.judge().verdict == "accepted"
+    report = certify.sign_unit(session, "correct horse")
+    assert report.valid
+    assert not report.countersigned
+    assert certify.countersign_unit(session, "battery staple").countersigned
+    assert [s.role for s in session.attempt.signatures] == ["technician", "qa"]
+    assert session.store.check() is None
+
+
+def test_nothing_is_signed_without_the_passphrase(session: Session):
+    certify.make_keys(session.home, "Ann", "correct horse", "")
+    fill(session)
+    for wrong in ("", "wrong"):
+        with pytest.raises(certify.keys.KeysError):
+            certify.sign_unit(session, wrong)
+    assert session.attempt.certificate is None
+    assert not list(session.store.events(what="certificate_signed"))
+
+
+def test_folder_holds_what_the_state_holds(session: Session, tmp_path: Path):
+    write_csv(tmp_path / "heights.csv", {"x_mm": np.arange(4.0), "y_mm": np.arange(4.0) ** 2, "z_um": np.zeros(4)})
+    session.link("flatness", declared(session, "flatness", "points"), tmp_path / "heights.csv")
+    take(session, "capacitance", "sensor_uF", 4.99)
+    session.judge_step("capacitance")
+    read = unit_folder.read(session.folder)
+    assert read.sections["flatness"].files == ["heights.csv"]
+    assert read.sections["capacitance"].entries["sensor_uF"] == Measured(4.99)
+    assert (session.folder / "heights.csv").read_bytes() == (tmp_path / "heights.csv").read_bytes()
+
+
+def test_another_file_of_the_same_name_does_not_replace_the_first(session: Session, tmp_path: Path):
+    points = declared(session, "flatness", "points")
+    for height in (0.0, 1.0):
+        columns = {"x_mm": np.arange(4.0), "y_mm": np.arange(4.0) ** 2, "z_um": np.full(4, height)}
+        write_csv(tmp_path / "heights.csv", columns)
+        session.link("flatness", points, tmp_path / "heights.csv")
+    link = session.state("flatness").link("points")
+    assert link is not None
+    assert link.file == "heights-2.csv"
+    assert (session.folder / "heights.csv").is_file()
+
+
+def test_undo_is_an_event_and_brings_back_what_was_before(session: Session):
+    before = len(list(session.store.events("APA-02")))
+    take(session, "capacitance", "sensor_uF", 4.99)
+    take(session, "capacitance", "sensor_uF", 5.99)
+    session.undo()
+    assert [r.value for r in session.state("capacitance").readings("sensor_uF")] == [4.99]
+    session.undo()
+    assert session.status(session.step("capacitance")) is Status.NOT_DONE
+    with pytest.raises(EntryError):
+        session.undo()
+    assert len(list(session.store.events("APA-02"))) == before + 4  # two entries, two undos: nothing was erased
+
+
+def test_remeasuring_keeps_earlier_values_and_undo_brings_them_back(session: Session):
+    take(session, "stroke", "stroke_um", 365.5)
+    session.judge_step("stroke")
+    session.remeasure("stroke", "gauge was loose")
+    assert session.status(session.step("stroke")) is Status.NOT_DONE
+    assert [e.value for e in session.state("stroke").earlier] == [365.5]
+    assert session.state("stroke").reasons == ("gauge was loose",)
+    session.undo()
+    assert session.status(session.step("stroke")) is Status.PASS  # the judgement of the same entries holds again
+
+
+def test_a_reason_and_a_note_must_say_something(session: Session):
+    for empty in ("", "  \n "):
+        with pytest.raises(EntryError):
+            session.remeasure("stroke", empty)
+        with pytest.raises(EntryError):
+            session.note("stroke", empty)
+
+
+def test_repeats_are_averaged_and_their_scatter_adds_to_the_stated_uncertainty(session: Session):
+    for value, repeat in ((4.9, False), (5.0, True), (5.1, True)):
+        take(session, "capacitance", "sensor_uF", value, repeat=repeat)
+    take(session, "capacitance", "actuator_uF", 9.85)
+    finding = session.judge_step("capacitance").findings[0]
+    stated, scatter = 0.005 * 5.0, 0.1  # the spec's half percent; standard deviation of 4.9, 5.0, 5.1
+    assert finding["value"] == pytest.approx(5.0, rel=1e-12)
+    assert finding["U"] == pytest.approx(np.hypot(stated, 2 * scatter / np.sqrt(3)), rel=1e-12)
+
+
+def test_a_correction_replaces_the_repeats(session: Session):
+    take(session, "stroke", "stroke_um", 300.0)
+    take(session, "stroke", "stroke_um", 302.0, repeat=True)
+    take(session, "stroke", "stroke_um", 365.5)
+    assert [r.value for r in session.state("stroke").readings("stroke_um")] == [365.5]
+
+
+def test_state_is_the_same_after_a_restart(session: Session, store: Store):
+    fill(session)
+    session.judge_step("stroke")
+    session.note("stroke", "smells burnt", nonconformance=True)
+    session.close()
+    again = Session(store, home(), session.spec, "Bob", "APA-02")
+    assert again.run == session.run
+    assert again.status(again.step("stroke")) is Status.PASS
+    again.close()
+
+
+def test_a_new_attempt_leaves_the_old_one_alone(session: Session):
+    fill(session)
+    old = session.attempt
+    session.begin({}, "dropped on the floor")
+    assert session.run.attempts[0] == old
+    assert session.attempt.number == 2
+    assert session.attempt.reason == "dropped on the floor"
+    assert session.folder.name == "attempt-2"
+    assert all(session.status(step) is Status.NOT_DONE for step in session.steps)
+
+
+def test_an_entry_after_the_verdict_makes_it_stale(session: Session):
+    fill(session)
+    session.judge()
+    assert session.attempt.verdict == "accepted"
+    take(session, "stroke", "stroke_um", 100.0)
+    assert session.attempt.verdict is None
+    assert session.result is None
+    session.judge()
+    assert session.attempt.verdict == "rejected"
+    session.undo()
+    assert session.attempt.verdict is None
+
+
+def test_a_certificate_holds_as_long_as_the_same_is_found_again(session: Session, store: Store):
+    """After a restart the summary judges once more: what was signed stays signed, unless something else is found."""
+    certify.make_keys(session.home, "Ann", "correct horse", "")
+    fill(session)
+    session.judge()
+    certify.sign_unit(session, "correct horse")
+    signed = session.attempt.certificate
+    assert signed is not None
+    session.close()
+    again = Session(store, home(), session.spec, "Ann", "APA-02")
+    again.judge()
+    assert again.attempt.certificate == signed
+    take(again, "stroke", "stroke_um", 364.0)
+    again.judge()
+    assert again.attempt.verdict == "accepted"
+    assert again.attempt.certificate is None
+    again.close()
+
+
+def test_a_step_that_lacks_something_it_can_do_without_stands_until_it_was_judged(store: Store, tmp_path: Path):
+    session = Session(store, home(), load_spec("apa"), "Ann", "APA-03")
+    session.begin({})
+    session.steps = tuple(step for step in session.steps if step.name in ("sensor_highpass", "frf"))
+    assert session.next_step() is session.steps[0]
+    t = np.arange(0.0, 2.0, 0.01)
+    write_csv(tmp_path / "sweep.csv", {"t": t, "Va": np.sin(t), "Vs": np.sin(t)})
+    with_resistor = session.steps[0].check.inputs["with_resistor"]
+    session.link("sensor_highpass", with_resistor, tmp_path / "sweep.csv")
+    assert session.next_step() is session.steps[0]  # the sweep without the resistor may still come
+    session.judge_step("sensor_highpass")
+    assert session.status(session.steps[0]) is Status.NO_RESULT  # a loopback is no high-pass
+    assert session.next_step() is session.steps[0]
+    session.close()
+
+
+def test_a_batch_over_another_folder_is_no_verdict_of_the_attempt(session: Session, store: Store):
+    fill(session)
+    result = {"verdict": "accepted"}
+    payload = {"path": "/elsewhere/APA-02", "inputs": {}, "spec_sha256": "", "code_sha256": "", "result": result}
+    store.append("unit_judged", "APA-02", payload, who="batch")
+    assert session.refresh().attempt.verdict is None
+
+
+def test_a_second_program_at_the_same_unit_is_refused(session: Session, store: Store):
+    with pytest.raises(UnitBusy, match="APA-02"):
+        Session(store, home(), session.spec, "Bob", "APA-02")
+    session.close()
+    Session(store, home(), session.spec, "Bob", "APA-02").close()
+
+
+def test_serials_must_fit(store: Store):
+    for wrong in ("", "../x", "a b", "-x", "x" * 65):
+        with pytest.raises(EntryError):
+            Session(store, home(), load_spec("apa"), "Ann", wrong)
+
+
+def test_every_undoable_prefix_folds(session: Session):
+    """After any number of events the fold is theirs alone: a kill anywhere leaves a state to go on from."""
+    fill(session)
+    session.remeasure("stroke", "why not")
+    session.undo()
+    events = list(session.store.events("APA-02"))
+    for length in range(1, len(events) + 1):
+        run = fold_run("APA-02", events[:length])
+        assert run.seq == events[length - 1].seq
+    assert events[-1].what == entries.UNDONE
+
+
+@pytest.mark.parametrize(
+    ("text", "unit_name", "value"),
+    [
+        ("4.99 uF", "uF", 4.99),
+        ("4,99", "uF", 4.99),
+        ("4.99uF", "uF", 4.99),
+        ("4990 nF", "uF", 4.99),
+        ("4.99 µF", "uF", 4.99),
+        ("0.3655 mm", "um", 365.5),
+        ("1.7 N/µm", "N/um", 1.7),
+        ("1.7e6 N/m", "N/um", 1.7),
+        ("80.6 kΩ", "ohm", 80600.0),
+        ("6400 g", "kg", 6.4),
+        ("-2.5", "um", -2.5),
+        (" 12 %", "percent", 12.0),
+    ],
+)
+def test_typed_values(text: str, unit_name: str, value: float):
+    assert parse_number(text, unit_name).value == pytest.approx(value, rel=1e-12)  # one multiplication of doubles
+
+
+def test_typed_uncertainty():
+    assert parse_number("4.99 ± 0.02 uF", "uF") == Measured(4.99, 0.02)
+    assert parse_number("4,99 +/- 0,02", "uF") == Measured(4.99, 0.02)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        " ",
+        "abc",
+        "4.99 V",
+        "4.9.9",
+        "1,234.5",
+        "nan",
+        "inf",
+        "1e999",
+        "--4",
+        "4.99 uF uF",
+        "4.99 ± 0",
+        "٤",
+        "9" * 99,
+    ],
+)
+def test_nonsense_is_refused_with_a_reason(text: str):
+    with pytest.raises(EntryError, match=r"expected|above zero"):
+        parse_number(text, "uF")
+
+
+def test_a_step_judged_while_the_unit_is_does_not_take_the_result_away(session: Session):
+    fill(session)
+
+    def slowly(folder, spec, stated):
+        session.judge_step("flatness")
+        return judge_here(folder, spec, stated)
+
+    assert session.judge(slowly) is session.result
+
+
+def test_an_entry_made_while_the_unit_is_judged_asks_for_another_judgement(session: Session):
+    fill(session)
+
+    def slowly(folder, spec, stated):
+        result = judge_here(folder, spec, stated)
+        take(session, "capacitance", "sensor_uF", 1.0)
+        return result
+
+    assert session.judge(slowly).verdict == "accepted"
+    assert session.result is None
+    assert session.judge().verdict == "rejected"

@@ -1,0 +1,54 @@
+"""Datasets for tests of the gap workflow, drawn in the frequency domain: quick, with noise and truth that are known."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from checks.fitting.dataset import Dataset
+from checks.gap.workflow import Inputs
+from checks.model.effects import with_effects
+from checks.model.model import Model
+from hw.model_files import open_model
+
+F = np.geomspace(8.0, 1900.0, 350)
+CHANNELS = ("Vs", "de", "da")
+FS = 1e4
+# V and m per volt of Va: a tenth of the tolerance to ten times it, as in the recorded struts
+NOISE = np.array([2e-3, 3e-9, 3e-9])
+TOLERANCE = 0.01
+
+
+@cache
+def strut() -> Model:
+    return open_model("strut")
+
+
+def drawn(seed: int) -> Model:
+    """The built-in strut with every uncertain value drawn from its prior."""
+    rng = np.random.default_rng(seed)
+    model = strut()
+    prior = model.calibrated
+    values = prior.values + prior.sds * np.clip(rng.standard_normal(len(prior.names)), -2.0, 2.0)
+    values = np.where(prior.values > 0, np.maximum(values, 0.1 * prior.values), values)
+    return model.with_values(dict(zip(prior.names, values.tolist(), strict=True)))
+
+
+def recorded(model: Model, seed: int, effects: Mapping[str, Mapping[str, float]] | None = None) -> Dataset:
+    """One realisation of a model's responses with effects in it."""
+    H = with_effects(model, list((effects or {}).items())).frf(F, channels=CHANNELS)
+    rng = np.random.default_rng([seed, 7])
+    noise = (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0) * NOISE
+    cov = np.broadcast_to(np.diag(NOISE**2).astype(complex), (F.size, 3, 3)).copy()
+    return Dataset(F, H + noise, CHANNELS, cov, np.full(F.size, 30.0), TOLERANCE, f"drawn {seed}")
+
+
+def inputs(
+    seed: int, effects: Mapping[str, Mapping[str, float]] | None = None, without: tuple[str, ...] = ()
+) -> Inputs:
+    """Two realisations of a drawn strut, and the built-in model to start from, with a tolerance of 1 %."""
+    truth = drawn(seed)
+    model = replace(strut(), tolerance=TOLERANCE)
+    A, B = recorded(truth, 2 * seed, effects), recorded(truth, 2 * seed + 1, effects)
+    return Inputs(model=model, A=A, B=B, fs=FS, without=frozenset(without))

@@ -1,0 +1,138 @@
+"""Periodic input is recognised; noise and a cubic nonlinearity of known size are told apart."""
+
+import numpy as np
+import pytest
+from scipy import signal
+from scipy.stats import binom
+
+from checks.signals.spectral.periodic import Period, detect, distortion, periodic_frf
+
+P, FS = 2048, 1024.0
+LAST = 400  # highest excited line
+
+
+def multisine(seed: int, first: int = 1, last: int = LAST) -> np.ndarray:
+    """One period of unit rms with random phases on the lines first..last."""
+    spectrum = np.zeros(P // 2 + 1, dtype=complex)
+    spectrum[first : last + 1] = np.exp(2j * np.pi * np.random.default_rng(seed).random(last + 1 - first))
+    x = np.fft.irfft(spectrum, P)
+    return x / x.std()
+
+
+@pytest.mark.parametrize("count", [2, 3, 7])
+def test_period_is_found(count: int) -> None:
+    found = detect(np.tile(multisine(1), count) + 2.5)
+    assert found == Period(P, 0, count, pytest.approx(0.0, abs=1e-12))
+
+
+def test_ramps_and_quantisation_are_no_obstacle() -> None:
+    u = np.concatenate([np.linspace(-1, 3.25, 1500), np.tile(multisine(1), 6) + 3.25, np.linspace(3.25, -1, 900)])
+    found = detect(np.round(u / 3e-4) * 3e-4)
+    assert found is not None
+    assert found.samples == P
+    assert found.count in (5, 6)  # the end of the ramp may happen to repeat, or the first sample not
+    assert abs(found.start - 1500) <= P
+    assert found.deviation < 1e-3
+
+
+def test_slow_sine_and_fraction_of_a_sample() -> None:
+    t = np.arange(40_000)
+    slow = detect(np.sin(2 * np.pi * t / 10_000))
+    assert slow is not None
+    assert slow.samples == 10_000
+    half = detect(np.sin(2 * np.pi * t / 100.5))
+    assert half is not None
+    assert half.samples == 201
+    assert detect(np.sin(2 * np.pi * t / 100.37123)) is None
+
+
+def test_what_is_not_periodic() -> None:
+    rng = np.random.default_rng(2)
+    t = np.arange(20_000) / 1e4
+    assert detect(rng.standard_normal(20_000)) is None
+    assert detect(signal.chirp(t, 10, 2, 400, "logarithmic")) is None
+    assert detect(np.zeros(1000)) is None
+    assert detect(np.tile(multisine(1), 4) + 0.01 * rng.standard_normal(4 * P)) is None
+    assert detect(np.tile(multisine(1), 2)[:-1]) is None
+    growing = np.sin(2 * np.pi * t * 10) * np.repeat([1, 2, 3, 4], 5000)
+    assert detect(growing) is None
+
+
+def test_variance_over_periods_covers() -> None:
+    """Six periods behind a filter in its steady state, noise of known size, shared by half between two channels."""
+    u = np.tile(multisine(3), 7)
+    lines = np.arange(1, LAST + 1)
+    truth = signal.freqz([0.3], [1.0, -0.7], lines * FS / P, fs=FS)[1]
+    y = signal.lfilter([0.3], [1.0, -0.7], u)  # the filter forgets in 100 samples; one period is skipped
+    inside, var, cov = [], [], []
+    for seed in range(200):
+        e = 0.05 * np.random.default_rng(seed).standard_normal((3, u.size))
+        period = detect(u)
+        assert period is not None
+        frf = periodic_frf(u, {"a": y + e[0] + e[1], "b": y + e[0] + e[2]}, FS, period, input="Va")
+        inside.append(np.abs(frf.H[:, 0] - truth) <= frf.radius(0.95)[:, 0])
+        var.append(frf.var[:, 0])
+        cov.append(frf.cov[:, 0, 1].real)
+    assert frf.f == pytest.approx(lines * FS / P)
+    assert frf.nu == pytest.approx(5.0)
+    lo, hi = (float(x) / 200 for x in binom.interval(0.999, 200, 0.95))
+    for k in (3, 100, 300):
+        assert lo <= np.mean(inside, axis=0)[k] <= hi
+    lo, hi = (float(x) / (200 * LAST) for x in binom.interval(0.999, 200 * LAST, 0.95))
+    assert lo <= np.mean(inside) <= hi
+    # E|E|^2 = P sigma^2 per period, six averaged, over |U|^2 = (P/2)^2 2/LAST: 80,000 values, 0.2 % standard error.
+    expected = 2 * 0.05**2 * P / 6 / (P**2 / 4 * 2 / LAST)
+    assert np.mean(var) == pytest.approx(expected, rel=0.01)
+    assert np.mean(cov) == pytest.approx(expected / 2, rel=0.02)
+
+
+def test_cubic_distortion_is_told_from_noise() -> None:
+    """y = u + a u^3 + noise. A random-phase multisine is nearly Gaussian: the best linear approximation is 1 + 3 a s^2,
+    the distortion 6 a^2 times the threefold convolution of the flat spectrum, 1.5 a^2 s^4 (3 - (f/B)^2) over S_uu.
+    The lines of a realisation share its phases: sets of 100 scatter by 2 %, taken three times."""
+    a, sigma, R = 0.05, 0.1, 100
+    frfs = []
+    for seed in range(R):
+        u = np.tile(multisine(seed), 5)
+        y = u + a * u**3 + sigma * np.random.default_rng(1000 + seed).standard_normal(u.size)
+        frfs.append(periodic_frf(u, y, FS, Period(P, 0, 5, 0.0)))
+    found = distortion(frfs)
+    noise = sigma**2 * P / 4 / (P**2 / 4 * 2 / LAST)
+    share = found.frf.f / found.frf.f[-1]
+    expected = 1.5 * a**2 * (3 - share**2)
+    assert found.frf.H[:, 0].mean() == pytest.approx(1 + 3 * a, rel=0.005)  # finite number of lines: 1/400
+    assert found.noise_var.mean() * R == pytest.approx(noise, rel=0.03)
+    assert found.distortion_var.mean() == pytest.approx(expected.mean(), rel=0.06)
+    third = share < 1 / 3
+    assert found.distortion_var[third].mean() == pytest.approx(expected[third].mean(), rel=0.1)
+    assert found.frf.var.mean() == pytest.approx((noise + expected.mean()) / R, rel=0.06)
+    # A single record takes the distortion for response: its variance knows the noise only.
+    assert frfs[0].var.mean() == pytest.approx(noise, rel=0.2)
+
+
+def test_linear_system_shows_no_distortion() -> None:
+    frfs = []
+    for seed in range(20):
+        u = np.tile(multisine(seed), 5)
+        y = u + 0.1 * np.random.default_rng(seed).standard_normal(u.size)
+        frfs.append(periodic_frf(u, y, FS, Period(P, 0, 5, 0.0)))
+    found = distortion(frfs)
+    # Clipped at zero the scatter of the difference leaves about 0.15 of the noise.
+    assert found.distortion_var.mean() < 0.25 * 20 * found.noise_var.mean()
+    assert found.frf.var.mean() == pytest.approx(found.noise_var.mean(), rel=0.06)
+
+
+def test_refusals() -> None:
+    u = np.tile(multisine(1), 3)
+    with pytest.raises(ValueError, match=r"2 period\(s\) less 1 leave 1"):
+        periodic_frf(u, u, FS, Period(P, 0, 2, 0.0))
+    with pytest.raises(ValueError, match="channel 'y0' has shape"):
+        periodic_frf(u, u[:-1], FS, Period(P, 0, 3, 0.0))
+    with pytest.raises(ValueError, match="channel 'y0' holds NaN or inf"):
+        periodic_frf(u, np.where(np.arange(u.size) == 3000, np.nan, u), FS, Period(P, 0, 3, 0.0))
+    one = periodic_frf(u, u, FS, Period(P, 0, 3, 0.0))
+    with pytest.raises(ValueError, match=r"1 realisation\(s\)"):
+        distortion([one])
+    other = np.tile(multisine(1, last=300), 3)
+    with pytest.raises(ValueError, match="excited lines"):
+        distortion([one, periodic_frf(other, other, FS, Period(P, 0, 3, 0.0))])

@@ -1,0 +1,41 @@
+"""A simulated bench with a unit in front of it, for tests."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from accept.capture.capture import Captured, Run, capture
+from accept.capture.operator_actions import Staged
+from accept.store import open_store
+from accept.units import toml_edit
+from hw.instruments import open_instrument
+from hw.simulated import SimulatedBench, World
+from specs.bench import Bench, load_bench
+
+# APA 1 of the seed, its stroke split into one stack and the two others.
+HEIGHTS_UM = (0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46)
+WORLD = World("APA-01", tuple(z * 1e-6 for z in HEIGHTS_UM), 5.10e-6, 10.03e-6, 124.4e-6, 248.8e-6)
+
+
+def nobody(words: str) -> str:
+    raise AssertionError(f"nobody is there to answer: {words}")
+
+
+@contextmanager
+def simulated_bench(folder: Path, world: World = WORLD) -> Iterator[tuple[SimulatedBench, Bench]]:
+    with SimulatedBench(world, folder, timeout_s=0.5) as simulated:
+        yield simulated, load_bench(simulated.bench_file)
+
+
+def measure(section: str, unit: Path, bench: Bench, say=lambda words: None) -> Captured:
+    """Capture a section with the bench's instrument for it and its staged hands."""
+    name, entry = next((n, e) for n, e in bench.instruments.items() if section in e.measures)
+    assert bench.stage is not None
+    with open_store() as store:
+        instrument = open_instrument(name, entry, nobody)
+        return capture(section, Run(unit, instrument, entry, Staged(Path(bench.stage)), store, "T", say))
+
+
+def new_unit(folder: Path, serial: str = "APA-01") -> Path:
+    toml_edit.begin(folder, serial, "apa")
+    return folder

@@ -1,0 +1,297 @@
+"""The bench of the blind tests: what is played, what the strut does in time, what the converters make of it.
+
+The drive is what the 16-bit converter gives out, joined up without images (its hold taken for compensated, as in the
+recorded units, which show no half sample of lag). It is interpolated to twice the rate, bent by whatever is not linear,
+and goes through all modes in exact steps (`Rational.run`). Every record starts from rest, or after a second of drive.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, signal
+from scipy.io import savemat
+
+from validation.rational import Rational, resonance, step
+from validation.strut import Strut, plant
+
+Array = NDArray[np.float64]
+Bend = Callable[[Array], Array]
+
+FS = 10_000.0
+SECONDS = 20.0
+TWICE = 2
+CONVERTER_V = 10.0
+FULL_V = 9.5
+SOFTER = 0.7
+LSB_V = 2 * CONVERTER_V / 2**16
+ENCODER_M = 2.5e-9
+INTERFEROMETER_M = 1e-10
+SLOW_FS = 1000.0
+SLOW_TIMES = 10  # steps of the spring
+SLOW_AMPLITUDES_V = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
+SLOW_CYCLES = 3
+SPRING_BELOW_HZ = 130.0  # the axial mode alone
+
+UNIT_TOML = """serial = "{serial}"
+kind = "strut"
+
+[parts]
+apa = "APA-{serial}"
+joint_bottom = "FJ-a"
+joint_top = "FJ-b"
+encoder = "ENC-1"
+
+[frf]
+low = "frf_noise.mat"
+high = "frf_noise_hf.mat"
+merge_Hz = 350.0
+low_repeat = "frf_noise_2.mat"
+high_repeat = "frf_noise_hf_2.mat"
+
+[hysteresis]
+record = "hysteresis.mat"
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """A strut and all that stands between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da;
+    filters: (channels, filter) multiplied in, in order; crosstalk: of the amplifier's output per volt of Va into Vs;
+    drive_filters: on every output; tau: delay of every output, lags: of single ones [s]; bends: what is not linear in
+    the drive; cubic: spring on the payload [N/m3]."""
+
+    strut: Strut
+    modes: tuple[tuple[float, float, float], ...] = ()
+    filters: tuple[tuple[tuple[int, ...], Rational], ...] = ()
+    gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    crosstalk: float = 0.0
+    drive_filters: tuple[Rational, ...] = ()
+    tau: float = 0.0
+    lags: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    bends: tuple[Bend, ...] = ()
+    cubic: float = 0.0
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How the bench stood on that day: excitation, noise, mains, drift. rms of noise at the full rate."""
+
+    low_rms_V: float = 0.04
+    low_Hz: float = 300.0
+    high_rms_V: float = 0.3
+    high_from_Hz: float = 300.0
+    high_to_Hz: float = 2000.0
+    preroll_s: float = 0.0
+    encoder_m: float = 2e-9
+    interferometer_m: float = 2e-9
+    sensor_V: float = 1.08e-3
+    floor_m: float = 0.0  # slow movement of the floor: in de and da alike
+    coloured_V: float = 0.0
+    coloured_Hz: float = 20.0
+    drift_m: float = 0.0
+    drift_V: float = 0.0
+    mains_m: float = 0.0
+    mains_V: float = 0.0
+
+
+def draw_setting(rng: np.random.Generator) -> Setting:
+    """Near what the recorded units show, and a little worse than they are."""
+    return Setting(
+        low_rms_V=rng.uniform(0.033, 0.045),
+        low_Hz=rng.uniform(280, 330),
+        high_rms_V=rng.uniform(0.25, 0.33),
+        high_from_Hz=rng.uniform(270, 310),
+        high_to_Hz=rng.uniform(1900, 2200),
+        preroll_s=float(rng.integers(2)),
+        encoder_m=rng.uniform(1.5e-9, 2.5e-9),
+        interferometer_m=rng.uniform(1.5e-9, 2.5e-9),
+        sensor_V=rng.uniform(0.8e-3, 1.4e-3),
+        floor_m=rng.uniform(0.3e-9, 2e-9),
+        coloured_V=rng.uniform(0.1e-3, 0.8e-3),
+        coloured_Hz=rng.uniform(5, 50),
+        drift_m=rng.uniform(-50e-9, 50e-9),
+        drift_V=rng.uniform(-3e-3, 3e-3),
+        mains_m=rng.uniform(0.05e-9, 0.6e-9),
+        mains_V=rng.uniform(0.05e-3, 0.6e-3),
+    )
+
+
+def linear(world: World) -> Rational:
+    """Va to de, da, Vs, but for delays and all that is not linear."""
+    path = plant(world.strut)
+    still = path.at(np.zeros(1))[1, 0].real
+    for f_Hz, ratio, zeta in world.modes:
+        path = path.plus(_on_both(resonance(f_Hz, zeta, ratio * still)))
+    for channels, each in world.filters:
+        path = path.times(each, channels)
+    path = path.scaled(np.array(world.gains))
+    path = Rational(path.poles, path.residues, path.direct + np.array([0.0, 0.0, world.crosstalk]))
+    for each in world.drive_filters:
+        path = path.times(each)
+    return path
+
+
+def _on_both(mode: Rational) -> Rational:
+    share = np.array([[1.0], [1.0], [0.0]])
+    return Rational(mode.poles, share * mode.residues, np.zeros(3))
+
+
+def frf(world: World, f: Array) -> NDArray[np.complex128]:
+    """(3, F) response of what is linear in a world at f [Hz], delays and all."""
+    late = world.tau + np.array(world.lags)
+    return linear(world).frf(f) * np.exp(-2j * np.pi * f * late[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class Playing:
+    """A world ready to be driven: its poles are found once for all records."""
+
+    world: World
+    path: Rational = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", linear(self.world))
+
+    def drive(self, Va: Array, fs: float, every: int) -> Array:
+        """(3, N) de, da, Vs without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
+        u = interpolate(Va, fs, every, self.world.tau)
+        for bend in self.world.bends:
+            u = bend(u)
+        y = self.path.run(u, 1 / (fs * every), every)
+        if self.world.cubic:
+            y = y + _sprung(self.world, u, 1 / (fs * every), every)
+        return _late(y, fs, self.world.lags) if any(self.world.lags) else y
+
+
+def interpolate(u: Array, fs: float, times: int, delay: float = 0.0) -> Array:
+    """(N times,) the drive between its samples, without images, late by `delay`."""
+    size = fft.next_fast_len(u.size + 4096)
+    f = fft.rfftfreq(size, 1 / fs)
+    spectrum = fft.rfft(u, size) * np.exp(-2j * np.pi * f * delay)
+    if times == 1:
+        return fft.irfft(spectrum, size)[: u.size]
+    wide = np.zeros(size * times // 2 + 1, dtype=complex)
+    wide[: spectrum.size] = spectrum
+    return times * fft.irfft(wide, size * times)[: u.size * times]
+
+
+def _late(y: Array, fs: float, lags: tuple[float, float, float]) -> Array:
+    size = fft.next_fast_len(y.shape[1] + 4096)
+    turn = np.exp(-2j * np.pi * fft.rfftfreq(size, 1 / fs) * np.array(lags)[:, None])
+    return fft.irfft(fft.rfft(y, size) * turn, size)[:, : y.shape[1]]
+
+
+def _sprung(world: World, u: Array, dt: float, every: int) -> Array:
+    """(3, N) what a cubic spring on the payload adds: the payload's own modes step by step, then all for that force."""
+    push, alone = plant(world.strut, column=1), plant(world.strut)
+    to_payload, free = _payload(push), _payload(alone).run(u, dt)[0]
+    force = np.array(_spring_force(free.tolist(), to_payload, world.cubic, dt))
+    return push.run(force, dt, every)
+
+
+def _payload(path: Rational) -> Rational:
+    """The payload's motion by the axial mode and the statics of all others."""
+    slow = np.abs(path.poles) < 2 * np.pi * SPRING_BELOW_HZ
+    mode = Rational(path.poles[slow], path.residues[1:2, slow], np.zeros(1))
+    still = path.at(np.zeros(1))[1, 0].real - mode.at(np.zeros(1))[0, 0].real
+    return replace(mode, direct=np.array([still]))
+
+
+def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) -> list[float]:
+    """Force of the spring at every step; each step sees the last two forces drawn on."""
+    (pole,), (residue,), still = path.poles, path.residues[0], float(path.direct[0])
+    new, old, decay = step(pole, dt)
+    state, before, force, out = 0j, 0.0, 0.0, []
+    for x in free:
+        ahead = 2 * force - before
+        state = decay * state + new * ahead + old * force
+        moved = x + 2 * (residue * state).real + still * ahead
+        before, force = force, -cubic * moved**3
+        out.append(force)
+    return out
+
+
+def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
+    """(N,) noise of the low or the high record, with its preroll, before the converter."""
+    n = int((SECONDS + s.preroll_s) * FS)
+    white = rng.standard_normal(n)
+    if high:
+        shape = signal.butter(4, [s.high_from_Hz, s.high_to_Hz], "bandpass", fs=FS, output="sos")
+    else:
+        shape = signal.butter(4, s.low_Hz, fs=FS, output="sos")
+    u = signal.sosfilt(shape, white)
+    return u * ((s.high_rms_V if high else s.low_rms_V) / np.std(u))
+
+
+def quantise(x: Array, step: float, limit: float = np.inf) -> Array:
+    return np.clip(np.round(x / step) * step, -limit, limit - step if np.isfinite(limit) else np.inf)
+
+
+def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
+    """(3, N) all that is added to de, da, Vs."""
+    t = np.arange(n) / fs
+    white = rng.standard_normal((3, n)) * [[s.encoder_m], [s.interferometer_m], [s.sensor_V]]
+    decay = np.exp(-2 * np.pi * s.coloured_Hz / fs)
+    slow = signal.lfilter([np.sqrt(1 - decay**2)], [1.0, -decay], rng.standard_normal((2, n)))
+    mains = sum(
+        a * np.sin(2 * np.pi * f * t + rng.uniform(0, 2 * np.pi, (3, 1))) for f, a in ((50.03, 1.0), (150.09, 0.3))
+    )
+    wander = np.cumsum(rng.standard_normal((2, n)), axis=1) / n
+    drift = t / t[-1] + 0.3 * np.sqrt(n) * wander
+    metres = s.floor_m * slow[0] + s.drift_m * drift[0]
+    volts = s.coloured_V * slow[1] + s.drift_V * drift[1]
+    lines = mains * [[s.mains_m], [s.mains_m], [s.mains_V]]
+    return white + lines + np.stack([metres, metres, volts])
+
+
+def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool) -> dict[str, Array]:
+    """t, Va, Vs, de, da (N,) of one noise record."""
+    Va, y = _in_range(playing, excitation(rng, s, high))
+    start = int(s.preroll_s * FS)
+    y = y[:, start:]
+    y = y + _noise(rng, s, y.shape[1], FS)
+    return {"t": np.arange(y.shape[1]) / FS, "Va": Va[start:], **_read(y)}
+
+
+def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
+    """Va and the response to it: played softer, as whoever stands there would, until the converter of Vs takes it."""
+    while True:
+        Va = quantise(u, LSB_V, CONVERTER_V)
+        y = playing.drive(Va, FS, TWICE)
+        if np.max(np.abs(y[2])) < FULL_V:
+            return Va, y
+        u = u * SOFTER
+
+
+def _read(y: Array) -> dict[str, Array]:
+    de, da, Vs = y
+    converted = quantise(Vs, LSB_V, CONVERTER_V), quantise(de, ENCODER_M), quantise(da, INTERFEROMETER_M)
+    return dict(zip(("Vs", "de", "da"), converted, strict=True))
+
+
+def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[str, Array]:
+    """t, Va, de of slow sines of growing amplitude, 1 Hz."""
+    cycle = np.sin(2 * np.pi * np.arange(int(SLOW_FS)) / SLOW_FS)
+    Va = np.concatenate([a * np.tile(cycle, SLOW_CYCLES) for a in SLOW_AMPLITUDES_V])
+    y = playing.drive(Va, SLOW_FS, SLOW_TIMES if playing.world.cubic else 1) + _noise(rng, s, Va.size, SLOW_FS)
+    return {"t": np.arange(Va.size) / SLOW_FS, "Va": Va, "de": _read(y)["de"]}
+
+
+def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -> Path:
+    """A unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rng = np.random.default_rng(seed)
+    playing = Playing(world)
+    for name, high in (("frf_noise", False), ("frf_noise_hf", True)):
+        for repeat in ("", "_2"):
+            _save(folder / f"{name}{repeat}.mat", record(playing, s, rng, high))
+    _save(folder / "hysteresis.mat", slow_record(playing, s, rng))
+    (folder / "unit.toml").write_text(UNIT_TOML.format(serial=serial))
+    return folder
+
+
+def _save(path: Path, columns: dict[str, Array]) -> None:
+    savemat(path, {name: column.reshape(-1, 1) for name, column in columns.items()})

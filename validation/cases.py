@@ -1,0 +1,208 @@
+"""Which units a blind test holds: the mix, the draw of each, the sealed truth, and how visible each effect is.
+
+The mix is that of the method: 30 % nothing missing, 40 % one effect, 15 % two, 15 % outside the library; effects take
+turns, so that each stands equally often. A seed settles everything.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from validation.bench import FS, SECONDS, Setting, World, draw_setting, frf, write_unit
+from validation.effects import LIBRARY, NEVER_TOGETHER, OUTSIDE, Values
+from validation.strut import Strut, draw, modes_Hz, plant, priors
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SHARES = {"none": 0.30, "one": 0.40, "two": 0.15, "outside": 0.15}
+TOLERANCE = 0.01  # of the model file
+SMOOTH_DECADES = 0.1
+BAND_HZ = (10.0, 2000.0)
+BINS = 400
+MERGE_HZ = 350.0
+WEAK = (2.0, 100.0)  # standard deviations
+TINY = 0.01  # share of an effect at which all is in proportion
+ROUNDS = 6
+USED = 0.65  # of the bins' power that is left to the estimate once local polynomials have taken theirs
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One unit before it is recorded. effects: name -> parameters; outside: name -> parameters."""
+
+    serial: str
+    kind: str
+    seed: int
+    strut: Strut
+    setting: Setting
+    effects: Mapping[str, Values]
+    outside: Mapping[str, Values]
+
+    @property
+    def world(self) -> World:
+        world = World(self.strut)
+        for name, parameters in self.effects.items():
+            world = LIBRARY[name].add(world, parameters)
+        for name, parameters in self.outside.items():
+            world = OUTSIDE[name].add(world, parameters)
+        return world
+
+    def write(self, parent: Path) -> Path:
+        """The unit's folder below `parent`. The truth is not in it."""
+        return write_unit(parent / self.serial, self.serial, self.world, self.setting, self.seed)
+
+    def truth(self) -> dict[str, Any]:
+        nominal = {k: v for k, v in asdict(self.strut).items() if k in priors()}
+        stated = {"kind": self.kind, "seed": self.seed, "effects": dict(self.effects), "outside": dict(self.outside)}
+        return stated | {"alike": self.alike, "nominal": nominal}
+
+    @property
+    def alike(self) -> list[str]:
+        return sorted({name for each in self.outside for name in OUTSIDE[each].alike})
+
+    def detectability(self, rounds: int = ROUNDS) -> float | None:
+        """Length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's own
+        parameters and their priors could do; none for what is not linear. rounds: of calibration; one for the weak."""
+        if not self.effects and not self.outside:
+            return 0.0
+        world = self.world
+        if world.bends or world.cubic:
+            return None
+        f = np.geomspace(*BAND_HZ, BINS)
+        whiten = _whiteners(frf(World(self.strut), f), self.setting, f)
+        return _beyond(frf(world, f), self.strut, whiten, f, rounds, _start(self.strut, world.strut))
+
+
+def _start(strut: Strut, hidden: Strut) -> Array:
+    """Where calibration may begin, in prior standard deviations: with the parameters that the effect stands for, else
+    with the payload that puts the axial mode where it is; further off, no step along a resonance finds back."""
+    moved = np.array([(getattr(hidden, name) - getattr(strut, name)) / sd for name, (_, sd) in priors().items()])
+    if not moved.any() and replace(hidden, hung=None) != strut:
+        ratio = modes_Hz(strut)[0] / modes_Hz(hidden)[0]
+        moved[list(priors()).index("payload")] = (ratio**2 - 1) * strut.payload / priors()["payload"][1]
+    return moved
+
+
+def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, rounds: int, off: Array) -> float:
+    """Smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from the truth.
+    off: where to begin."""
+    best, kept, step = np.inf, off, np.zeros(off.size)
+    for _ in range(rounds + 1):
+        left = _stacked(whiten, target - frf(World(_moved(strut, off)), f))
+        cost = float(np.hypot(np.linalg.norm(left), np.linalg.norm(off)))
+        if cost < best:
+            best, kept = cost, off
+            J = np.array([_stacked(whiten, each) for each in _sensitivities(_moved(strut, off), f)]).T
+            A, b = np.vstack([J, np.eye(off.size)]), np.concatenate([left, -off])
+            step = np.linalg.lstsq(A, b, rcond=None)[0]
+        else:
+            step = step / 3  # too far for a straight line
+        off = kept + step
+    return best
+
+
+def _moved(strut: Strut, off: Array) -> Strut:
+    """The strut with each drawn parameter so many prior standard deviations further, none through zero."""
+    moved = {}
+    for (name, (mean, sd)), by in zip(priors().items(), off, strict=True):
+        value = getattr(strut, name)
+        moved[name] = mean * max((value + by * sd) / mean, 0.02)
+    return replace(strut, **moved)
+
+
+def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
+    """(6 F,) real and imaginary parts, each of variance one where there is noise and tolerance alone."""
+    white = np.sqrt(2) * np.concatenate(
+        [linalg.solve_triangular(half, channel, lower=True) for half, channel in zip(whiten, x, strict=True)]
+    )
+    return np.concatenate([white.real, white.imag])
+
+
+def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
+    """Change of the response per prior standard deviation of each drawn parameter."""
+    for name, (_, sd) in priors().items():
+        h, value = 1e-2 * sd, getattr(strut, name)
+        up, down = (plant(replace(strut, **{name: value + sign * h})).frf(f) for sign in (1, -1))
+        yield (up - down) / 2e-2
+
+
+def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
+    """Cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the record, and
+    the tolerance, which is smooth: an error of a model keeps its size over a tenth of a decade or so."""
+    noise = np.array([s.encoder_m, s.interferometer_m, s.sensor_V]) ** 2 * 2 / FS
+    high = f > MERGE_HZ
+    drive = np.where(high, s.high_rms_V**2 / (s.high_to_Hz - s.high_from_Hz), s.low_rms_V**2 / s.low_Hz)
+    averages = np.gradient(f) * SECONDS * USED
+    apart = np.abs(np.subtract.outer(np.log10(f), np.log10(f)))
+    smooth = TOLERANCE**2 * np.exp(-apart / SMOOTH_DECADES)
+    return [
+        np.linalg.cholesky(np.diag(n / (drive * averages)) + smooth * np.outer(h, h.conj()))
+        for n, h in zip(noise, H, strict=True)
+    ]
+
+
+def counts(number: int) -> dict[str, int]:
+    """How many of each kind; every kind at least once from four units on, what rounding leaves goes to one effect."""
+    share = {kind: max(int(number * part), 1) for kind, part in SHARES.items() if kind != "one"}
+    return share | {"one": max(number - sum(share.values()), 0)}
+
+
+def draw_cases(number: int, seed: int, prefix: str = "B") -> list[Case]:
+    """The units of a blind test, in no order that tells anything."""
+    rng = np.random.default_rng(seed)
+    kinds = [kind for kind, n in counts(number).items() for _ in range(n)]
+    turns = {kind: _turns(kind, rng) for kind in SHARES}
+    made = [(kind, *next(turns[kind])) for kind in kinds]
+    order = rng.permutation(number)
+    return [_case(f"{prefix}-{i:03d}", *made[k], rng) for i, k in enumerate(order)]
+
+
+def _turns(kind: str, rng: np.random.Generator) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
+    """Names inside and outside the library, for one unit of a kind after the other, for ever."""
+    choices: dict[str, list[tuple[Sequence[str], Sequence[str]]]] = {
+        "none": [((), ())],
+        "one": [((name,), ()) for name in LIBRARY],
+        "two": [(pair, ()) for pair in combinations(LIBRARY, 2) if set(pair) not in NEVER_TOGETHER],
+        "outside": [((), (name,)) for name in OUTSIDE],
+    }
+    while True:
+        for k in rng.permutation(len(choices[kind])):
+            yield choices[kind][k]
+
+
+def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str], rng: np.random.Generator) -> Case:
+    strut = draw(rng)
+    settled = {field: priors()[field][0] for name in inside for field in LIBRARY[name].settles}
+    effects = {name: LIBRARY[name].draw(rng) for name in inside}
+    strange = {name: OUTSIDE[name].draw(rng) for name in outside}
+    setting, seed = draw_setting(rng), int(rng.integers(2**31))
+    return Case(serial, kind, seed, replace(strut, **settled), setting, effects, strange)
+
+
+def draw_weak(number: int, seed: int, prefix: str = "W") -> list[Case]:
+    """Units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the logarithm."""
+    rng = np.random.default_rng([seed, 1])
+    names = [name for name, hidden in LIBRARY.items() if hidden.grows or hidden.fades]
+    turns = [names[k] for k in np.resize(rng.permutation(len(names)), number)]
+    return [_weak(_case(f"{prefix}-{k:03d}", "weak", (name,), (), rng), name, rng) for k, name in enumerate(turns)]
+
+
+def _weak(case: Case, name: str, rng: np.random.Generator) -> Case:
+    tiny = replace(case, effects={name: LIBRARY[name].weaker(case.effects[name], TINY)})
+    share = TINY * np.exp(rng.uniform(*np.log(WEAK))) / (tiny.detectability(rounds=1) or 1.0)
+    return replace(case, effects={name: LIBRARY[name].weaker(case.effects[name], min(float(share), 1.0))})
+
+
+def seal(cases: Sequence[Case]) -> tuple[str, str]:
+    """The truth of all units as one text, and its sha256: printed before anything is run."""
+    text = json.dumps({case.serial: case.truth() for case in cases}, indent=1, sort_keys=True)
+    return text, hashlib.sha256(text.encode()).hexdigest()
