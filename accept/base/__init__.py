@@ -1,0 +1,1 @@
+"""What everything above stands on: files that are whole or absent, exit codes, the home folder, the console."""

@@ -1,0 +1,1 @@
+"""Many units judged at once, and the files that scripts read."""

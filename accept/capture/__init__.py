@@ -1,0 +1,1 @@
+"""Readings and records taken at the bench, into the unit folder and the store."""

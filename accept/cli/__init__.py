@@ -1,0 +1,1 @@
+"""Command lines: typer only, each imports what it runs."""

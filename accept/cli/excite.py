@@ -10,7 +10,7 @@ import typer
 from accept.cli.options import spread
 
 if TYPE_CHECKING:  # only names for the type checker: the module itself loads numpy
-    from accept.commands.excite import Shaping
+    from accept.commands.physics.excite import Shaping
     from checks.signals.drive.excitation import Rig
 
 app = typer.Typer(help="Excitation signals for the rig, as .mat or .csv.", no_args_is_help=True)
@@ -41,7 +41,7 @@ class Shaped:
     low_pass: Annotated[float | None, typer.Option(help="Less amplitude above this corner [Hz].")] = None
 
     def shaping(self) -> "Shaping":
-        from accept.commands.excite import Shaping
+        from accept.commands.physics.excite import Shaping
 
         return Shaping(self.notch, self.notch_width, self.notch_depth, self.notch_from, low_pass_Hz=self.low_pass)
 
@@ -77,7 +77,7 @@ def sweep(
     played: Played,
 ) -> None:
     """A sine of rising frequency."""
-    from accept.commands import excite as command
+    from accept.commands.physics import excite as command
 
     shaping, rig = shaped.shaping(), played.rig()
     kind = "lin" if law is Law.LINEAR else "log"
@@ -98,7 +98,7 @@ def noise(
     played: Played,
 ) -> None:
     """Noise in a band."""
-    from accept.commands import excite as command
+    from accept.commands.physics import excite as command
 
     shaping, rig = shaped.shaping(), played.rig()
     raise typer.Exit(command.noise(out, f_start, f_end, duration, rms, seed, shaping, rig, plot=played.plot))
@@ -115,7 +115,7 @@ def sine(
     played: Played,
 ) -> None:
     """Slow sines of growing amplitude, for the hysteresis."""
-    from accept.commands import excite as command
+    from accept.commands.physics import excite as command
 
     try:
         levels = [float(word) for word in amplitudes.split(",")]
@@ -143,7 +143,7 @@ def multisine(
     played: Played,
 ) -> None:
     """A random-phase multisine. Periodic, so without leakage: the best of the four."""
-    from accept.commands import excite as command
+    from accept.commands.physics import excite as command
 
     shaping, rig = shaped.shaping(), played.rig()
     done = command.multisine(

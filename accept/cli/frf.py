@@ -34,7 +34,7 @@ def frf(
     uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None,
 ) -> None:
     """Frequency responses of records. With coherence, variance and the largest resonance."""
-    from accept.commands import frf as command
+    from accept.commands.physics import frf as command
 
     wanted = command.Wanted(input, estimator.value, segment_s, f_lo, f_hi, merge_Hz)
     raise typer.Exit(command.run(records, wanted, json, plot, uff))
@@ -47,6 +47,6 @@ def compare(
     plot: Plot = None,
 ) -> None:
     """Units side by side, and who stands out. Robust scores of quantities and curves, overlays of curves."""
-    from accept.commands import compare as command
+    from accept.commands.units import compare as command
 
     raise typer.Exit(command.run(units, spec, json, plot))

@@ -14,6 +14,6 @@ def gap(
     without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
 ) -> None:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
-    from accept.commands import gap as command
+    from accept.commands.physics import gap as command
 
     raise typer.Exit(command.run(units, model, out, fleet, without or []))

@@ -17,7 +17,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 @app.command("list")
 def hw_list(bench: Bench = None) -> None:
     """Instruments of the bench file. With port and calibration, and the serial ports that are there."""
-    from accept.commands import hw as command
+    from accept.commands.bench import hw as command
 
     raise typer.Exit(command.show_list(bench))
 
@@ -28,7 +28,7 @@ def hw_test(
     bench: Bench = None,
 ) -> None:
     """Ask every instrument for one reading. Exit 5 with the reason where one does not answer as it should."""
-    from accept.commands import hw as command
+    from accept.commands.bench import hw as command
 
     raise typer.Exit(command.test(bench, names or []))
 
@@ -43,7 +43,7 @@ def hw_measure(
     operator: Operator = None,
 ) -> None:
     """Measure a section of a unit with its instrument."""
-    from accept.commands import hw as command
+    from accept.commands.bench import hw as command
 
     raise typer.Exit(command.measure(unit, section, bench, begin, dwell, operator))
 
@@ -59,7 +59,7 @@ def hw_pickup(
     operator: Operator = None,
 ) -> None:
     """Copy the rig's next record into a unit folder. Once it is complete; the original stays untouched."""
-    from accept.commands import hw as command
+    from accept.commands.bench import hw as command
 
     raise typer.Exit(command.pickup(watched, unit, section, name, wait, old, operator))
 
@@ -75,7 +75,7 @@ def simulate_bench(
     ] = None,
 ) -> None:
     """Simulated instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
-    from accept.commands import simulate_bench as command
+    from accept.commands.bench import simulate_bench as command
 
     raise typer.Exit(command.run(unit, out, seed, seconds, fault or ()))
 
@@ -87,6 +87,6 @@ def recall(
     ],
 ) -> None:
     """Units that an instrument touched since a day. From the event store."""
-    from accept.commands import recall as command
+    from accept.commands.trust import recall as command
 
     raise typer.Exit(command.run(instrument, since.date()))

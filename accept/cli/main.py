@@ -71,7 +71,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 @app.command()
 def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
     """The whole job on built-in data. Judge the seed's seven APAs and a simulated strut, certify, verify."""
-    from accept.commands import demo as command
+    from accept.commands.units import demo as command
 
     raise typer.Exit(command.run(out, operator))
 
@@ -88,7 +88,7 @@ def batch(
     model: ModelOption = None,
 ) -> None:
     """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
-    from accept.commands import batch as command
+    from accept.commands.units import batch as command
 
     raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench, model))
 
@@ -103,7 +103,7 @@ def report(
     model: ModelOption = None,
 ) -> None:
     """Judge one unit and write its signed certificate."""
-    from accept.commands import report as command
+    from accept.commands.units import report as command
 
     raise typer.Exit(command.run(unit, out, spec, operator, bench, model))
 
@@ -114,7 +114,7 @@ def countersign(
     passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
 ) -> None:
     """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
-    from accept.commands import countersign as command
+    from accept.commands.trust import countersign as command
 
     raise typer.Exit(command.run(certificate, passphrase_file))
 
@@ -125,7 +125,7 @@ def verify(
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
 ) -> None:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
-    from accept.commands import verify as command
+    from accept.commands.trust import verify as command
 
     raise typer.Exit(command.run(certificate, trust or []))
 
@@ -133,7 +133,7 @@ def verify(
 @spec_app.command("list")
 def spec_list() -> None:
     """The specs that come with the program."""
-    from accept.commands import spec as command
+    from accept.commands.units import spec as command
 
     raise typer.Exit(command.show_list())
 
@@ -141,7 +141,7 @@ def spec_list() -> None:
 @spec_app.command("show")
 def spec_show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> None:
     """Every limit of a spec with its rule and source."""
-    from accept.commands import spec as command
+    from accept.commands.units import spec as command
 
     raise typer.Exit(command.show(name))
 
@@ -149,7 +149,7 @@ def spec_show(name: Annotated[str, typer.Argument(help="Built-in name or TOML fi
 @spec_app.command("validate")
 def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> None:
     """Check specs. One report lists every problem with its file and key path."""
-    from accept.commands import spec as command
+    from accept.commands.units import spec as command
 
     raise typer.Exit(command.validate(names))
 
@@ -157,7 +157,7 @@ def spec_validate(names: Annotated[list[str], typer.Argument(help="Built-in name
 @spec_app.command("checks")
 def spec_checks() -> None:
     """Every check that a spec may ask for. What it needs, what it measures, what can be set."""
-    from accept.commands import spec as command
+    from accept.commands.units import spec as command
 
     raise typer.Exit(command.checks())
 
@@ -169,7 +169,7 @@ def keys_init(
     passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase.")] = None,
 ) -> None:
     """Make the bench's CA and the keys of technician and QA."""
-    from accept.commands import keys as command
+    from accept.commands.trust import keys as command
 
     raise typer.Exit(command.init(technician, qa, passphrase_file))
 
@@ -177,7 +177,7 @@ def keys_init(
 @keys_app.command("list")
 def keys_list() -> None:
     """The bench's CA and keys."""
-    from accept.commands import keys as command
+    from accept.commands.trust import keys as command
 
     raise typer.Exit(command.show())
 
@@ -185,7 +185,7 @@ def keys_list() -> None:
 @store_app.command("check")
 def store_check() -> None:
     """Walk the chain of events. Names the first that is altered or missing."""
-    from accept.commands import store as command
+    from accept.commands.trust import store as command
 
     raise typer.Exit(command.check())
 
@@ -193,7 +193,7 @@ def store_check() -> None:
 @store_app.command("log")
 def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None) -> None:
     """Who did what, when, by which spec and code."""
-    from accept.commands import store as command
+    from accept.commands.trust import store as command
 
     raise typer.Exit(command.log(serial))
 
@@ -211,7 +211,7 @@ def run_workflow(
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
 ) -> None:
     """Guided, step by step to the signed certificate."""
-    from accept.commands import run as command
+    from accept.commands.bench import run as command
 
     wanted = command.Wanted(unit, spec, bench, records, operator, training, seed)
     raise typer.Exit(command.serve(wanted, port) if web else command.run(wanted))

@@ -19,7 +19,7 @@ def build(
     force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
 ) -> None:
     """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
-    from accept.commands import lookup as command
+    from accept.commands.physics import lookup as command
 
     raise typer.Exit(command.run_build(model, nx, ny, workers, force))
 
@@ -29,7 +29,7 @@ def info(
     model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
 ) -> None:
     """The tables that are there, and whether they are whole."""
-    from accept.commands import lookup as command
+    from accept.commands.physics import lookup as command
 
     raise typer.Exit(command.run_info(model))
 
@@ -41,6 +41,6 @@ def misalign(
     plot: Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")] = None,
 ) -> None:
     """How far a strut's APA lies off its axis. dx, dy with U, or why that cannot be said."""
-    from accept.commands import misalign as command
+    from accept.commands.physics import misalign as command
 
     raise typer.Exit(command.run(unit, model, json, plot))

@@ -24,7 +24,7 @@ def list_() -> None:
 @app.command()
 def show(model: ModelOption = "strut") -> None:
     """Every parameter with its value, unit and prior."""
-    from accept.commands import model as command
+    from accept.commands.physics import model as command
 
     raise typer.Exit(command.show(model))
 
@@ -37,7 +37,7 @@ def modes(
     json: Json = None,
 ) -> None:
     """Poles, and the zeros of Vs, de and da, with their damping."""
-    from accept.commands import model as command
+    from accept.commands.physics import model as command
 
     raise typer.Exit(command.modes(model, f_max, clamped, json))
 
@@ -53,7 +53,7 @@ def frf(
     plot: Plot = None,
 ) -> None:
     """Responses of Vs, de and da to Va. JSON on stdout where no file is named."""
-    from accept.commands import model as command
+    from accept.commands.physics import model as command
 
     raise typer.Exit(command.frf(model, f_lo, f_hi, points, json, csv, plot))
 
@@ -71,7 +71,7 @@ def fit(
     starts: Annotated[int, typer.Option(min=1, help="Starts of the search.")] = 3,
 ) -> None:
     """Fit uncertain parameters to a unit's responses."""
-    from accept.commands import model_fit as command
+    from accept.commands.physics import model_fit as command
 
     raise typer.Exit(command.run(unit, model, f_lo, f_hi, starts, command.Ask(write, plot, json, out)))
 
@@ -87,6 +87,6 @@ def sweep(
     plot: Plot = None,
 ) -> None:
     """Poles and zeros over a row of values. Without --value those of the seed."""
-    from accept.commands import model as command
+    from accept.commands.physics import model as command
 
     raise typer.Exit(command.run_sweep(model, what, values or (), channel, f_hi, json, plot))

@@ -31,7 +31,7 @@ def unit(
     repeats: Annotated[bool, typer.Option("--repeats/--no-repeats", help="A second realisation of both.")] = True,
 ) -> None:
     """A whole unit folder from a model. With the truth beside it in truth.json."""
-    from accept.commands import simulate as command
+    from accept.commands.bench import simulate as command
 
     wanted = command.Wanted(
         kind=kind, model=model, serial=serial, seed=seed, dx_um=dx_um, dy_um=dy_um, effects=tuple(effect or ()),
@@ -44,6 +44,6 @@ def unit(
 @app.command()
 def faults() -> None:
     """What can be wrong with a simulated unit. And what the bench then says."""
-    from accept.commands import simulate as command
+    from accept.commands.bench import simulate as command
 
     raise typer.Exit(command.faults())

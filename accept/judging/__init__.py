@@ -1,0 +1,1 @@
+"""A unit folder and a spec give findings."""

@@ -1,0 +1,1 @@
+"""Models and misalignment tables as files."""

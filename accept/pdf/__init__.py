@@ -1,0 +1,1 @@
+"""Parts that every PDF of this program is made of."""

@@ -1,0 +1,1 @@
+"""Unit folders: unit.toml and the records that it names."""

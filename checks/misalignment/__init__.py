@@ -1,0 +1,1 @@
+"""Where the APA sits between its joints."""

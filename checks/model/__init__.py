@@ -1,0 +1,1 @@
+"""The simulated strut on its bench."""

@@ -1,0 +1,1 @@
+"""Signals, whatever they are measured for."""

@@ -1,0 +1,1 @@
+"""How the effective dimensions of the frame APA were identified."""

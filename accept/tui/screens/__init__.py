@@ -1,0 +1,1 @@
+"""Screens of the guided workflow, one file each."""

@@ -1,0 +1,1 @@
+"""Events of a unit in the workflow, and the state that they fold into."""

@@ -1,0 +1,1 @@
+"""The steps of a unit, from its spec and its checks."""

@@ -1,0 +1,1 @@
+"""What may be said: gates, verdict, detection limits."""

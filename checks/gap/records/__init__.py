@@ -1,0 +1,1 @@
+"""What the gap analysis works on."""

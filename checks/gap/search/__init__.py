@@ -1,0 +1,1 @@
+"""Which effects, together, explain the data."""

@@ -1,0 +1,1 @@
+"""Tests of residuals against chance, and every threshold."""

@@ -1,0 +1,1 @@
+"""Matrices: beams, bodies, joints, assembly."""

@@ -1,0 +1,1 @@
+"""The modelled unit in time."""

@@ -1,0 +1,1 @@
+"""Slow signals: steps, creep, loops, sweeps."""

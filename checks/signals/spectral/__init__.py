@@ -1,0 +1,1 @@
+"""Frequency responses and what is read off them."""

@@ -19,7 +19,7 @@ from accept.certificate.content import of as dossier_of
 from accept.certificate.document import render
 from accept.certificate.signing import sign
 from accept.cli.main import app
-from accept.commands.bench_keys import demo_credential
+from accept.commands.trust.bench_keys import demo_credential
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.simulate import published_units
 from accept.store import open_store

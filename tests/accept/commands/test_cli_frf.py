@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.commands.frf import with_U
+from accept.commands.physics.frf import with_U
 from hw.records import write_mat
 from hw.records.uff import read_frf
 from tests.accept.commands.test_compare import APAS

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.commands import misalign
+from accept.commands.physics import misalign
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.commands.simulate_bench import Struck
+from accept.commands.bench.simulate_bench import Struck
 from accept.simulate.bench_truth import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
@@ -102,7 +102,7 @@ def test_without_a_terminal_nobody_is_asked(bench, tmp_path):
 
 
 def test_pickup(tmp_path, monkeypatch):
-    monkeypatch.setattr("accept.commands.hw.STABLE_S", 0.1)
+    monkeypatch.setattr("accept.commands.bench.hw.STABLE_S", 0.1)
     make_unit(tmp_path / "U", text='serial = "{serial}"\nkind = "apa"\n')
     (tmp_path / "rig").mkdir()
     (tmp_path / "rig" / "a.mat").write_bytes(stroke_bytes())

@@ -2,7 +2,7 @@
 
 import pytest
 
-from accept.commands.run import Wanted, run
+from accept.commands.bench.run import Wanted, run
 from accept.tui.app import BenchApp
 
 

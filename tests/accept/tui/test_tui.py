@@ -8,7 +8,7 @@ import pytest
 from textual.widgets import DataTable, Input
 
 from accept.base.home import home
-from accept.commands.verify import verify_here
+from accept.commands.trust.verify import verify_here
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.ask import Ask
 from accept.tui.screens.start import Given

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from accept.base.exit_codes import Exit
-from accept.commands import web
-from accept.commands.run import Wanted
+from accept.commands.bench import web
+from accept.commands.bench.run import Wanted
 
 aiohttp = pytest.importorskip("aiohttp")
 pytest.importorskip("textual_serve")
@@ -34,7 +34,7 @@ async def first_screen(session, url: str, own: str) -> bytes:
 async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: Path):
     from aiohttp import web as server
 
-    from accept.commands.loopback import Loopback, template_without_strangers
+    from accept.commands.bench.loopback import Loopback, template_without_strangers
 
     template_without_strangers(tmp_path)
     port = free_port()

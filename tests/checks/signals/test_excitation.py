@@ -7,7 +7,7 @@ from scipy.io import loadmat
 from scipy.signal import lfilter, welch
 
 from accept.base.exit_codes import Exit
-from accept.commands import excite
+from accept.commands.physics import excite
 from checks.declare import Series
 from checks.signals.drive import excitation as ex
 from checks.signals.drive import multisine as ms

@@ -18,7 +18,7 @@ def run(arguments: Sequence[str], port: int) -> Exit:
     if find_spec("textual_serve") is None:
         print(MISSING, file=sys.stderr)
         return Exit.BAD_INPUT
-    from accept.commands.loopback import Loopback, template_without_strangers
+    from accept.commands.bench.loopback import Loopback, template_without_strangers
 
     with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
         template_without_strangers(Path(folder))

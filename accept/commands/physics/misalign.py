@@ -7,7 +7,7 @@ from typing import Any
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
-from accept.commands.model import draw_to
+from accept.commands.physics.model import draw_to
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened

@@ -11,7 +11,7 @@ from rich.table import Table
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.model import draw_to, grid, model_for, whole
+from accept.commands.physics.model import draw_to, grid, model_for, whole
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of

@@ -12,8 +12,8 @@ from accept.batch.table import reasons
 from accept.certificate.content import of as dossier_of
 from accept.certificate.document import render
 from accept.certificate.signing import sign
-from accept.commands.batch import specs_for
-from accept.commands.bench_keys import bench_credential
+from accept.commands.trust.bench_keys import bench_credential
+from accept.commands.units.batch import specs_for
 from accept.gap.attach_to_result import Start, explained
 from accept.judging import judge_unit
 from accept.judging.calibration import statement

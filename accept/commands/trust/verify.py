@@ -9,7 +9,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate import keys
 from accept.certificate.attachments import Rejudge
-from accept.commands.bench_keys import DEMO
+from accept.commands.trust.bench_keys import DEMO
 from accept.verify.rejudge import rejudge, rejudge_demo
 from accept.verify.verification import Report, verify
 

@@ -13,7 +13,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import reasons, units_table
-from accept.commands.bench_keys import DEMO, demo_credential
+from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.gap.text import gap_of, in_order, one_line
 from accept.judging.judge_unit import load_spec
 from accept.simulate import published_units, write

@@ -9,7 +9,7 @@ from accept.base.console import clear_errors, operator_name, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate import keys
-from accept.commands.bench_keys import passphrase_of, terminal_prompt
+from accept.commands.trust.bench_keys import passphrase_of, terminal_prompt
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
 

@@ -7,7 +7,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import explanations, reasons, units_table
-from accept.commands.bench_keys import bench_credential
+from accept.commands.trust.bench_keys import bench_credential
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import open_model
 from accept.store import open_store

@@ -20,7 +20,7 @@ from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.batch import fleet_comparison, judge_batch
 from accept.batch.fleet_comparison import Comparison, Fleet, Member
-from accept.commands.batch import specs_for
+from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
 from accept.pictures.formats import format_of

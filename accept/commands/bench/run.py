@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
-from accept.commands import web
+from accept.commands.bench import web
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 

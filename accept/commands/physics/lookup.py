@@ -8,7 +8,7 @@ from rich.table import Table as Rows
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.commands.model import whole
+from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM

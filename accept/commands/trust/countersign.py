@@ -11,9 +11,9 @@ from accept.batch import events
 from accept.certificate import keys
 from accept.certificate.keys import QA
 from accept.certificate.signing import sign
-from accept.commands.bench_keys import passphrase_of
-from accept.commands.keys import QA_PASSPHRASE
-from accept.commands.verify import verify_here
+from accept.commands.trust.bench_keys import passphrase_of
+from accept.commands.trust.keys import QA_PASSPHRASE
+from accept.commands.trust.verify import verify_here
 from accept.store import open_store
 
 

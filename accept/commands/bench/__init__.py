@@ -1,0 +1,1 @@
+"""Commands at the bench: instruments, the guided workflow, simulated units and instruments."""

@@ -1,0 +1,1 @@
+"""Commands about signals, responses and the model."""

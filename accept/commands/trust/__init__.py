@@ -1,0 +1,1 @@
+"""Commands about keys, signatures, verification and the event store."""
