@@ -89,7 +89,7 @@ def read_all(folders: list[Path]) -> None:
 
 def judge(folders: list[Path], out: Path, credential: keys.Credential | None) -> None:
     """A whole batch."""
-    order = judge_batch.Order(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
+    order = judge_batch.BatchRequest(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:
         judge_batch.run(order, store, lambda words: None)
 

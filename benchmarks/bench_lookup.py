@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402 - the thread count must be set first
 from accept.models.lookup_cache import Plan, build, read_table  # noqa: E402
 from accept.models.model_file import open_model  # noqa: E402
 from checks.misalignment.estimate import estimate  # noqa: E402
-from checks.misalignment.table import Table  # noqa: E402
+from checks.misalignment.table import MisalignmentTable  # noqa: E402
 from checks.model.model import Model  # noqa: E402
 from tests.checks.misalignment.misaligned import draw  # noqa: E402
 from tests.checks.model.units_model import NOMINAL  # noqa: E402
@@ -47,7 +47,7 @@ def main() -> None:
         asked(model, table)
 
 
-def built(model: Model) -> Table:
+def built(model: Model) -> MisalignmentTable:
     plan = Plan.of(model)
     all_cores = seconds(lambda: build(plan, lambda words: None), 1, time.perf_counter)
     others = iter(range(3))  # a row that was computed just now is remembered
@@ -58,7 +58,7 @@ def built(model: Model) -> Table:
     return read_table(plan)
 
 
-def asked(model: Model, table: Table) -> None:
+def asked(model: Model, table: MisalignmentTable) -> None:
     drawn = draw(replace(model, tolerance=0.0), 6)
     table.query(drawn.first)
     query = seconds(lambda: table.query(drawn.first), 50)

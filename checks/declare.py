@@ -47,7 +47,7 @@ class Vector:
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A CSV file with these columns and at least `min_rows` rows."""
 
     name: str
@@ -70,7 +70,7 @@ class Series:
     step: str | None = None
 
 
-Input = Scalar | Vector | Table | Series
+Input = Scalar | Vector | CsvTable | Series
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,11 @@ class Garbled(InstrumentError):
     """What came is not what the protocol allows: noise, lost or added bytes, wrong line settings."""
 
 
-class Refused(InstrumentError):
+class InstrumentRefused(InstrumentError):
     """The instrument answered that it cannot or will not."""
 
 
-class OverRange(Refused):
+class OverRange(InstrumentRefused):
     """The instrument says that the value is outside its range."""
 
 

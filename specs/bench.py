@@ -75,7 +75,7 @@ class BenchDocument(Strict):
         return self
 
 
-class Bench(BenchDocument):
+class BenchFile(BenchDocument):
     """A bench file together with the bytes it was read from."""
 
     sha256: str
@@ -83,11 +83,11 @@ class Bench(BenchDocument):
     path: str
 
 
-def load_bench(path: Path) -> Bench:
+def load_bench(path: Path) -> BenchFile:
     """Bench of a TOML file. Raises SpecError listing every problem with its key path."""
     return parse_bench(file_bytes(path), str(path))
 
 
-def parse_bench(raw: bytes, path: str) -> Bench:
+def parse_bench(raw: bytes, path: str) -> BenchFile:
     """Bench from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    return parse_as(Bench, BenchDocument, raw, path, path=path)
+    return parse_as(BenchFile, BenchDocument, raw, path, path=path)

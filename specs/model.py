@@ -1,4 +1,4 @@
-"""A model file: what a strut on its bench is made of, read strictly from TOML (design, section 5).
+"""A model file: what a strut on its bench is made of, read strictly from TOML ([DESIGN] 5).
 
 Every number may be a value or `{ value, sd }`; with an sd it is uncertain and gets calibrated. A parameter's flat name
 is its section and key, `joint.kz_N_per_um`, so a file and a dictionary of values say the same.
@@ -16,34 +16,34 @@ from specs.model_sections import (
     Apa2dof,
     ApaFrame,
     ApaSuperelement,
-    Bench,
+    BenchSection,
     Constants,
-    Delay,
+    DelaySection,
     EffectEntry,
-    Encoder,
+    EncoderSection,
     FitRecord,
-    Joint,
     Joints,
+    JointSection,
     Misalignment,
-    Section,
+    ModelSection,
     Sensor,
     Tolerance,
 )
 from specs.strict import SpecError, Strict, Words, file_bytes, parse_as
 
 
-class Document(Strict):
+class ModelDocument(Strict):
     """The TOML document of a model."""
 
     name: Words
     damping: Literal["full", "modal"] = "full"
     apa: Annotated[Apa2dof | ApaFrame | ApaSuperelement, Field(discriminator="type")]
-    joint: Joint | Joints | None = None
-    encoder: Encoder | None = None
-    bench: Bench
+    joint: JointSection | Joints | None = None
+    encoder: EncoderSection | None = None
+    bench: BenchSection
     constants: Constants
     misalignment: Misalignment = Field(default_factory=Misalignment)
-    delay: Delay = Field(default_factory=Delay)
+    delay: DelaySection = Field(default_factory=DelaySection)
     amplifier: Amplifier = Field(default_factory=Amplifier)
     sensor: Sensor = Field(default_factory=Sensor)
     tolerance: Tolerance = Field(default_factory=Tolerance)
@@ -56,21 +56,21 @@ class Document(Strict):
         """Decided here, so that a wrong key is reported for what it is and not once per alternative."""
         joint = data.get("joint") if isinstance(data, dict) else None
         if isinstance(joint, dict):
-            kind = Joints if joint.keys() & {"bottom", "top"} else Joint
+            kind = Joints if joint.keys() & {"bottom", "top"} else JointSection
             return {**data, "joint": kind.model_validate(joint)}
         return data
 
     @model_validator(mode="after")
-    def _parts_fit(self) -> "Document":
+    def _parts_fit(self) -> "ModelDocument":
         if self.encoder is not None and self.joint is None:
             raise ValueError("[encoder] without [joint]: the bench's own encoder reads an APA that is alone")
         if self.constants.gs_V_per_N is not None and self.apa.type != "2dof":
             raise ValueError("[constants] gs_V_per_N is for apa.type '2dof'; give gs_V_per_m")
         return self
 
-    def sections(self) -> Iterator[tuple[str, Section]]:
+    def sections(self) -> Iterator[tuple[str, ModelSection]]:
         """Sections with numbers, each by the prefix of its parameters' flat names."""
-        named: dict[str, Section | None] = {"apa": self.apa}
+        named: dict[str, ModelSection | None] = {"apa": self.apa}
         if isinstance(self.joint, Joints):
             named |= {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top}
         else:
@@ -93,7 +93,7 @@ class Document(Strict):
         }
 
 
-class ModelSpec(Document):
+class ModelSpec(ModelDocument):
     """A model file together with the bytes it was read from. `folder` is what `apa.file` is relative to."""
 
     sha256: str
@@ -129,4 +129,4 @@ def load_model(name: str | Path) -> ModelSpec:
 
 def parse_model(raw: bytes, path: str, folder: Path) -> ModelSpec:
     """Model from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    return parse_as(ModelSpec, Document, raw, path, folder=str(folder))
+    return parse_as(ModelSpec, ModelDocument, raw, path, folder=str(folder))

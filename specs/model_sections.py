@@ -30,7 +30,7 @@ def _number(value: float) -> Any:
     return Field(default_factory=lambda: Value(value=value))
 
 
-class Nodes(Strict):
+class NodesSection(Strict):
     """Interface nodes, counted from 1 in the file's order."""
 
     bottom: Annotated[int, Field(ge=1)]
@@ -39,7 +39,7 @@ class Nodes(Strict):
     actuator: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
 
 
-class Section(Strict):
+class ModelSection(Strict):
     """A section whose numbers become parameters."""
 
     def numbers(self) -> Iterator[tuple[str, Value]]:
@@ -57,7 +57,7 @@ def _axis_name(key: str, axis: str) -> str:
     return f"{head}_{axis}_{unit}"
 
 
-class Apa(Section):
+class Apa(ModelSection):
     """Open circuits stiffen the stacks by these ratios of the stiffness across them. mode_1 ..: what the stiffness of
     the APA's free elastic modes is multiplied by, where a rough model was calibrated; all or none."""
 
@@ -71,7 +71,7 @@ class Apa(Section):
 
 
 class Apa2dof(Apa):
-    """Defaults: the seed, section 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
+    """Defaults: the [STB], section 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
 
     type: Literal["2dof"]
     k_N_per_um: Number = _number(0.38)
@@ -94,11 +94,11 @@ class ApaFrame(Apa):
 class ApaSuperelement(Apa):
     type: Literal["superelement"]
     file: Words
-    nodes: Nodes
+    nodes: NodesSection
     damping_ratio: Number = _number(0.01)
 
 
-class Joint(Section):
+class JointSection(ModelSection):
     """One flexible joint. type: `2dof` bends, `3dof` twists too, `4dof` also gives along the axis; lateral springs
     kx, ky are added where they are named. What a joint does not name is rigid."""
 
@@ -117,7 +117,7 @@ class Joint(Section):
     half_arm_mm: Number = _number(6.4)
 
     @model_validator(mode="after")
-    def _springs_of_its_type(self) -> "Joint":
+    def _springs_of_its_type(self) -> "JointSection":
         wanted = TYPES[self.type]
         for key in TYPES["4dof"]:
             if (getattr(self, key) is not None) != (key in wanted):
@@ -128,11 +128,11 @@ class Joint(Section):
 class Joints(Strict):
     """Two joints that differ."""
 
-    bottom: Joint
-    top: Joint
+    bottom: JointSection
+    top: JointSection
 
 
-class Encoder(Section):
+class EncoderSection(ModelSection):
     """Head and ruler as bodies; `scale` and the bracket's mode are off unless named."""
 
     head_mass_kg: Number
@@ -146,7 +146,7 @@ class Encoder(Section):
     bracket_damping_ratio: Number = _number(0.01)
 
 
-class Bench(Section):
+class BenchSection(ModelSection):
     payload_kg: Number
     guide_damping_N_s_per_m: Number = _number(0.0)
     mode_Hz: Number = _number(100.0)
@@ -154,7 +154,7 @@ class Bench(Section):
     mode_damping_ratio: Number = _number(0.01)
 
 
-class Constants(Section):
+class Constants(ModelSection):
     """gs in volts per elongation of the sensor stack, or for a 2-DoF APA in volts per newton in ke."""
 
     amplifier_gain: Number = _number(20.0)
@@ -169,23 +169,23 @@ class Constants(Section):
         return self
 
 
-class Misalignment(Section):
+class Misalignment(ModelSection):
     dx_um: Number = _number(0.0)
     dy_um: Number = _number(0.0)
     dz_um: Number = _number(0.0)
 
 
-class Delay(Section):
+class DelaySection(ModelSection):
     tau_us: Number = _number(0.0)
 
 
-class Amplifier(Section):
+class Amplifier(ModelSection):
     """f_Hz: bandwidth; without it the amplifier is as fast as need be."""
 
     f_Hz: Number | None = None
 
 
-class Sensor(Section):
+class Sensor(ModelSection):
     highpass_Hz: Number = _number(0.0)
     crosstalk_V_per_V: Number = _number(0.0)
 

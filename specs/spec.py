@@ -102,7 +102,7 @@ class GapStart(Strict):
     model: Words
 
 
-class Document(Strict):
+class SpecDocument(Strict):
     """The TOML document of a spec. gap: with it, `accept batch` and `accept report` look for what is missing from the
     model where a unit's responses do not fit it."""
 
@@ -123,13 +123,13 @@ class Document(Strict):
         return pattern
 
     @model_validator(mode="after")
-    def _something_required(self) -> "Document":
+    def _something_required(self) -> "SpecDocument":
         if not any(check.required for check in self.checks.values()):
             raise ValueError("requires no check: every unit would be accepted")
         return self
 
 
-class Spec(Document):
+class Spec(SpecDocument):
     """A spec together with the bytes it was read from."""
 
     sha256: str
@@ -160,4 +160,4 @@ def load(name: str | Path) -> Spec:
 
 def parse(raw: bytes, path: str) -> Spec:
     """Spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
-    return parse_as(Spec, Document, raw, path)
+    return parse_as(Spec, SpecDocument, raw, path)

@@ -20,7 +20,7 @@ from accept.batch import events, outputs
 from accept.batch.worker import Job, Judged, judge_folder
 from accept.certificate.keys import Credential
 from accept.certificate.signing import sign
-from accept.gap.attach_to_result import Start, applies, is_there, same_start
+from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
@@ -29,7 +29,7 @@ from accept.units import unit_folder
 from accept.units.shared_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs import Spec
-from specs.bench import Bench
+from specs.bench import BenchFile
 
 Say = Callable[[str], None]
 CERTIFICATES = "certificates"
@@ -37,7 +37,7 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 
 
 @dataclass(frozen=True)
-class Order:
+class BatchRequest:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
@@ -49,11 +49,11 @@ class Order:
     operator: str
     credential: Credential | None = None
     workers: int | None = None
-    bench: Bench | None = None
+    bench: BenchFile | None = None
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
     pool: ProcessPoolExecutor | None = None
-    _starts: dict[str, Start | None] = field(default_factory=dict, init=False, repr=False)
+    _starts: dict[str, StartModel | None] = field(default_factory=dict, init=False, repr=False)
 
     def calibration(self, folder: UnitFolder) -> Statement | None:
         """Of the instruments behind the checks of a unit, where a bench file is in use."""
@@ -62,18 +62,18 @@ class Order:
         stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on)
         return calibration.checked(stated, folder.measured)
 
-    def start(self, folder: UnitFolder) -> Start | None:
+    def start(self, folder: UnitFolder) -> StartModel | None:
         """The model that a unit's responses are explained by; None where there is nothing to explain or to explain
         it by."""
         if not applies(folder):
             return None
         if folder.kind not in self._starts:  # opening a model takes most of a second
-            self._starts[folder.kind] = Start.of(self.specs[folder.kind], self.model)
+            self._starts[folder.kind] = StartModel.of(self.specs[folder.kind], self.model)
         return self._starts[folder.kind]
 
 
 @dataclass
-class Report:
+class BatchReport:
     """What a batch did: results.json entries in order of serial, refused folders, and which units were unchanged."""
 
     units: list[dict[str, Any]] = field(default_factory=list)
@@ -84,13 +84,13 @@ class Report:
         return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
 
 
-def run(order: Order, store: Store, say: Say) -> Report:
+def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
     """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
     where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
 
     Raises OSError when `out` cannot be written, StoreError when the store cannot.
     """
-    report = Report()
+    report = BatchReport()
     folders = list(_readable(order.paths, store, order, report, say))
     names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in order.specs.items()}
     store.append(
@@ -121,7 +121,9 @@ def _numbered(say: Say, number: int, of: int) -> Say:
     return lambda words: say(f"[{number}/{of}] {words}")
 
 
-def _readable(paths: Iterable[Path], store: Store, order: Order, report: Report, say: Say) -> Iterator[UnitFolder]:
+def _readable(
+    paths: Iterable[Path], store: Store, order: BatchRequest, report: BatchReport, say: Say
+) -> Iterator[UnitFolder]:
     """Units that can be judged; the others are refused, said and stored. One serial in two folders refuses both."""
     units: list[UnitFolder] = []
     for path in paths:
@@ -160,17 +162,17 @@ def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
     return spec
 
 
-def _refuse(path: Path, reason: str, store: Store, order: Order, report: Report, say: Say) -> None:
+def _refuse(path: Path, reason: str, store: Store, order: BatchRequest, report: BatchReport, say: Say) -> None:
     events.refused(store, path, reason, order.operator)
     report.refused.append({"path": str(path), "reason": reason})
     say(f"refused: {reason}")
 
 
-def _certificate_path(order: Order, serial: str) -> Path:
+def _certificate_path(order: BatchRequest, serial: str) -> Path:
     return order.out / CERTIFICATES / f"{serial}.pdf"
 
 
-def _unchanged(folder: UnitFolder, order: Order, state: BenchState) -> dict[str, Any] | None:
+def _unchanged(folder: UnitFolder, order: BatchRequest, state: BenchState) -> dict[str, Any] | None:
     """The stored entry of a unit whose inputs, spec and code are those of its last judgement, and whose certificate, if
     one is wanted, lies in `out` as it was signed."""
     known = state.units.get(folder.serial)
@@ -197,7 +199,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _job(folder: UnitFolder, order: Order) -> Job:
+def _job(folder: UnitFolder, order: BatchRequest) -> Job:
     spec = order.specs[folder.kind]
     wanted = order.credential is not None
     stated, start = order.calibration(folder), order.start(folder)
@@ -247,7 +249,7 @@ def _judge_apart(job: Job) -> Judged:
         return Judged(job.folder, refused=f"{job.folder}: the process that judged it died (out of memory?)")
 
 
-def _keep(judged: Judged, order: Order, store: Store, report: Report, say: Say) -> None:
+def _keep(judged: Judged, order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
     """Store a verdict, then its certificate; only then say it."""
     if judged.result is None:
         _refuse(judged.folder, judged.refused or "not judged", store, order, report, say)
@@ -272,7 +274,7 @@ def _why(entry: dict[str, Any]) -> str:
     return because + (f"; {one_line(entry['gap'])}" if "gap" in entry else "")
 
 
-def _write_results(order: Order, report: Report) -> None:
+def _write_results(order: BatchRequest, report: BatchReport) -> None:
     used = [s for kind, s in order.specs.items() if any(u["kind"] == kind for u in report.units)]
     listed = [{"name": s.name, "sha256": s.sha256} for s in used or order.specs.values()]
     write_atomic(order.out / "results.json", outputs.results_json(listed, report.units, report.refused))

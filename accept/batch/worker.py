@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from accept.gap.attach_to_result import Start, explained
+from accept.gap.attach_to_result import StartModel, explained
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
 from accept.units import unit_folder
@@ -28,7 +28,7 @@ class Job:
     operator: str
     certificate: bool
     calibration: Statement | None = None
-    start: Start | None = None
+    start: StartModel | None = None
     out: Path | None = None
 
 
@@ -53,10 +53,10 @@ def judge_folder(job: Job) -> Judged:
         return Judged(job.folder, refused=str(e))
     unsigned = None
     if job.certificate:
-        from accept.certificate.content import of as dossier_of
+        from accept.certificate.content import content_of
         from accept.certificate.document import render  # loads reportlab and matplotlib: only when wanted
 
-        unsigned = render(dossier_of(result, spec, folder.path, job.operator))
+        unsigned = render(content_of(result, spec, folder.path, job.operator))
     return Judged(job.folder, result.to_json(), unsigned)
 
 

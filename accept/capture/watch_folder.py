@@ -10,7 +10,7 @@ from accept.units import toml_edit, unit_folder
 from accept.units.attach import take_in
 from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
-from checks.declare import Input, Series, Table
+from checks.declare import CsvTable, Input, Series
 from checks.errors import RecordError
 
 SUFFIXES = (".mat", ".csv", ".uff")
@@ -18,7 +18,7 @@ STABLE_S = 2.0  # a file that is still written grows or is touched within that t
 
 
 @dataclass(frozen=True)
-class Seen:
+class FileState:
     """What a file looked like, and since when [s] it looks so."""
 
     size: int
@@ -38,7 +38,7 @@ class Watched:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.folder, self._stable_s, self._clock = folder, stable_s, clock
-        self._seen: dict[Path, Seen] = {}
+        self._seen: dict[Path, FileState] = {}
         self._offered: set[tuple[Path, int, int]] = set()
         if not old_too:
             self._offered = {(path, size, mtime) for path, size, mtime in self._files()}
@@ -50,7 +50,7 @@ class Watched:
         for path, size, mtime in there:
             before = self._seen.get(path)
             if before is None or (before.size, before.mtime_ns) != (size, mtime):
-                self._seen[path] = Seen(size, mtime, now)
+                self._seen[path] = FileState(size, mtime, now)
             elif now - before.since >= self._stable_s and (path, size, mtime) not in self._offered:
                 self._offered.add((path, size, mtime))
                 found.append(path)
@@ -86,12 +86,12 @@ def pick_up(source: Path, folder: Path, section: str, name: str, store: Store, w
     return copy
 
 
-def declared_file(folder: Path, section: str, name: str) -> Series | Table:
+def declared_file(folder: Path, section: str, name: str) -> Series | CsvTable:
     """The file that an input declares. Raises UnitError for any other name."""
     if section not in CHECKS:
         raise UnitError(folder, [f"no check '{section}' (known: {', '.join(CHECKS)})"])
     inputs: dict[str, Input] = CHECKS[section].inputs
-    files = {key: i for key, i in inputs.items() if isinstance(i, Series | Table)}
+    files = {key: i for key, i in inputs.items() if isinstance(i, Series | CsvTable)}
     if name not in files:
         raise UnitError(folder, [f"[{section}] has no file '{name}' (it has: {', '.join(files) or 'none'})"])
     return files[name]

@@ -13,10 +13,10 @@ from pypdf import PdfReader
 
 from accept.base import version
 from accept.base.atomic_files import write_atomic
-from accept.certificate import content as dossiers
-from accept.certificate.content import RESERVED, Dossier, DossierError
+from accept.certificate import content as certificate_content
+from accept.certificate.content import RESERVED, CertificateContent, ContentError
 from accept.certificate.document import render
-from accept.certificate.errors import Refused
+from accept.certificate.errors import InvalidCertificate
 from accept.certificate.result_diff import differences
 
 _SHOWN = 3  # differences named in the reason; the details have all
@@ -40,7 +40,7 @@ class Attachments:
         for name, content in self.files.items():
             parts = PurePosixPath(name).parts
             if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
-                raise Refused(f"the attachment '{name}' has a name that leads out of its folder")
+                raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
             write_atomic(folder / name, content)
         return folder
 
@@ -53,77 +53,79 @@ def embedded(reader: PdfFileReader) -> dict[str, bytes]:
     """Name -> content of the files embedded in a PDF."""
     names = reader.root["/Names"]["/EmbeddedFiles"]["/Names"]
     if not isinstance(names, ArrayObject) or len(names) % 2:
-        raise Refused("the list of attachments is damaged")
+        raise InvalidCertificate("the list of attachments is damaged")
     keys = [str(names[n]) for n in range(0, len(names), 2)]
     if len(set(keys)) != len(keys):
-        raise Refused("two attachments have the same name")
+        raise InvalidCertificate("two attachments have the same name")
     return {key: names[2 * n + 1]["/EF"]["/F"].data for n, key in enumerate(keys)}
 
 
-def read(signed: bytes) -> Dossier:
-    """The dossier inside a signed PDF, its attachments held against their hashes. Raises Refused."""
+def read(signed: bytes) -> CertificateContent:
+    """The certificate's content inside a signed PDF, its attachments held against their hashes. Raises Refused."""
     try:
-        dossier = dossiers.read(embedded(PdfFileReader(io.BytesIO(signed))))
+        contents = certificate_content.read(embedded(PdfFileReader(io.BytesIO(signed))))
     except KeyError as e:
-        raise Refused("nothing is attached to it: it is not a certificate of this program") from e
-    except DossierError as e:
-        raise Refused(str(e)) from e
-    _check_hashes(dossier)
-    return dossier
+        raise InvalidCertificate("nothing is attached to it: it is not a certificate of this program") from e
+    except ContentError as e:
+        raise InvalidCertificate(str(e)) from e
+    _check_hashes(contents)
+    return contents
 
 
-def check_page(signed: bytes, dossier: Dossier) -> str:
+def check_page(signed: bytes, contents: CertificateContent) -> str:
     """Draw the page again from the attachments; says in words what came of it. Raises Refused where they differ."""
-    drawn = render(dossier)
+    drawn = render(contents)
     if signed.startswith(drawn):
         return "the page was drawn again from the attached data: identical to the byte"
-    same_program = dossier.code_sha256 == version.code_sha256() and dict(dossier.drawn_with) == dossiers.renderer()
+    same_program = (
+        contents.code_sha256 == version.code_sha256() and dict(contents.drawn_with) == certificate_content.renderer()
+    )
     if same_program:
-        raise Refused("the page does not show what the attached data say")
-    _check_words(signed, dossier)
+        raise InvalidCertificate("the page does not show what the attached data say")
+    _check_words(signed, contents)
     return (
-        f"the page was drawn by another version (accept {dossier.accept_version}, code {dossier.code_sha256[:12]}); "
+        f"the page was drawn by another version (accept {contents.accept_version}, code {contents.code_sha256[:12]}); "
         "its serial and verdict were found, its bytes were not compared"
     )
 
 
-def check_result(dossier: Dossier, rejudge: Rejudge | None) -> str:
+def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> str:
     """Judge again from the attached data; says in words what came of it. Raises Refused where the results differ."""
-    missing = tuple(name for name in dossier.inputs if name not in dossier.files)
+    missing = tuple(name for name in contents.inputs if name not in contents.files)
     if rejudge is None:
         return "not judged again"
     if missing:
         return f"not judged again: {', '.join(missing)} too large to be attached (hash in manifest.json)"
-    again = rejudge(Attachments(dossier.result, dossier.spec_text, dossier.files, missing))
-    found = differences(dossier.result, again)
+    again = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing))
+    found = differences(contents.result, again)
     if found:
         more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
-        raise Refused(
-            f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(dossier)}"
+        raise InvalidCertificate(
+            f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(contents)}"
         )
-    searched = "; what its responses lack in the model was not searched for again" if "gap" in dossier.result else ""
-    return f"judged again from the attached data: the same result{searched}{_other(dossier)}"
+    searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
+    return f"judged again from the attached data: the same result{searched}{_other(contents)}"
 
 
-def _other(dossier: Dossier) -> str:
-    if dossier.code_sha256 == version.code_sha256():
+def _other(contents: CertificateContent) -> str:
+    if contents.code_sha256 == version.code_sha256():
         return ""
-    return f" (certificate: accept {dossier.accept_version}, code {dossier.code_sha256[:12]}; here: another)"
+    return f" (certificate: accept {contents.accept_version}, code {contents.code_sha256[:12]}; here: another)"
 
 
-def _check_hashes(dossier: Dossier) -> None:
-    if dict(dossier.result.get("inputs", {})) != dict(dossier.inputs):
-        raise Refused("results.json and manifest.json name different inputs")
-    for name, content in dossier.files.items():
-        if hashlib.sha256(content).hexdigest() != dossier.inputs.get(name):
-            raise Refused(f"the attached {name} is not the file that was judged")
-    attached = set(dossier.attachments()) - set(RESERVED)
-    if not attached <= set(dossier.inputs):
-        raise Refused("a file is attached that was not judged")
+def _check_hashes(contents: CertificateContent) -> None:
+    if dict(contents.result.get("inputs", {})) != dict(contents.inputs):
+        raise InvalidCertificate("results.json and manifest.json name different inputs")
+    for name, content in contents.files.items():
+        if hashlib.sha256(content).hexdigest() != contents.inputs.get(name):
+            raise InvalidCertificate(f"the attached {name} is not the file that was judged")
+    attached = set(contents.attachments()) - set(RESERVED)
+    if not attached <= set(contents.inputs):
+        raise InvalidCertificate("a file is attached that was not judged")
 
 
-def _check_words(signed: bytes, dossier: Dossier) -> None:
+def _check_words(signed: bytes, contents: CertificateContent) -> None:
     text = PdfReader(io.BytesIO(signed)).pages[0].extract_text()
-    for word in (dossier.serial, str(dossier.result["verdict"]).upper()):
+    for word in (contents.serial, str(contents.result["verdict"]).upper()):
         if word not in text:
-            raise Refused(f"the page does not show '{word}', which the attached data say")
+            raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")

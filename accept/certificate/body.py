@@ -7,10 +7,10 @@ from typing import Any
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
-from accept.certificate.content import Dossier
+from accept.certificate.content import CertificateContent
 from accept.gap.text import HEADLINE, REFUSED, gap_number, parameters, values_of, without_a_name
 from accept.pdf import numbers, page_style
-from accept.pdf.limit_bar import strip
+from accept.pdf.limit_bar import limit_bar
 from accept.pdf.paragraphs import words
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
@@ -18,16 +18,16 @@ _FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
-def identity(dossier: Dossier) -> list[Flowable]:
+def identity(contents: CertificateContent) -> list[Flowable]:
     """Who and what: spec, operator, instruments, parts, program."""
-    parts = dossier.result.get("parts") or {}
-    attached = sum(name in dossier.files for name in dossier.inputs)
+    parts = contents.result.get("parts") or {}
+    attached = sum(name in contents.files for name in contents.inputs)
     rows = [
-        ("Spec", f"{dossier.spec_name}, sha256 {dossier.spec_sha256}"),
-        ("Operator", dossier.operator or "not named"),
-        ("Instruments", _listed(dossier.instruments) or "none named by the spec"),
+        ("Spec", f"{contents.spec_name}, sha256 {contents.spec_sha256}"),
+        ("Operator", contents.operator or "not named"),
+        ("Instruments", _listed(contents.instruments) or "none named by the spec"),
         ("Parts", _listed(parts)),
-        ("Record", f"{attached} of {len(dossier.inputs)} input files attached; the hash of each in manifest.json"),
+        ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
     ]
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]
     table = Table(cells, colWidths=[20 * mm, page_style.INNER - 20 * mm], splitInRow=1)
@@ -35,7 +35,7 @@ def identity(dossier: Dossier) -> list[Flowable]:
     return [table]
 
 
-def findings(dossier: Dossier) -> list[Flowable]:
+def findings(contents: CertificateContent) -> list[Flowable]:
     """The table of findings; the reason of a finding stands below its row and stays with it."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
@@ -49,7 +49,7 @@ def findings(dossier: Dossier) -> list[Flowable]:
         ("RIGHTPADDING", (2, 0), (2, -1), 9),
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
-    for finding in dossier.result["findings"]:
+    for finding in contents.result["findings"]:
         first = len(cells)
         cells.append(_finding_row(finding))
         remark = _remark(finding)
@@ -63,9 +63,9 @@ def findings(dossier: Dossier) -> list[Flowable]:
     return [words("Findings", page_style.HEADING), table]
 
 
-def information(dossier: Dossier) -> list[Flowable]:
+def information(contents: CertificateContent) -> list[Flowable]:
     """Measured quantities that the spec does not limit."""
-    rows = dossier.result.get("information") or []
+    rows = contents.result.get("information") or []
     if not rows:
         return []
     head = [words(h, page_style.TABLE_HEAD) for h in ("Check", "Quantity", "Value ± U (k = 2)", "Remark")]
@@ -76,10 +76,10 @@ def information(dossier: Dossier) -> list[Flowable]:
     return [words("Measured, without limits in this spec", page_style.HEADING), table]
 
 
-def explanation(dossier: Dossier) -> list[Flowable]:
+def explanation(contents: CertificateContent) -> list[Flowable]:
     """How the responses compare with the model: what is missing, by name, and the gap before and after. For
     information: no verdict comes of it."""
-    found = dossier.result.get("gap")
+    found = contents.result.get("gap")
     if found is None:
         return []
     head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
@@ -115,12 +115,12 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
     return story
 
 
-def budgets(dossier: Dossier) -> list[Flowable]:
+def budgets(contents: CertificateContent) -> list[Flowable]:
     """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated (JCGM 100)."""
     lines = [
         f"{numbers.title_of(f['quantity'], f['unit'])}: "
         + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])
-        for f in dossier.result["findings"]
+        for f in contents.result["findings"]
         if f.get("budget")
     ]
     if not lines:
@@ -129,15 +129,15 @@ def budgets(dossier: Dossier) -> list[Flowable]:
     return [head, *(words(_shortened(line), page_style.SMALL) for line in lines)]
 
 
-def remarks(dossier: Dossier) -> list[Flowable]:
+def remarks(contents: CertificateContent) -> list[Flowable]:
     """Sections that were not judged, notes, and what the certificate does not say."""
     story: list[Flowable] = []
-    left_out, notes = dossier.result.get("not_judged") or [], dossier.result.get("notes") or []
+    left_out, notes = contents.result.get("not_judged") or [], contents.result.get("notes") or []
     if left_out:
         story += [words("Not judged by this spec", page_style.HEADING), words("; ".join(left_out), page_style.SMALL)]
     if notes:
         story += [words("Notes", page_style.HEADING), *(words(f"· {note}", page_style.SMALL) for note in notes)]
-    return [*story, Spacer(1, 5), words(dossier.statement, page_style.QUIET)]
+    return [*story, Spacer(1, 5), words(contents.statement, page_style.QUIET)]
 
 
 def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
@@ -153,7 +153,7 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
         Paragraph(f"{name}<br/>{below}", page_style.BODY),
         words(shown + (unit_text if finding["value"] is not None else ""), page_style.NUMBER),
         words(numbers.limits(finding) + unit_text, page_style.NUMBER),
-        strip(finding, _FINDING_WIDTHS[3] - 4 * mm, 13),
+        limit_bar(finding, _FINDING_WIDTHS[3] - 4 * mm, 13),
         words(finding["rule"], page_style.SMALL),
         words(numbers.risk(finding["p_false_accept"], finding["verdict"]), page_style.SMALL_NUMBER),
         Paragraph(

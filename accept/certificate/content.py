@@ -29,7 +29,7 @@ STATEMENT = (
 )
 
 
-class DossierError(AcceptError, ValueError):
+class ContentError(AcceptError, ValueError):
     """A certificate that cannot be made of what was given; the text names what is wrong."""
 
 
@@ -41,8 +41,8 @@ def renderer() -> dict[str, str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Dossier:
-    """What one certificate is made of. Equal dossiers give equal bytes.
+class CertificateContent:
+    """What one certificate is made of. Equal contents give equal bytes.
 
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
@@ -106,12 +106,14 @@ class Dossier:
         return dict(sorted((own | dict(self.files)).items()))
 
 
-def of(result: UnitResult, spec: Spec, folder: Path, operator: str, size_limit: int = SIZE_LIMIT) -> Dossier:
+def content_of(
+    result: UnitResult, spec: Spec, folder: Path, operator: str, size_limit: int = SIZE_LIMIT
+) -> CertificateContent:
     """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
 
     Raises DossierError when an input is gone or is not the one that was judged.
     """
-    return Dossier(
+    return CertificateContent(
         result=result.to_json(),
         spec_name=spec.name,
         spec_title=spec.title,
@@ -124,16 +126,16 @@ def of(result: UnitResult, spec: Spec, folder: Path, operator: str, size_limit: 
     )
 
 
-def read(attachments: Mapping[str, bytes]) -> Dossier:
-    """The dossier that wrote these attachments. Raises DossierError when they are not a certificate's."""
+def read(attachments: Mapping[str, bytes]) -> CertificateContent:
+    """The certificate's content that wrote these attachments. Raises DossierError when they are not a certificate's."""
     missing = [name for name in RESERVED if name not in attachments]
     if missing:
-        raise DossierError(f"no {' and no '.join(missing)} is attached")
+        raise ContentError(f"no {' and no '.join(missing)} is attached")
     try:
         manifest = json.loads(attachments[MANIFEST])
         if manifest["format"] != FORMAT:
-            raise DossierError(f"{MANIFEST} has format {manifest['format']!r}, this program reads {FORMAT}")
-        return Dossier(
+            raise ContentError(f"{MANIFEST} has format {manifest['format']!r}, this program reads {FORMAT}")
+        return CertificateContent(
             result=json.loads(attachments[RESULTS]),
             spec_name=manifest["spec"]["name"],
             spec_title=manifest["spec"]["title"],
@@ -149,7 +151,7 @@ def read(attachments: Mapping[str, bytes]) -> Dossier:
             drawn_with=manifest["drawn_with"],
         )
     except (KeyError, TypeError, AttributeError, ValueError) as e:
-        raise DossierError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
+        raise ContentError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
 
 
 def canonical(data: Mapping[str, Any]) -> bytes:
@@ -162,7 +164,7 @@ def _json(data: Any, indent: int | None) -> bytes:
         text = json.dumps(data, sort_keys=indent is not None, indent=indent, ensure_ascii=False, allow_nan=False)
         return text.encode("utf-8") + b"\n"
     except ValueError as e:
-        raise DossierError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
+        raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
 
 
 def _read(folder: Path, inputs: Mapping[str, str], size_limit: int) -> dict[str, bytes]:
@@ -175,10 +177,10 @@ def _read(folder: Path, inputs: Mapping[str, str], size_limit: int) -> dict[str,
                 files[name] = (folder / name).read_bytes()
                 left -= len(files[name])
     except OSError as e:
-        raise DossierError(f"{e.filename}: cannot be attached ({e.strerror})") from e
+        raise ContentError(f"{e.filename}: cannot be attached ({e.strerror})") from e
     changed = [name for name, content in files.items() if _sha256(content) != inputs[name]]
     if changed:
-        raise DossierError(f"{folder / changed[0]}: changed since it was judged")
+        raise ContentError(f"{folder / changed[0]}: changed since it was judged")
     return files
 
 

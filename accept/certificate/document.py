@@ -1,4 +1,4 @@
-"""A dossier as an unsigned PDF. Equal dossiers give equal bytes."""
+"""A certificate's content as an unsigned PDF. Equal contents give equal bytes."""
 
 import io
 from collections.abc import Sequence
@@ -9,10 +9,10 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from accept.certificate import body, fixed_parts
-from accept.certificate.content import Dossier
+from accept.certificate.content import CertificateContent
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
-from accept.pdf.figure_row import Room
+from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import register
 from accept.pictures.reduce import reduced
 
@@ -23,7 +23,7 @@ _SPACE_ABOVE = 5.0  # pt
 class _Canvas(Canvas):
     """Holds the pages back until their number is known, for "page x of y"."""
 
-    dossier: Dossier
+    contents: CertificateContent
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -36,36 +36,40 @@ class _Canvas(Canvas):
     def save(self) -> None:
         for number, held in enumerate(self._held, 1):
             self.__dict__.update(held)
-            fixed_parts.footer(self, self.dossier, number, len(self._held))
+            fixed_parts.footer(self, self.contents, number, len(self._held))
             super().showPage()
         super().save()
 
 
-def render(dossier: Dossier) -> bytes:
+def render(contents: CertificateContent) -> bytes:
     """The unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
     register()
-    panels = [reduced(panel) for panel in dossier.panels.values()]
-    above = [*body.identity(dossier), *body.findings(dossier)]
-    more = [*body.explanation(dossier), *body.information(dossier), *body.budgets(dossier)]
-    below = [*more, *body.remarks(dossier)]
+    panels = [reduced(panel) for panel in contents.panels.values()]
+    above = [*body.identity(contents), *body.findings(contents)]
+    more = [*body.explanation(contents), *body.information(contents), *body.budgets(contents)]
+    below = [*more, *body.remarks(contents)]
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
     height = _row_height(_height(above), _height(below), len(rows))
-    rooms = [Room(row, height, columns, _SPACE_ABOVE) for row in rows]
-    text = _build(dossier, [*above, *rooms, *below])
+    rooms = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
+    text = _build(contents, [*above, *rooms, *below])
     return assemble(
-        text, [room.placed() for room in rooms], dossier.attachments(), fixed_parts.field_rectangles(), _title(dossier)
+        text,
+        [room.placed() for room in rooms],
+        contents.attachments(),
+        fixed_parts.field_rectangles(),
+        _title(contents),
     )
 
 
-def _build(dossier: Dossier, flowables: list[Flowable]) -> bytes:
+def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
-    first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, dossier))
-    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, dossier))
+    first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, contents))
+    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, contents))
     first.autoNextPageTemplate = "later"
     document.addPageTemplates([first, later])
-    document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"dossier": dossier}))
+    document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"contents": contents}))
     return buffer.getvalue()
 
 
@@ -101,5 +105,5 @@ def _height(flowables: Sequence[Flowable]) -> float:
     return sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
 
 
-def _title(dossier: Dossier) -> str:
-    return f"Acceptance certificate {dossier.serial}: {dossier.result['verdict']}"
+def _title(contents: CertificateContent) -> str:
+    return f"Acceptance certificate {contents.serial}: {contents.result['verdict']}"

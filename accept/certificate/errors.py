@@ -3,7 +3,7 @@
 from specs.errors import AcceptError
 
 
-class Refused(AcceptError, ValueError):
+class InvalidCertificate(AcceptError, ValueError):
     """A certificate that does not hold; the text is the reason, in one line."""
 
     def __init__(self, reason: str) -> None:

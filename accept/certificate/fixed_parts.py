@@ -9,7 +9,7 @@ from reportlab.lib.units import mm
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate.content import Dossier
+from accept.certificate.content import CertificateContent
 from accept.pdf import page_style
 from accept.pdf.fonts import BOLD, MONO, REGULAR, fitted
 from accept.pdf.numbers import title_of
@@ -28,36 +28,37 @@ def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
     return {name: (left, bottom, left + _BOX[0], bottom + _BOX[1]) for name, left in lefts.items()}
 
 
-def code_text(dossier: Dossier) -> str:
+def code_text(contents: CertificateContent) -> str:
     """What the square code says: enough to find the record and to see that it is this one."""
-    return f"ACCEPT serial={dossier.serial} record-sha256={dossier.record_sha256}"
+    return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}"
 
 
-def first_page(canvas: Canvas, dossier: Dossier) -> None:
-    _title(canvas, dossier)
-    _verdict(canvas, str(dossier.result["verdict"]))
+def first_page(canvas: Canvas, contents: CertificateContent) -> None:
+    _title(canvas, contents)
+    _verdict(canvas, str(contents.result["verdict"]))
     _boxes(canvas)
-    _code(canvas, dossier)
+    _code(canvas, contents)
 
 
-def later_page(canvas: Canvas, dossier: Dossier) -> None:
-    sign = page_style.UNIT_SIGNS[dossier.result["verdict"]]
+def later_page(canvas: Canvas, contents: CertificateContent) -> None:
+    sign = page_style.UNIT_SIGNS[contents.result["verdict"]]
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
-    line = f"{dossier.serial}   {sign.mark} {sign.word}"
+    line = f"{contents.serial}   {sign.mark} {sign.word}"
     canvas.setFont(BOLD, fitted(line, BOLD, 8, page_style.INNER))
     canvas.drawString(page_style.MARGIN, _TOP - 8, line)
     _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
 
 
-def footer(canvas: Canvas, dossier: Dossier, page: int, pages: int) -> None:
+def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) -> None:
     y = page_style.MARGIN
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)
     right = f"page {page} of {pages}"
     left = (
-        f"{dossier.serial} · spec {dossier.spec_name} {dossier.spec_sha256[:12]} · record {dossier.record_sha256[:12]}"
-        f" · accept {dossier.accept_version} ({dossier.code_sha256[:12]}) · check with: accept verify FILE.pdf"
+        f"{contents.serial} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
+        f" · record {contents.record_sha256[:12]}"
+        f" · accept {contents.accept_version} ({contents.code_sha256[:12]}) · check with: accept verify FILE.pdf"
     )
     canvas.setFont(REGULAR, fitted(left, REGULAR, 5.8, page_style.INNER - 25 * mm))
     canvas.drawString(page_style.MARGIN, y, left)
@@ -65,18 +66,18 @@ def footer(canvas: Canvas, dossier: Dossier, page: int, pages: int) -> None:
     canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, y, right)
 
 
-def _title(canvas: Canvas, dossier: Dossier) -> None:
+def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
     canvas.drawString(page_style.MARGIN, _TOP - 8, "ACCEPTANCE CERTIFICATE")
     canvas.setFillColor(page_style.INK_COLOUR)
-    canvas.setFont(BOLD, fitted(dossier.serial, BOLD, 30, width))
-    canvas.drawString(page_style.MARGIN, _TOP - 42, dossier.serial)
-    kind = f"{str(dossier.result['kind']).upper()} · {dossier.spec_title}"
+    canvas.setFont(BOLD, fitted(contents.serial, BOLD, 30, width))
+    canvas.drawString(page_style.MARGIN, _TOP - 42, contents.serial)
+    kind = f"{str(contents.result['kind']).upper()} · {contents.spec_title}"
     canvas.setFont(REGULAR, fitted(kind, REGULAR, 8.5, width))
     canvas.drawString(page_style.MARGIN, _TOP - 57, kind)
-    for nth, line in enumerate(_lines(summary(dossier.result), width)):
+    for nth, line in enumerate(_lines(summary(contents.result), width)):
         canvas.setFont(BOLD, 7)
         canvas.drawString(page_style.MARGIN, _TOP - 71 - 9 * nth, line)
 
@@ -137,11 +138,11 @@ def _boxes(canvas: Canvas) -> None:
         canvas.drawCentredString((left + right) / 2, (bottom + top) / 2 - 2, words)
 
 
-def _code(canvas: Canvas, dossier: Dossier) -> None:
+def _code(canvas: Canvas, contents: CertificateContent) -> None:
     left, bottom = page_style.WIDTH - page_style.MARGIN - _CODE, page_style.MARGIN + page_style.FOOTER + 3 * mm
-    _squares(canvas, code_text(dossier), left, bottom)
+    _squares(canvas, code_text(contents), left, bottom)
     canvas.setFillColor(page_style.GREY_COLOUR)
-    digest = dossier.record_sha256
+    digest = contents.record_sha256
     size = fitted(digest[:32], MONO, 5, _CODE)
     canvas.setFont(MONO, size)
     for nth in range(2):

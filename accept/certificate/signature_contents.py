@@ -14,7 +14,7 @@ from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate import cms
-from accept.certificate.errors import Refused
+from accept.certificate.errors import InvalidCertificate
 from accept.certificate.signing import P256_ORDER
 
 _DIGITS = frozenset(b"0123456789ABCDEF")
@@ -24,21 +24,21 @@ def byte_range(given: Sequence[object], whole: int) -> tuple[int, int, int]:
     """(start of the hole, end of the hole, end of what is signed) of a /ByteRange in a file of `whole` bytes."""
     numbers = [int(n) if isinstance(n, int) else -1 for n in given]
     if len(numbers) != 4 or numbers[0] != 0 or min(numbers) < 0:
-        raise Refused(f"the signed range {numbers} is not two parts from the start of the file")
+        raise InvalidCertificate(f"the signed range {numbers} is not two parts from the start of the file")
     start, end = numbers[1], numbers[2]
     last = end + numbers[3]
     if not start < end <= last <= whole:
-        raise Refused(f"the signed range {numbers} does not lie within the file of {whole} bytes")
+        raise InvalidCertificate(f"the signed range {numbers} does not lie within the file of {whole} bytes")
     return start, end, last
 
 
 def read_hole(pdf: bytes, start: int, end: int) -> bytes:
     """The bytes in pdf[start:end], which must be "<", upper-case hexadecimal, ">"; padding and all."""
     if pdf[start : start + 1] != b"<" or pdf[end - 1 : end] != b">":
-        raise Refused("the hole of the signature is not exactly the string of its contents")
+        raise InvalidCertificate("the hole of the signature is not exactly the string of its contents")
     digits = pdf[start + 1 : end - 1]
     if not _DIGITS.issuperset(digits) or len(digits) % 2:
-        raise Refused("the hole of the signature holds more than upper-case hexadecimal digits")
+        raise InvalidCertificate("the hole of the signature holds more than upper-case hexadecimal digits")
     return unhexlify(digits)
 
 
@@ -49,17 +49,19 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
     """
     signed = asn1_cms.ContentInfo.load(content)["content"]
     if len(signed["signer_infos"]) != 1:
-        raise Refused("there is not exactly one signer in the signature")
+        raise InvalidCertificate("there is not exactly one signer in the signature")
     info = signed["signer_infos"][0]
     stated = [a["values"].native for a in info["signed_attrs"] if a["type"].native == "message_digest"]
     if stated != [[digest]]:
-        raise Refused("the document was changed after it was signed")
+        raise InvalidCertificate("the document was changed after it was signed")
     signer, root = _certificates(signed, trusted)
     canonical = cms.build(signer, root, digest, _lower(info["signature"].native))
     if not content.startswith(canonical):
-        raise Refused("the signature is not encoded canonically, or carries more than certificate, digest and value")
+        raise InvalidCertificate(
+            "the signature is not encoded canonically, or carries more than certificate, digest and value"
+        )
     if any(content[len(canonical) :]):
-        raise Refused("the padding behind the signature is not zero")
+        raise InvalidCertificate("the padding behind the signature is not zero")
     return x509.load_der_x509_certificate(signer)
 
 
@@ -75,7 +77,9 @@ def _certificates(signed: asn1_cms.SignedData, trusted: Sequence[x509.Certificat
     roots = {c.public_bytes(Encoding.DER) for c in trusted}
     own, known = [c for c in carried if c not in roots], [c for c in carried if c in roots]
     if not known:
-        raise Refused("the signature was not made under a trusted CA")
+        raise InvalidCertificate("the signature was not made under a trusted CA")
     if len(own) != 1 or len(known) != 1:
-        raise Refused(f"the signature carries {len(carried)} certificates, expected the signer's and the CA's")
+        raise InvalidCertificate(
+            f"the signature carries {len(carried)} certificates, expected the signer's and the CA's"
+        )
     return own[0], known[0]

@@ -36,7 +36,7 @@ def frf(
     """Frequency responses of records. With coherence, variance and the largest resonance."""
     from accept.commands.physics import frf as command
 
-    wanted = command.Wanted(input, estimator.value, segment_s, f_lo, f_hi, merge_Hz)
+    wanted = command.ResponseOptions(input, estimator.value, segment_s, f_lo, f_hi, merge_Hz)
     raise typer.Exit(command.run(records, wanted, json, plot, uff))
 
 

@@ -70,7 +70,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 @app.command()
 def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
-    """The whole job on built-in data. Judge the seed's seven APAs and a simulated strut, certify, verify."""
+    """The whole job on built-in data. Judge the report's seven APAs and a simulated strut, certify, verify."""
     from accept.commands.units import demo as command
 
     raise typer.Exit(command.run(out, operator))
@@ -213,7 +213,7 @@ def run_workflow(
     """Guided, step by step to the signed certificate."""
     from accept.commands.bench import run as command
 
-    wanted = command.Wanted(unit, spec, bench, records, operator, training, seed)
+    wanted = command.RunOptions(unit, spec, bench, records, operator, training, seed)
     raise typer.Exit(command.serve(wanted, port) if web else command.run(wanted))
 
 

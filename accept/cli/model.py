@@ -73,7 +73,7 @@ def fit(
     """Fit uncertain parameters to a unit's responses."""
     from accept.commands.physics import model_fit as command
 
-    raise typer.Exit(command.run(unit, model, f_lo, f_hi, starts, command.Ask(write, plot, json, out)))
+    raise typer.Exit(command.run(unit, model, f_lo, f_hi, starts, command.FitOutputs(write, plot, json, out)))
 
 
 @app.command()
@@ -86,7 +86,7 @@ def sweep(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Poles and zeros over a row of values. Without --value those of the seed."""
+    """Poles and zeros over a row of values. Without --value those of the report."""
     from accept.commands.physics import model as command
 
     raise typer.Exit(command.run_sweep(model, what, values or (), channel, f_hi, json, plot))

@@ -33,7 +33,7 @@ def unit(
     """A whole unit folder from a model. With the truth beside it in truth.json."""
     from accept.commands.bench import simulate as command
 
-    wanted = command.Wanted(
+    wanted = command.SimulateOptions(
         kind=kind, model=model, serial=serial, seed=seed, dx_um=dx_um, dy_um=dy_um, effects=tuple(effect or ()),
         settings=tuple(setting or ()), draw=draw, fault=fault, noise=noise, ideal=ideal, hold=hold, low_s=low_s,
         high_s=high_s, repeats=repeats,

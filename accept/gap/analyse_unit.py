@@ -21,12 +21,12 @@ from checks.misalignment.estimate import F_HI_ROUGH
 from checks.model.free_apa_modes import is_rough, softened
 from checks.record import Record
 
-F_LO = 5.0  # [Hz] below the seed's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
+F_LO = 5.0  # [Hz] below the report's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Done:
+class GapAnalysis:
     """The answer with what it was found from."""
 
     result: Result
@@ -53,7 +53,7 @@ def run_gap(
     return done.document
 
 
-def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda words: None) -> Done:
+def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda words: None) -> GapAnalysis:
     """The workflow on a unit folder."""
     given = opened(model)
     say("reading the records")
@@ -73,13 +73,13 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
         notes=(*notes, *more, *rough, *_quality(A)),
     )
     try:
-        return Done(run(inputs, say), measured, given)
+        return GapAnalysis(run(inputs, say), measured, given)
     except NotHeld as e:
         given.model.modal()  # raises where the model itself falls over, and nothing was searched yet
         raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 
-def write(done: Done, out: Path) -> None:
+def write(done: GapAnalysis, out: Path) -> None:
     """gap.json, gap.pdf and model.toml into a folder."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
@@ -163,7 +163,7 @@ def _slow(folder: Path) -> Record | None:
 
 
 def to_json(serial: str, r: Result) -> dict[str, Any]:
-    """gap.json (design, section 6)."""
+    """gap.json ([DESIGN] 6)."""
     return {
         "serial": serial,
         "model": r.model,

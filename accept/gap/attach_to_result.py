@@ -24,20 +24,20 @@ NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
 @dataclass(frozen=True)
-class Start:
+class StartModel:
     """The model that the workflow starts from, by name or file, with its hash; None where it cannot be opened."""
 
     model: str
     sha256: str | None
 
     @classmethod
-    def of(cls, spec: Spec, model: str | None = None) -> "Start | None":
+    def of(cls, spec: Spec, model: str | None = None) -> "StartModel | None":
         """The one named, else the spec's; None where neither names one: then no workflow is run."""
         name = model or (spec.gap.model if spec.gap else None)
         return None if name is None else cls.at(name)
 
     @classmethod
-    def at(cls, name: str) -> "Start":
+    def at(cls, name: str) -> "StartModel":
         return cls(name, _sha256(name))
 
     def answer(self, found: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,7 +53,7 @@ class Start:
         return {"start": self.model, "model_sha256": self.sha256}
 
 
-def same_start(known: Mapping[str, Any] | None, start: Start | None) -> bool:
+def same_start(known: Mapping[str, Any] | None, start: StartModel | None) -> bool:
     """Whether a stored explanation began where one would begin now, from a model that is still the same."""
     if known is None or start is None:
         return known is None and start is None
@@ -69,7 +69,7 @@ def applies(folder: UnitFolder) -> bool:
 def explained(
     result: UnitResult,
     folder: UnitFolder,
-    start: Start | None,
+    start: StartModel | None,
     say: Say = lambda words: None,
     out: Path | None = None,
 ) -> UnitResult:
@@ -105,7 +105,7 @@ def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
     return improved is None or (out / str(improved)).is_file()
 
 
-def _improved(done: analyse_unit.Done, out: Path | None) -> str | None:
+def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
     """Name of the improved model within `out`, written there where something was named. Raises OSError."""
     if out is None or not done.result.named:
         return None
@@ -114,7 +114,7 @@ def _improved(done: analyse_unit.Done, out: Path | None) -> str | None:
     return name
 
 
-def _analysed(folder: UnitFolder, start: Start, say: Say) -> analyse_unit.Done:
+def _analysed(folder: UnitFolder, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
     """Raises NO_ANSWER, into which an error of the workflow itself is turned: the unit is judged all the same."""
     try:
         return analyse_unit.analyse(folder.path, start.model, say=say)

@@ -11,7 +11,7 @@ from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, S
 from accept.gap.text import HEADLINE, chance, gap_number, named_line, number, plain
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
-from accept.pdf.figure_row import Room
+from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pdf.paragraphs import words
 from accept.pictures.reduce import reduced
@@ -37,9 +37,9 @@ def render(serial: str, result: Result) -> bytes:
     drawn = panels(result)
     channels = result.before.data.channels
     rows = [
-        Room([reduced(drawn["map"])], 36.0),
-        Room([reduced(drawn[f"{c} residual"]) for c in channels], 54.0),
-        Room([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
+        FigureRow([reduced(drawn["map"])], 36.0),
+        FigureRow([reduced(drawn[f"{c} residual"]) for c in channels], 54.0),
+        FigureRow([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
     ]
     story: list[Flowable] = [
         *_found(result),

@@ -11,7 +11,7 @@ from typing import Any
 
 from checks.acceptance import CHECKS
 from checks.verdict import Finding, Verdict
-from specs.bench import Bench
+from specs.bench import BenchFile
 
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
@@ -19,7 +19,7 @@ instrument that serves it: check, name, model, serial, certificate, calibrated, 
 measured (the day that counts: when it was measured where the unit tells, else of judging) and problem (None: valid)."""
 
 
-def statement(bench: Bench, checks: Iterable[str], on: datetime.date) -> Statement:
+def statement(bench: BenchFile, checks: Iterable[str], on: datetime.date) -> Statement:
     """What the bench file says about the instruments behind these checks. on: the day of judging."""
     rows = [
         {

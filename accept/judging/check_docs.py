@@ -3,7 +3,7 @@
 import inspect
 
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form, Input, Scalar, Series, Table, Vector
+from checks.declare import Check, CsvTable, Form, Input, Scalar, Series, Vector
 
 HEAD = """# The checks
 
@@ -48,7 +48,7 @@ def _input(declared: Input) -> str:
             return f"`{declared.name}`, {declared.label} [{declared.unit}]{optional}"
         case Vector():
             return f"`{declared.name}`, {declared.size} values [{declared.unit}], {declared.label}{optional}"
-        case Table():
+        case CsvTable():
             return f"`{declared.name}`, {declared.label}: columns {', '.join(declared.columns)}{optional}"
         case Series():
             channels = ", ".join(f"{name} [{unit}]" for name, unit in declared.channels.items())

@@ -9,7 +9,7 @@ from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.units import unit_folder as units
-from accept.units.unit_folder import Section, UnitError, UnitFolder
+from accept.units.unit_folder import UnitError, UnitFolder, UnitSection
 from checks.acceptance import CHECKS
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
@@ -112,7 +112,9 @@ def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
     return []
 
 
-def _measure(unit: UnitFolder, section: Section, check: Check, asked: CheckSpec, hashes: Mapping[str, str]) -> Outcome:
+def _measure(
+    unit: UnitFolder, section: UnitSection, check: Check, asked: CheckSpec, hashes: Mapping[str, str]
+) -> Outcome:
     values = {**units.load(unit, section, hashes), **_model_of(check, asked)}
     try:
         return check.measure(values, asked)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from checks.arrays import Array
-from checks.misalignment.table import Table, check_tabulated, grid, ratios, table_frequencies
+from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
 from checks.model.model import Model
 from specs.errors import AcceptError
 
@@ -88,7 +88,7 @@ class Plan:
         return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
 
 
-def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int | None = None) -> Table:
+def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int | None = None) -> MisalignmentTable:
     """The stored table of a model, built first where it is missing or stale. Raises ModelError, OSError."""
     plan = Plan.of(model, nx, ny)
     try:
@@ -100,7 +100,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
     return build(plan, say, workers)
 
 
-def build(plan: Plan, say: Talk, workers: int | None = None) -> Table:
+def build(plan: Plan, say: Talk, workers: int | None = None) -> MisalignmentTable:
     """Compute the rows that are not there yet, on all cores, and store the table."""
     ready = dict(_finished(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
@@ -111,7 +111,7 @@ def build(plan: Plan, say: Talk, workers: int | None = None) -> Table:
         ready[i] = row
         if len(ready) % 5 == 0 or len(ready) == plan.dx.size:
             say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows")
-    table = Table(
+    table = MisalignmentTable(
         plan.dx, plan.dy, plan.f, np.array([ready[i] for i in range(plan.dx.size)]), plan.model.name, plan.sha256
     )
     write_table(plan.path, table)
@@ -119,14 +119,14 @@ def build(plan: Plan, say: Talk, workers: int | None = None) -> Table:
     return table
 
 
-def write_table(path: Path, table: Table) -> None:
+def write_table(path: Path, table: MisalignmentTable) -> None:
     """Store a table with the hash of its content."""
     arrays = {name: getattr(table, name) for name in PARTS}
     about = {"layout": LAYOUT, "model": table.model, "sha256": table.sha256, "content": _content(arrays)}
     write_atomic(path, _bytes(**arrays, about=np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)))
 
 
-def read_table(plan: Plan, path: Path | None = None) -> Table:
+def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
     """The stored table of a plan. Raises FileNotFoundError, or TableError for one that is damaged, of another model, or
     not what this program computes any more."""
     path = path or plan.path
@@ -139,7 +139,7 @@ def read_table(plan: Plan, path: Path | None = None) -> Table:
     return table
 
 
-def open_table(path: Path) -> Table:
+def open_table(path: Path) -> MisalignmentTable:
     """A stored table, whosever. Raises FileNotFoundError, or TableError for a damaged one."""
     if not path.exists():
         raise FileNotFoundError(2, "no such table", str(path))
@@ -153,7 +153,7 @@ def open_table(path: Path) -> Table:
         raise TableError(f"{path}: layout {about.get('layout')}, expected {LAYOUT}")
     if about.get("content") != _content(arrays):
         raise TableError(f"{path}: its content is not what was stored: the hash differs")
-    return Table(**arrays, model=str(about.get("model")), sha256=str(about.get("sha256")))
+    return MisalignmentTable(**arrays, model=str(about.get("model")), sha256=str(about.get("sha256")))
 
 
 def _content(arrays: dict[str, Any]) -> str:

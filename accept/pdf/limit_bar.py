@@ -13,7 +13,7 @@ ZONE = HexColor("#cfe3ee")  # inside the limits, and of a guarded limit what U l
 GUARD = PALE_COLOUR
 
 
-def strip(finding: Mapping[str, Any], width: float, height: float) -> Drawing:
+def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawing:
     """The zone between the limits, the part of it that a guard band leaves, and the value with its interval ±U."""
     drawing = Drawing(width, height)
     value, U = finding["value"], finding["U"] or 0.0

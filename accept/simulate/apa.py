@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from accept.simulate.hammer_records import FS, DoubleHits, ShellMode, hammer_record
-from accept.simulate.order import Order
-from accept.simulate.records import Bench, Columns, slow_record
+from accept.simulate.order import UnitRequest
+from accept.simulate.records import Columns, DrivenUnit, slow_record
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.arrays import Array
 from checks.model.electrical import highpass_corner
@@ -69,7 +69,7 @@ class Figures:
 
 
 def draw(rng: np.random.Generator) -> Figures:
-    """An APA like the good ones of the seed (tables 2.1 to 2.4, 3.3)."""
+    """An APA like the good ones of the report (tables 2.1 to 2.4, 3.3)."""
     stack = rng.normal(121.0, 1.5)
     k, size = rng.normal(1.70, 0.01), rng.normal(1.0, 0.004)
     return Figures(
@@ -92,7 +92,7 @@ def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
     return tuple(float(h) for h in in_steps(z - z[0], PROBE_STEP_UM))
 
 
-def records(bench: Bench, figures: Figures, double: DoubleHits | None) -> dict[str, Columns]:
+def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> dict[str, Columns]:
     """File stem -> columns of every record of an APA but those of frequency responses."""
     order = bench.order
     one, *others = figures.stacks_um
@@ -108,7 +108,7 @@ def records(bench: Bench, figures: Figures, double: DoubleHits | None) -> dict[s
     return out | {HAMMERED[key]: _hammer(order, key, figures, double) for key in HAMMERED}
 
 
-def _stroke(order: Order, figures: Figures, stroke_um: float, name: str) -> Columns:
+def _stroke(order: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
     """Two slow rises from -20 V to 150 V and back, and what the gauge shows."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
@@ -118,7 +118,7 @@ def _stroke(order: Order, figures: Figures, stroke_um: float, name: str) -> Colu
     return {"t": t, "V": V, "d": in_steps(d, GAUGE_STEP)}
 
 
-def _mass(order: Order, figures: Figures, k_N_per_um: float, name: str) -> Columns:
+def _mass(order: UnitRequest, figures: Figures, k_N_per_um: float, name: str) -> Columns:
     """The encoder while the mass is put down and taken away by hand."""
     rng = order.rng(f"mass of {name}")
     t = rng.uniform(0.0, 3.0) + np.arange(round(MASS_FS * MASS_S)) / MASS_FS
@@ -128,7 +128,7 @@ def _mass(order: Order, figures: Figures, k_N_per_um: float, name: str) -> Colum
     return {"t": t, "de": order.converters.read("de", de, rng)}
 
 
-def _highpass(bench: Bench, corner_Hz: float, name: str) -> Columns:
+def _highpass(bench: DrivenUnit, corner_Hz: float, name: str) -> Columns:
     """A slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
     order = bench.order
     rig = Rig(fs=LF_FS, mean_V=0.0, ramp_s=0.0)
@@ -139,7 +139,7 @@ def _highpass(bench: Bench, corner_Hz: float, name: str) -> Columns:
     return {"t": np.arange(Va.size) / LF_FS, "Va": Va, "Vs": read}
 
 
-def _hammer(order: Order, key: str, figures: Figures, double: DoubleHits | None) -> Columns:
+def _hammer(order: UnitRequest, key: str, figures: Figures, double: DoubleHits | None) -> Columns:
     bounced = double if key == "x_bending" else None
     force, angle = hammer_record(shell_modes(key, figures), order.rng(f"hammer, {key}"), bounced)
     step = 1.0 / FS
@@ -147,7 +147,7 @@ def _hammer(order: Order, key: str, figures: Figures, double: DoubleHits | None)
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Modes that an impact shows (seed 2.4.3 to 2.4.5): both bendings with their overtones; from the left all three,
+    """Modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left all three,
     from the top torsion is left out, which is how it is told from bending."""
     x, y, torsion = figures.modes_Hz
     shown = {

@@ -12,13 +12,13 @@ from accept.units.unit_folder import UnitError
 from checks.declare import Measured
 from checks.errors import RecordError
 from checks.record import Record
-from hw.simulated import World
+from hw.simulated import BenchSetup
 
-NOMINAL_STROKE_UM = 360.0  # of the seed's good APAs; where a unit has none of its own
+NOMINAL_STROKE_UM = 360.0  # of the report's good APAs; where a unit has none of its own
 NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
 
 
-def world_of(folder: Path) -> World:
+def world_of(folder: Path) -> BenchSetup:
     """What the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it does not
     have is nominal. Raises UnitError, also where a section cannot be used."""
     unit = units.read(folder)
@@ -33,7 +33,7 @@ def world_of(folder: Path) -> World:
 
     capacitance = values("capacitance")
     one, two = _strokes(values("stroke"))
-    return World(
+    return BenchSetup(
         serial=unit.serial,
         heights_m=_heights(folder, values("flatness")),
         sensor_F=_number(capacitance, "sensor_uF") * 1e-6,

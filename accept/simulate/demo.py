@@ -1,7 +1,7 @@
 """The demo's strut: simulated from the built-in model with an effect hidden in it, the same every time."""
 
 from accept.models.model_file import open_model
-from accept.simulate.order import SHORT_S, Order
+from accept.simulate.order import SHORT_S, UnitRequest
 from accept.simulate.unit import SimulatedUnit, simulate
 
 SERIAL = "SIM-STRUT-01"
@@ -12,7 +12,7 @@ def demo_strut() -> SimulatedUnit:
     """A strut whose APA sits beside the axis of its joints; short records, so that the demo is quick."""
     misaligned = ("misalignment", {"dx_um": 0.0, "dy_um": -170.0})
     return simulate(
-        Order(
+        UnitRequest(
             SERIAL,
             "strut",
             open_model(MODEL),

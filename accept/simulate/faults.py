@@ -13,7 +13,7 @@ from checks.model.time.adc_dac import RANGE_V
 
 
 @dataclass(frozen=True)
-class Fault:
+class UnitFault:
     """kinds: of unit that can have it; shows: (quantity, verdict) that a judgement by the spec of its kind must hold;
     figures: the APA with it; model: changes of the model's values, from its values; spoil: the record with it, by its
     file stem; cut: file stems of records that end in the middle; double: hits that bounce."""
@@ -33,7 +33,7 @@ def _warped(figures: Figures) -> Figures:
 
 
 def _small_stacks(figures: Figures) -> Figures:
-    """APA 3 of the seed: as if the stacks were half the size."""
+    """APA 3 of the report: as if the stacks were half the size."""
     return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
 
 
@@ -78,31 +78,31 @@ def _clipped(c: Columns) -> Columns:
 
 _NO_FRF = (("axial_resonance_Hz", "no_result"),)
 
-FAULTS: Mapping[str, Fault] = {
-    "flatness": Fault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
-    "capacitance": Fault(
-        "stacks of a third of their capacitance, as APA 3 of the seed",
+FAULTS: Mapping[str, UnitFault] = {
+    "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
+    "capacitance": UnitFault(
+        "stacks of a third of their capacitance, as APA 3 of the report",
         ("apa",),
         (("sensor_uF", "fail"), ("actuator_uF", "fail"), ("sensor_highpass_Hz", "fail")),
         figures=_small_stacks,
     ),
-    "dead_stack": Fault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
-    "soft": Fault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
-    "soft_bending": Fault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
-    "hysteresis": Fault("loops of 24 percent", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
-    "double_hit": Fault(
+    "dead_stack": UnitFault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
+    "soft": UnitFault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
+    "soft_bending": UnitFault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
+    "hysteresis": UnitFault("loops of 24 percent", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
+    "double_hit": UnitFault(
         "the hammer bounces in the x-bending record", ("apa",), (("x_bending_Hz", "no_result"),), double=DoubleHits()
     ),
-    "wrong_payload": Fault(
+    "wrong_payload": UnitFault(
         "8 kg on the bench",
         KINDS,
         (("axial_resonance_Hz", "fail"),),
         model=lambda values: {"bench.payload_kg": 8.0},
     ),
-    "polarity": Fault("Vs is turned", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
-    "exchanged": Fault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
-    "offset": Fault("de is stored three samples late", KINDS, _NO_FRF, spoil=_of_responses(_late)),
-    "dead_encoder": Fault("de stands still but for its last digit", KINDS, _NO_FRF, spoil=_of_responses(_dead)),
-    "clipped": Fault("Vs leaves the converter's range", KINDS, _NO_FRF, spoil=_of_responses(_clipped)),
-    "truncated": Fault("the high record ends in the middle of the file", KINDS, _NO_FRF, cut=("frf_noise_hf",)),
+    "polarity": UnitFault("Vs is turned", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
+    "exchanged": UnitFault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
+    "offset": UnitFault("de is stored three samples late", KINDS, _NO_FRF, spoil=_of_responses(_late)),
+    "dead_encoder": UnitFault("de stands still but for its last digit", KINDS, _NO_FRF, spoil=_of_responses(_dead)),
+    "clipped": UnitFault("Vs leaves the converter's range", KINDS, _NO_FRF, spoil=_of_responses(_clipped)),
+    "truncated": UnitFault("the high record ends in the middle of the file", KINDS, _NO_FRF, cut=("frf_noise_hf",)),
 }

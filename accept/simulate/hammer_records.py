@@ -1,4 +1,4 @@
-"""A hammer test as an analyser stores it: impacts of a hammer and the rotation that a vibrometer sees (seed 2.4)."""
+"""A hammer test as an analyser stores it: impacts of a hammer and the rotation that a vibrometer sees ([STB] 2.4)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

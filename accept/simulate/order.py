@@ -19,15 +19,15 @@ SLOW_EFFECTS = {"hysteresis": "relative_width", "creep": "per_decade"}  # not li
 SHORTEST_S = 2.0
 LONGEST_S = 120.0
 SHORT_S = 10.5  # quick to simulate, and long enough: the specs ask for 10 s
-APA_PAYLOAD_KG = 5.0  # seed 3.1.7; the models have what a strut carries
+APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have what a strut carries
 
 
-class OrderError(AcceptError, ValueError):
+class UnitRequestError(AcceptError, ValueError):
     """An order that cannot be carried out; the text says which value is wrong and what is possible."""
 
 
 @dataclass(frozen=True)
-class Order:
+class UnitRequest:
     """A unit to simulate. seed: of excitation, noise and drawn figures; effects: (name, parameters) in order; fault: a
     name in `FAULTS`; hold: converter without a filter behind it; repeats: second realisations; low_s, high_s: length of
     the records of frequency responses; compact: files compressed, so that all fit into one certificate."""
@@ -48,21 +48,21 @@ class Order:
     def __post_init__(self) -> None:
         """Raises OrderError."""
         if not SERIAL.fullmatch(self.serial):
-            raise OrderError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
+            raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
         if self.kind not in KINDS:
-            raise OrderError(f"kind '{self.kind}': expected one of {', '.join(KINDS)}")
+            raise UnitRequestError(f"kind '{self.kind}': expected one of {', '.join(KINDS)}")
         if self.seed < 0:
-            raise OrderError(f"seed {self.seed}: expected 0 or more")
+            raise UnitRequestError(f"seed {self.seed}: expected 0 or more")
         for name, length in (("low", self.low_s), ("high", self.high_s)):
             if not SHORTEST_S <= length <= LONGEST_S:
-                raise OrderError(f"{name} record of {length:g} s: expected {SHORTEST_S:g} to {LONGEST_S:g} s")
+                raise UnitRequestError(f"{name} record of {length:g} s: expected {SHORTEST_S:g} to {LONGEST_S:g} s")
         missing = {"Vs", "de", "da"} - set(self.model.channels)
         if missing:
-            raise OrderError(f"model '{self.model.name}' has no {', '.join(sorted(missing))}: nothing to record")
+            raise UnitRequestError(f"model '{self.model.name}' has no {', '.join(sorted(missing))}: nothing to record")
         jointed = any(name.startswith("joint.") for name in self.model.values)
         if jointed != (self.kind == "strut"):
             has = "has joints" if jointed else "has no joints"
-            raise OrderError(f"model '{self.model.name}' {has}: it is no {self.kind}")
+            raise UnitRequestError(f"model '{self.model.name}' {has}: it is no {self.kind}")
         for effect in SLOW_EFFECTS:
             self._slow(effect)
 
@@ -99,7 +99,7 @@ class Order:
             return 0.0
         key = SLOW_EFFECTS[effect]
         if len(given) > 1 or given[0].keys() != {key}:
-            raise OrderError(f"effect '{effect}' is given as {[dict(g) for g in given]}; expected {key} once")
+            raise UnitRequestError(f"effect '{effect}' is given as {[dict(g) for g in given]}; expected {key} once")
         return float(given[0][key])
 
 
@@ -116,7 +116,7 @@ def drawn(model: Model, seed: int) -> Model:
 
 
 def on_bench(model: Model, kind: str) -> Model:
-    """The built-in model of a kind with the payload that the seed puts on it."""
+    """The built-in model of a kind with the payload that the report puts on it."""
     return model.with_values({"bench.payload_kg": APA_PAYLOAD_KG}) if kind == "apa" else model
 
 

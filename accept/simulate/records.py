@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from accept.simulate.order import Order
+from accept.simulate.order import UnitRequest
 from checks.arrays import Array
 from checks.model.model import Model, frequency_and_damping
 from checks.model.time.hysteresis_creep import loops_of
@@ -26,10 +26,10 @@ AXIAL_HZ = (60.0, 140.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class DrivenUnit:
     """A unit on the bench, ready to be driven: its answers are found once for all records of a length."""
 
-    order: Order
+    order: UnitRequest
     model: Model
     known: dict[tuple[int, float], Answer] = field(default_factory=dict)
 
@@ -52,7 +52,7 @@ class Bench:
         return Va if bend is None else bend(Va)
 
 
-def noise_record(bench: Bench, name: str, high: bool) -> Columns:
+def noise_record(bench: DrivenUnit, name: str, high: bool) -> Columns:
     """One realisation of low-passed or band-passed noise."""
     order = bench.order
     lo, hi = HIGH_HZ if high else LOW_HZ
@@ -61,17 +61,17 @@ def noise_record(bench: Bench, name: str, high: bool) -> Columns:
     return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, rms, seed).proper, FS)
 
 
-def sweep_record(bench: Bench, name: str) -> Columns:
-    """Log sweep, notched at the axial resonance (seed 3.1.1)."""
+def sweep_record(bench: DrivenUnit, name: str) -> Columns:
+    """Log sweep, notched at the axial resonance ([STB] 3.1.1)."""
     f_Hz = axial_Hz(bench.model)
     shape = Notch(f_Hz, 0.2 * f_Hz, 0.15)
     played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.order.low_s, SWEEP_V, shape=shape)
     return bench.play(name, played.proper, FS)
 
 
-def slow_record(bench: Bench, name: str, own_width: float = 0.0) -> Columns:
+def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns:
     """Slow sines of growing amplitude about the middle of the stacks' range; own_width: relative width of the loop that
-    the displacement alone shows at the largest of them (on Vs none is seen: seed 3.1.6)."""
+    the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
     order = bench.order
     amplitudes = AMPLITUDES_V[order.kind]
     played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)

@@ -10,14 +10,14 @@ import tomlkit
 
 from accept.base.atomic_files import write_atomic
 from accept.simulate import apa
-from accept.simulate.faults import FAULTS, Fault
-from accept.simulate.order import Order, OrderError
-from accept.simulate.records import MERGE_HZ, Bench, Columns, noise_record, slow_record, sweep_record
+from accept.simulate.faults import FAULTS, UnitFault
+from accept.simulate.order import UnitRequest, UnitRequestError
+from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record, slow_record, sweep_record
 from accept.units.unit_folder import KINDS, UNIT_FILE
 from hw.records import csv_bytes, mat_bytes
 
 TRUTH_FILE = "truth.json"
-SOUND = Fault("nothing is wrong", KINDS, ())
+SOUND = UnitFault("nothing is wrong", KINDS, ())
 PARTS = {"joint_bottom": "FJ-bottom", "joint_top": "FJ-top"}
 RESPONSES = {"low": "frf_noise", "high": "frf_noise_hf"}
 
@@ -31,14 +31,14 @@ class SimulatedUnit:
     truth: Mapping[str, Any]
 
 
-def simulate(order: Order) -> SimulatedUnit:
+def simulate(order: UnitRequest) -> SimulatedUnit:
     """All files of a unit; equal orders give equal bytes on one machine. Raises OrderError, and ModelError for an
     effect that the model cannot hold."""
     fault = _fault(order)
     model = order.affected()
     if fault.model is not None:
         model = model.with_values(fault.model(model.values))
-    bench = Bench(order, model)
+    bench = DrivenUnit(order, model)
     if order.kind == "apa":
         figures = apa.draw(order.rng("figures"))
         figures = fault.figures(figures) if fault.figures else figures
@@ -54,16 +54,16 @@ def simulate(order: Order) -> SimulatedUnit:
     return SimulatedUnit(order.serial, files, _truth(order, bench, own))
 
 
-def _fault(order: Order) -> Fault:
+def _fault(order: UnitRequest) -> UnitFault:
     if order.fault is None:
         return SOUND
     possible = [name for name, fault in FAULTS.items() if order.kind in fault.kinds]
     if order.fault not in possible:
-        raise OrderError(f"fault '{order.fault}': a unit of kind {order.kind} can have {', '.join(possible)}")
+        raise UnitRequestError(f"fault '{order.fault}': a unit of kind {order.kind} can have {', '.join(possible)}")
     return FAULTS[order.fault]
 
 
-def _responses(bench: Bench) -> tuple[dict[str, Columns], dict[str, Any]]:
+def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
     """Records of frequency responses and their section of unit.toml."""
     order = bench.order
     names = RESPONSES | ({"low": "frf_sweep"} if order.kind == "apa" else {})
@@ -79,7 +79,7 @@ def _responses(bench: Bench) -> tuple[dict[str, Columns], dict[str, Any]]:
     return records, section | {"merge_Hz": MERGE_HZ, "payload_kg": payload}
 
 
-def _files(order: Order, records: Mapping[str, Columns], fault: Fault) -> dict[str, bytes]:
+def _files(order: UnitRequest, records: Mapping[str, Columns], fault: UnitFault) -> dict[str, bytes]:
     files = {}
     for stem, columns in records.items():
         content = mat_bytes(fault.spoil(stem, columns) if fault.spoil else columns, order.compact)
@@ -87,14 +87,14 @@ def _files(order: Order, records: Mapping[str, Columns], fault: Fault) -> dict[s
     return files
 
 
-def _document(order: Order, sections: Mapping[str, Any]) -> dict[str, Any]:
+def _document(order: UnitRequest, sections: Mapping[str, Any]) -> dict[str, Any]:
     document: dict[str, Any] = {"serial": order.serial, "kind": order.kind}
     if order.kind == "strut":
         document["parts"] = {"apa": f"APA-{order.serial}", **PARTS, "encoder": "ENC-1"}
     return document | dict(sections)
 
 
-def _truth(order: Order, bench: Bench, figures: Mapping[str, Any]) -> dict[str, Any]:
+def _truth(order: UnitRequest, bench: DrivenUnit, figures: Mapping[str, Any]) -> dict[str, Any]:
     """What was put in, for whoever wants to know afterwards; nothing here is read by the bench."""
     model = {name: value for name, value in bench.model.values.items() if abs(value) != float("inf")}
     return {
@@ -117,7 +117,7 @@ def write(unit: SimulatedUnit, folder: Path) -> Path:
     """Write a unit folder with its truth beside. Raises OSError, and OrderError for a folder that holds a unit that
     was not simulated: measured data are never replaced."""
     if (folder / UNIT_FILE).exists() and not (folder / TRUTH_FILE).exists():
-        raise OrderError(f"{folder}: holds a unit that was not simulated; choose another folder")
+        raise UnitRequestError(f"{folder}: holds a unit that was not simulated; choose another folder")
     truth = json.dumps(unit.truth, indent=1, allow_nan=False) + "\n"
     write_atomic(folder / TRUTH_FILE, truth.encode())
     for name, content in sorted(unit.files.items(), key=lambda item: item[0] == UNIT_FILE):

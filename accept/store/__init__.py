@@ -1,8 +1,8 @@
 """The append-only event store: what the bench did, when, by whom, against which spec and with which code."""
 
-from accept.store.chain import Head, Problem
+from accept.store.chain import ChainBreak, StoreHead
 from accept.store.errors import StoreError
-from accept.store.event import Entry, Event
+from accept.store.event import Event, NewEvent
 from accept.store.fold import BenchState, Certificate, Signature, UnitState, fold
 from accept.store.report import check_lines
 from accept.store.store import Store, open_store
@@ -10,13 +10,13 @@ from accept.store.store import Store, open_store
 __all__ = [
     "BenchState",
     "Certificate",
-    "Entry",
+    "ChainBreak",
     "Event",
-    "Head",
-    "Problem",
+    "NewEvent",
     "Signature",
     "Store",
     "StoreError",
+    "StoreHead",
     "UnitState",
     "check_lines",
     "fold",

@@ -6,7 +6,7 @@ from pathlib import Path
 from sqlalchemy import URL
 
 from accept.base.atomic_files import write_atomic
-from accept.store.chain import Head
+from accept.store.chain import StoreHead
 from accept.store.errors import StoreError
 
 
@@ -23,16 +23,16 @@ class Anchor:
         plain = url.get_backend_name() == "sqlite" and not database.startswith((":memory:", "file:"))
         return cls(Path(database).with_suffix(".head")) if plain else None
 
-    def read(self) -> Head | None:
+    def read(self) -> StoreHead | None:
         """The head, None when there is no file. Raises ValueError when the file holds no head."""
         try:
-            return Head.parse(self.path.read_text("utf-8", errors="replace"))
+            return StoreHead.parse(self.path.read_text("utf-8", errors="replace"))
         except FileNotFoundError:
             return None
         except ValueError as e:
             raise ValueError(f"{self.path.name} is damaged: {e}") from e
 
-    def write(self, head: Head) -> None:
+    def write(self, head: StoreHead) -> None:
         """Replace the head. Raises StoreError: the event is stored then, but its anchor is not."""
         try:
             write_atomic(self.path, f"{head}\n".encode("ascii"))

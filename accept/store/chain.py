@@ -14,7 +14,7 @@ from accept.store.event import GENESIS, Event
 
 
 @dataclass(frozen=True)
-class Head:
+class StoreHead:
     """The last event: its number and its hash. Whoever keeps one can later prove what the store held up to it."""
 
     seq: int
@@ -24,7 +24,7 @@ class Head:
         return f"{self.seq} {self.hash}"
 
     @classmethod
-    def parse(cls, text: str) -> "Head":
+    def parse(cls, text: str) -> "StoreHead":
         """The head of `57 <hash>`, as `str` writes it. Raises ValueError for anything else."""
         seq, _, digest = text.strip().partition(" ")
         if not seq.isdecimal() or len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
@@ -32,11 +32,11 @@ class Head:
         return cls(int(seq), digest)
 
 
-START = Head(0, GENESIS)
+START = StoreHead(0, GENESIS)
 
 
 @dataclass(frozen=True)
-class Problem:
+class ChainBreak:
     """The first place where the chain is broken: the event's number, and the whole finding in words."""
 
     seq: int
@@ -46,7 +46,7 @@ class Problem:
         return self.words
 
 
-def first_problem(events: Iterable[Event], head: Head, anchors: Mapping[str, Head]) -> Problem | None:
+def first_problem(events: Iterable[Event], head: StoreHead, anchors: Mapping[str, StoreHead]) -> ChainBreak | None:
     """First break of the chain, None when there is none.
 
     events : all of the store by increasing number, as read, whatever they hold. head : what the table `head` names as
@@ -58,36 +58,42 @@ def first_problem(events: Iterable[Event], head: Head, anchors: Mapping[str, Hea
     for event in events:
         if problem := misfit(event, last):
             return problem
-        last = Head(event.seq, event.hash)
+        last = StoreHead(event.seq, event.hash)
         if event.seq in wanted:
             seen[event.seq] = event.hash
     if problem := _end_problem(last, seen, anchors):
         return problem
     extra = head.seq + 1
-    return Problem(extra, f"event {extra} was inserted: table head ends at {head.seq}") if last.seq > head.seq else None
+    return (
+        ChainBreak(extra, f"event {extra} was inserted: table head ends at {head.seq}") if last.seq > head.seq else None
+    )
 
 
-def misfit(event: Event, last: Head) -> Problem | None:
+def misfit(event: Event, last: StoreHead) -> ChainBreak | None:
     """Why this event cannot follow `last`."""
     if event.seq > last.seq + 1:
-        return Problem(last.seq + 1, f"event {last.seq + 1} is missing: {event.name} follows event {last.seq}")
+        return ChainBreak(last.seq + 1, f"event {last.seq + 1} is missing: {event.name} follows event {last.seq}")
     if event.seq <= last.seq:
-        return Problem(event.seq, f"{event.name} was inserted: event {last.seq + 1} was due")
+        return ChainBreak(event.seq, f"{event.name} was inserted: event {last.seq + 1} was due")
     if not event.intact:
-        return Problem(event.seq, f"{event.name} was altered: its content does not give its hash")
+        return ChainBreak(event.seq, f"{event.name} was altered: its content does not give its hash")
     if event.prev == last.hash:
         return None
     if last.seq == 0:
-        return Problem(event.seq, f"{event.name} was altered: it follows another event, but the store begins with it")
-    return Problem(last.seq, f"event {last.seq} was altered with its hash: {event.name} follows another one")
+        return ChainBreak(
+            event.seq, f"{event.name} was altered: it follows another event, but the store begins with it"
+        )
+    return ChainBreak(last.seq, f"event {last.seq} was altered with its hash: {event.name} follows another one")
 
 
-def _end_problem(last: Head, seen: Mapping[int, str], anchors: Mapping[str, Head]) -> Problem | None:
+def _end_problem(last: StoreHead, seen: Mapping[int, str], anchors: Mapping[str, StoreHead]) -> ChainBreak | None:
     cut = last.seq + 1
     for source, anchor in anchors.items():
         if anchor.seq > last.seq:
-            return Problem(cut, f"event {cut} is missing: {source} holds the hash of event {anchor.seq}")
+            return ChainBreak(cut, f"event {cut} is missing: {source} holds the hash of event {anchor.seq}")
     for source, anchor in anchors.items():
         if seen[anchor.seq] != anchor.hash:
-            return Problem(anchor.seq, f"event {anchor.seq} was altered, or one before it: {source} holds another hash")
+            return ChainBreak(
+                anchor.seq, f"event {anchor.seq} was altered, or one before it: {source} holds another hash"
+            )
     return None

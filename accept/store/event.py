@@ -61,7 +61,7 @@ def digest(*fields: int | str) -> str:
 
 
 @dataclass(frozen=True)
-class Entry:
+class NewEvent:
     """What is to be appended; the store adds number, time, operator, code and hashes."""
 
     what: str
@@ -77,7 +77,7 @@ class Entry:
             raise StoreError(f"{self.what} {self.subject}: the payload is not JSON: {e}") from e
 
 
-def sealed(seq: int, time: str, who: str, entry: Entry, code: str, prev: str) -> Event:
+def sealed(seq: int, time: str, who: str, entry: NewEvent, code: str, prev: str) -> Event:
     """The event of an entry, with its hash. Raises StoreError for a field that no database stores unchanged."""
     if not who or not entry.what:
         raise StoreError(f"an event needs its operator and its kind (got who={who!r}, what={entry.what!r})")

@@ -1,10 +1,10 @@
 """What `accept store check` prints."""
 
-from accept.store.chain import Head
+from accept.store.chain import StoreHead
 from accept.store.store import Store
 
 
-def check_lines(store: Store, exported: Head | None = None) -> tuple[bool, list[str]]:
+def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
     """Whether the store is unbroken, and the lines that say so or name the first broken place. Raises StoreError."""
     problem = store.check(exported)
     if problem is not None:

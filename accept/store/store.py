@@ -14,10 +14,10 @@ from accept.base.home import HomeError, home
 from accept.base.version import code_sha256
 from accept.store import tables
 from accept.store.anchor import Anchor
-from accept.store.chain import START, Head, Problem, first_problem
+from accept.store.chain import START, ChainBreak, StoreHead, first_problem
 from accept.store.engine import appending, make_engine, snapshot
 from accept.store.errors import StoreError, reported
-from accept.store.event import Entry, Event, sealed
+from accept.store.event import Event, NewEvent, sealed
 
 _PAGE = 500  # events read at once; between pages no lock is held
 
@@ -46,9 +46,9 @@ class Store:
         Raises StoreError when it cannot be stored (nothing is then half-stored), or when the end of the chain is
         damaged: nothing is built on a broken chain.
         """
-        return self.append_many([Entry(what, subject, payload, spec)], who=who)[0]
+        return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
-    def append_many(self, entries: Sequence[Entry], *, who: str) -> list[Event]:
+    def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them. As `append`."""
         if not entries:
             return []
@@ -78,12 +78,12 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
-    def head(self) -> Head:
+    def head(self) -> StoreHead:
         """Number and hash of the last event; keep it elsewhere and `check` proves that nothing before it changed."""
         found = self._read(select(tables.events).order_by(tables.events.c.seq.desc()).limit(1))
         return _head_of(found[0]) if found else START
 
-    def check(self, exported: Head | None = None) -> Problem | None:
+    def check(self, exported: StoreHead | None = None) -> ChainBreak | None:
         """First altered, missing, inserted or moved event of the whole store, None when the chain is unbroken.
 
         exported : a head that was kept elsewhere. `accept.store.chain` says what can be found and what cannot.
@@ -91,23 +91,23 @@ class Store:
         try:
             anchors = self._anchors(exported)  # read before the events: they may only be ahead of it
         except ValueError as e:
-            return Problem(0, str(e))
+            return ChainBreak(0, str(e))
         with reported(self.where), snapshot(self._engine) as connection:
             if foreign := tables.foreign_columns(connection):
-                return Problem(0, f"the tables are not those of this store: {', '.join(foreign)}")
+                return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
             row = _head_row(connection)
             if row is None:
-                return Problem(0, "the row of table head is missing or altered")
+                return ChainBreak(0, "the row of table head is missing or altered")
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
             return first_problem(map(_event, connection.execute(ordered)), row, anchors)
 
-    def _anchors(self, exported: Head | None) -> dict[str, Head]:
+    def _anchors(self, exported: StoreHead | None) -> dict[str, StoreHead]:
         kept = {"the exported head": exported} if exported else {}
         if self._anchor and (head := self._anchor.read()):
             kept[self._anchor.path.name] = head
         return kept
 
-    def _end(self, connection: Connection) -> Head:
+    def _end(self, connection: Connection) -> StoreHead:
         """The event to follow. Raises StoreError when the end of the chain is not as it was left."""
         last = select(tables.events).order_by(tables.events.c.seq.desc()).limit(1)
         end = [_event(row) for row in connection.execute(last)]
@@ -120,7 +120,7 @@ class Store:
             raise StoreError(f"{self.where}: its last events were altered or removed; see accept store check")
         return head
 
-    def _anchored(self, connection: Connection, head: Head) -> bool:
+    def _anchored(self, connection: Connection, head: StoreHead) -> bool:
         try:
             kept = self._anchor.read() if self._anchor else None
         except ValueError as e:
@@ -188,7 +188,7 @@ def _wanted(subject: str | None, what: str | None) -> Select[Any]:
     return query if what is None else query.where(tables.events.c.what == what)
 
 
-def _chained(entries: Sequence[Entry], who: str, last: Head) -> list[Event]:
+def _chained(entries: Sequence[NewEvent], who: str, last: StoreHead) -> list[Event]:
     new: list[Event] = []
     for entry in entries:
         now = datetime.now(UTC).isoformat(timespec="microseconds")
@@ -197,14 +197,14 @@ def _chained(entries: Sequence[Entry], who: str, last: Head) -> list[Event]:
     return new
 
 
-def _head_row(connection: Connection) -> Head | None:
+def _head_row(connection: Connection) -> StoreHead | None:
     row = connection.execute(select(tables.head.c.seq, tables.head.c.hash).where(tables.head.c.id == 1)).first()
     whole = row is not None and type(row.seq) is int and row.seq >= 0 and type(row.hash) is str
-    return Head(row.seq, row.hash) if row is not None and whole else None
+    return StoreHead(row.seq, row.hash) if row is not None and whole else None
 
 
-def _head_of(event: Event) -> Head:
-    return Head(event.seq, event.hash)
+def _head_of(event: Event) -> StoreHead:
+    return StoreHead(event.seq, event.hash)
 
 
 def _event(row: Row[Any]) -> Event:

@@ -8,15 +8,15 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 
 from accept.tui.screens.help import Help
-from accept.tui.screens.start import Begin, Given, Start
+from accept.tui.screens.start import Begin, Given, StartScreen
 
 if TYPE_CHECKING:
-    from accept.workflow.bench import Bench
+    from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
 
 
 @dataclass
-class Done:
+class RunOutcome:
     """What this run has come to, for the exit code."""
 
     verdicts: dict[str, str] = field(default_factory=dict)
@@ -33,20 +33,20 @@ class BenchApp(App[None]):
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
     ]
 
-    def __init__(self, load: "Callable[[], Bench]", given: Given | None = None) -> None:
+    def __init__(self, load: "Callable[[], Workbench]", given: Given | None = None) -> None:
         super().__init__()
-        self.load, self.given, self.done = load, given or Given(), Done()
+        self.load, self.given, self.done = load, given or Given(), RunOutcome()
         self.session: Session | None = None
-        self.bench: Bench | None = None
+        self.bench: Workbench | None = None
 
     def on_mount(self) -> None:
         self.show_start()
 
     def show_start(self) -> None:
         """The start screen, with what is proposed for the next unit."""
-        self.push_screen(Start(self.load, self.bench, self.given), self._begun)
+        self.push_screen(StartScreen(self.load, self.bench, self.given), self._begun)
 
-    def on_start_bench_opened(self, event: Start.BenchOpened) -> None:
+    def on_start_bench_opened(self, event: StartScreen.BenchOpened) -> None:
         self.bench = event.bench
 
     def _begun(self, begin: Begin | None) -> None:

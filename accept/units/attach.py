@@ -9,7 +9,7 @@ import tomlkit
 
 from accept.base.atomic_files import write_atomic
 from accept.units.unit_folder import UNIT_FILE
-from checks.declare import Series, Table
+from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
 
@@ -18,7 +18,7 @@ _MAX_BYTES = 2_000_000_000
 
 
 def take_in(
-    source: Path, declared: Series | Table, folder: Path, channels: Mapping[str, str] | None = None
+    source: Path, declared: Series | CsvTable, folder: Path, channels: Mapping[str, str] | None = None
 ) -> tuple[str, str]:
     """Copy a record into the folder; returns its name there and its sha256. A file of the same name and other content
     stays, the new one gets a number. channels: our name -> the file's, where they differ. Raises RecordError when it is
@@ -36,8 +36,8 @@ def take_in(
     return name, digest
 
 
-def _readable(source: Path, declared: Series | Table, channels: Mapping[str, str]) -> None:
-    if isinstance(declared, Table):
+def _readable(source: Path, declared: Series | CsvTable, channels: Mapping[str, str]) -> None:
+    if isinstance(declared, CsvTable):
         records.read_table(source, declared)
     else:
         records.read(source, declared, channels)

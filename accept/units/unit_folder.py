@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from accept.units import folder_header
 from accept.units.duplicate_records import vet_twins
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form, Input, Measured, Scalar, Series, Table, Values, Vector
+from checks.declare import Check, CsvTable, Form, Input, Measured, Scalar, Series, Values, Vector
 from checks.errors import RecordError
 from hw import records
 from specs.errors import AcceptError
@@ -42,14 +42,14 @@ class FileEntry:
     """A file that `unit.toml` names, and the input that declares what must be in it."""
 
     name: str
-    declared: Series | Table
+    declared: Series | CsvTable
 
 
 Entry = Measured | NDArray[np.float64] | FileEntry
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class UnitSection:
     """One section of `unit.toml`: entries by input name; `problem`: why its values cannot be used at all."""
 
     check: Check
@@ -72,7 +72,7 @@ class UnitFolder:
     text: bytes
     parts: Mapping[str, str] = field(default_factory=dict)
     channels: Mapping[str, str] = field(default_factory=dict)
-    sections: Mapping[str, Section] = field(default_factory=dict)
+    sections: Mapping[str, UnitSection] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
@@ -147,12 +147,12 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes)
 
 
-def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> Section:
+def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:
     known = check.inputs
     unknown = [key for key in content if key not in known]
     if unknown:
         problems.extend(f"[{check.name}] {k}: unknown key (known: {', '.join(known)})" for k in unknown)
-        return Section(check, {})
+        return UnitSection(check, {})
     if _form_of(check, set(content)) is None:
         ways = " or ".join(f"{{{', '.join(i.name for i in form.inputs)}}}" for form in check.forms)
         problems.append(f"[{check.name}] mixes ways of giving its data: expected {ways}")
@@ -162,7 +162,7 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> S
         entry = _entry(check.name, known[key], value, problems, unusable)
         if entry is not None:
             entries[key] = entry
-    return Section(check, entries, "; ".join(unusable) or None)
+    return UnitSection(check, entries, "; ".join(unusable) or None)
 
 
 def _form_of(check: Check, keys: set[str]) -> Form | None:
@@ -234,7 +234,7 @@ def _vector(
     return array
 
 
-def load(unit: UnitFolder, section: Section, hashes: Mapping[str, str]) -> Values:
+def load(unit: UnitFolder, section: UnitSection, hashes: Mapping[str, str]) -> Values:
     """Values of a section with its files read. Raises RecordError, which makes every finding of the section no result.
 
     hashes : as `input_hashes` found them; a file that changed since then is refused.
@@ -252,7 +252,7 @@ def _read_file(unit: UnitFolder, entry: FileEntry, hashes: Mapping[str, str]) ->
     path = inside(unit.path, entry.name)
     if not path.is_file():  # said here, without the folder's own path: a certificate is judged again elsewhere
         raise RecordError(f"{entry.name}: there is no such file in the unit folder")
-    if isinstance(entry.declared, Table):
+    if isinstance(entry.declared, CsvTable):
         found = records.read_table(path, entry.declared)
         if hashes.get(entry.name) != _hash(unit.path, entry.name):
             raise RecordError(f"{entry.name} changed while it was read")

@@ -8,12 +8,12 @@ from typing import Any
 from cryptography import x509
 
 from accept.certificate.attachments import Attachments
-from accept.certificate.errors import Refused
+from accept.certificate.errors import InvalidCertificate
 from accept.judging import judge_unit
 from accept.simulate import demo, published_units
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
-from accept.verify.verification import Report, verify
+from accept.verify.verification import Verification, verify
 from specs import SpecError, parse
 
 
@@ -28,9 +28,9 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
             ).to_json()
             return again | searched_for(attached.result)
     except (UnitError, SpecError) as e:
-        raise Refused(f"the attached unit cannot be judged: {e}") from e
+        raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:
-        raise Refused(f"the attached statement of calibration is none ({type(e).__name__}: {e})") from e
+        raise InvalidCertificate(f"the attached statement of calibration is none ({type(e).__name__}: {e})") from e
 
 
 def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
     return {"gap": result["gap"]} if "gap" in result else {}
 
 
-def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Report:
+def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Verification:
     """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
     return verify(path.read_bytes(), trust, rejudge)
 
@@ -57,7 +57,7 @@ def rejudge_demo(attached: Attachments) -> dict[str, Any]:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""
     if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
-        raise Refused("it is signed by the demo's key, but is no unit of the demo")
+        raise InvalidCertificate("it is signed by the demo's key, but is no unit of the demo")
     return rejudge(attached)
 
 

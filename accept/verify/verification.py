@@ -24,7 +24,7 @@ from pyhanko_certvalidator import ValidationContext
 
 from accept.certificate import attachments, authority
 from accept.certificate.attachments import Rejudge
-from accept.certificate.errors import Refused, one_line
+from accept.certificate.errors import InvalidCertificate, one_line
 from accept.certificate.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.signature_contents import byte_range, check_hole, read_hole
 
@@ -47,7 +47,7 @@ class Signed:
 
 
 @dataclass(frozen=True)
-class Report:
+class Verification:
     """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was looked at."""
 
     valid: bool
@@ -64,7 +64,7 @@ class Report:
 
 def verify(
     pdf: bytes, trust: Sequence[x509.Certificate], rejudge: Rejudge | None = None, now: datetime | None = None
-) -> Report:
+) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
 
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
@@ -75,15 +75,15 @@ def verify(
         signatures, signed = _signatures(pdf, trust, now or datetime.now(UTC))
         details += [_words(s) for s in signatures]
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
-        dossier = _guarded("the attachments", attachments.read, signed)
-        details.append(_guarded("the page", attachments.check_page, signed, dossier))
-        details.append(_guarded("judging again", attachments.check_result, dossier, rejudge))
-    except Refused as e:
-        return Report(False, str(e), details=tuple(details))
-    serial, verdict = dossier.serial, str(dossier.result["verdict"])
+        contents = _guarded("the attachments", attachments.read, signed)
+        details.append(_guarded("the page", attachments.check_page, signed, contents))
+        details.append(_guarded("judging again", attachments.check_result, contents, rejudge))
+    except InvalidCertificate as e:
+        return Verification(False, str(e), details=tuple(details))
+    serial, verdict = contents.serial, str(contents.result["verdict"])
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
     reason = one_line(f"{serial} {verdict}; {'; '.join(_words(s) for s in signatures)}; {state}")
-    return Report(True, reason, serial, verdict, signatures, tuple(details))
+    return Verification(True, reason, serial, verdict, signatures, tuple(details))
 
 
 def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
@@ -91,22 +91,22 @@ def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any)
     and whatever they raise, the certificate is not valid."""
     try:
         return step(*arguments, **options)
-    except Refused:
+    except InvalidCertificate:
         raise
     except Exception as e:
-        raise Refused(f"{what} cannot be read: {type(e).__name__}: {e}") from e
+        raise InvalidCertificate(f"{what} cannot be read: {type(e).__name__}: {e}") from e
 
 
 def _signatures(pdf: bytes, trust: Sequence[x509.Certificate], now: datetime) -> tuple[tuple[Signed, ...], bytes]:
     """The valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
-        raise Refused("this is no PDF file" if pdf else "the file is empty")
+        raise InvalidCertificate("this is no PDF file" if pdf else "the file is empty")
     if not trust:
-        raise Refused("no CA is trusted: give its certificate")
+        raise InvalidCertificate("no CA is trusted: give its certificate")
     embedded = _guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
     places = [_guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):
-        raise Refused(f"{len(pdf) - places[-1][2]} bytes follow what the last signature covers")
+        raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow what the last signature covers")
     # All digests before any chain or difference: what is broken is found at once.
     certificates = [
         _guarded("the signature", _certificate, pdf, s, p, trust) for s, p in zip(embedded, places, strict=True)
@@ -116,27 +116,31 @@ def _signatures(pdf: bytes, trust: Sequence[x509.Certificate], now: datetime) ->
         for s, c, p in zip(embedded, certificates, places, strict=True)
     ]
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
-        raise Refused("the countersignature is older than the technician's signature")
+        raise InvalidCertificate("the countersignature is older than the technician's signature")
     return tuple(found), pdf[: places[0][2]]
 
 
 def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
     """Technician, or technician and QA, each in a revision of its own after the first; nothing else in the file."""
     if reader.encrypted:
-        raise Refused("the file is encrypted")
+        raise InvalidCertificate("the file is encrypted")
     found = list(reader.embedded_signatures)
     names = tuple(s.field_name for s in found)
     filled = {name for name, value, _ in enumerate_sig_fields(reader) if value is not None}
     if not names and not filled:
-        raise Refused("it is not signed")
+        raise InvalidCertificate("it is not signed")
     if names not in _ORDERS or filled != set(names):
-        raise Refused(f"signed by {', '.join(sorted(filled | set(names)))}: expected technician, then at most qa")
+        raise InvalidCertificate(
+            f"signed by {', '.join(sorted(filled | set(names)))}: expected technician, then at most qa"
+        )
     revisions = reader.xrefs.total_revisions
     if revisions != len(found) + 1 or [s.signed_revision for s in found] != list(range(1, revisions)):
-        raise Refused(f"the file has {revisions} revisions for {len(found)} signatures: something else was added")
+        raise InvalidCertificate(
+            f"the file has {revisions} revisions for {len(found)} signatures: something else was added"
+        )
     fields = {name for name, _, _ in enumerate_sig_fields(reader)}
     if fields != set(ROLES):
-        raise Refused(f"the signature fields are {', '.join(sorted(fields))}, expected {', '.join(ROLES)}")
+        raise InvalidCertificate(f"the signature fields are {', '.join(sorted(fields))}, expected {', '.join(ROLES)}")
     return found
 
 
@@ -147,7 +151,7 @@ def _certificate(
     start, end, last = place
     content = read_hole(pdf, start, end)
     if embedded.pkcs7_content != content:
-        raise Refused("the signature that was read is not the one in the hole")
+        raise InvalidCertificate("the signature that was read is not the one in the hole")
     digest = hashlib.sha256(pdf[:start] + pdf[end:last]).digest()
     return check_hole(content, digest, trust)
 
@@ -161,22 +165,26 @@ def _signature(
 ) -> Signed:
     role = str(embedded.field_name)
     if authority.role_of(certificate) != role:
-        raise Refused(f"the {role}'s field is signed by a certificate for '{authority.role_of(certificate)}'")
+        raise InvalidCertificate(
+            f"the {role}'s field is signed by a certificate for '{authority.role_of(certificate)}'"
+        )
     when = _time(embedded, certificate, now)
     _check_by_pyhanko(embedded, trust, when, covers_all)
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
-        raise Refused("the technician's signature does not forbid later changes")
+        raise InvalidCertificate("the technician's signature does not forbid later changes")
     return Signed(role, authority.person_of(certificate), when)
 
 
 def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: datetime) -> datetime:
     when = embedded.self_reported_timestamp
     if when is None or when.tzinfo is None:
-        raise Refused("the signature does not say when it was made")
+        raise InvalidCertificate("the signature does not say when it was made")
     if when > now + _CLOCK_SLACK:
-        raise Refused(f"it was signed in the future, at {when.isoformat()}")
+        raise InvalidCertificate(f"it was signed in the future, at {when.isoformat()}")
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
-        raise Refused(f"the certificate of {authority.person_of(certificate)} was not valid at {when.isoformat()}")
+        raise InvalidCertificate(
+            f"the certificate of {authority.person_of(certificate)} was not valid at {when.isoformat()}"
+        )
     return when
 
 
@@ -188,18 +196,20 @@ def _check_by_pyhanko(
     context = ValidationContext(trust_roots=roots, moment=when, allow_fetching=False)
     status = validate_pdf_signature(embedded, context, key_usage_settings=_USAGE)
     if not status.intact:
-        raise Refused(f"the {embedded.field_name}'s signature does not fit the document: it was changed")
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature does not fit the document: it was changed")
     if not status.valid:
-        raise Refused(f"the {embedded.field_name}'s signature value is wrong")
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature value is wrong")
     if not status.trusted:
-        raise Refused(f"the {embedded.field_name}'s certificate is not trusted: {status.trust_problem_indic}")
+        raise InvalidCertificate(
+            f"the {embedded.field_name}'s certificate is not trusted: {status.trust_problem_indic}"
+        )
     expected = SignatureCoverageLevel.ENTIRE_FILE if covers_all else SignatureCoverageLevel.ENTIRE_REVISION
     level = status.modification_level
     allowed = ModificationLevel.NONE if covers_all else ModificationLevel.FORM_FILLING
     if status.coverage != expected or level is None or level > allowed:
-        raise Refused(f"the document was changed after the {embedded.field_name} signed it")
+        raise InvalidCertificate(f"the document was changed after the {embedded.field_name} signed it")
     if not status.bottom_line:
-        raise Refused(f"the {embedded.field_name}'s signature does not hold: {status.summary()}")
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature does not hold: {status.summary()}")
 
 
 def _words(signed: Signed) -> str:

@@ -15,20 +15,19 @@ from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.session import Session
 from accept.workflow.unit_list import KnownUnit, known_unit, known_units
-from accept.workflow.worker.process import Apart
+from accept.workflow.worker.process import WorkerProcess
 from specs import Spec
-from specs.bench import Bench as StatedBench
-from specs.bench import load_bench
+from specs.bench import BenchFile, load_bench
 
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class Workbench:
     """specs: kind -> spec. records: folder that new record files arrive in. hidden: what a training unit has, told at
     the end; None where the unit is real. proposed: serial to begin with. stated: the bench file whose calibrations
     stand behind the findings. taken: a unit folder that exists already, to go on with. closing: ends what runs beside.
-    apart: the process that judges.
+    worker: the process that judges.
     """
 
     store: Store
@@ -38,14 +37,14 @@ class Bench:
     records: Path = field(default_factory=Path.cwd)
     hidden: str | None = None
     proposed: str = ""
-    stated: StatedBench | None = None
+    stated: BenchFile | None = None
     taken: UnitFolder | None = None
     closing: Callable[[], None] = field(default=lambda: None)
-    apart: Apart = field(default_factory=Apart)
+    worker: WorkerProcess = field(default_factory=WorkerProcess)
 
     def close(self) -> None:
         """Let go of instruments, store, and the process that judges."""
-        self.apart.close()
+        self.worker.close()
         self.closing()
         self.store.close()
 
@@ -69,7 +68,7 @@ class Bench:
         """The unit with an attempt to work on, and what could not be taken from its folder. Raises as `session`."""
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
-            self.apart.warm()
+            self.worker.warm()
             return session, self._attempt(session, begun)
         except BaseException:
             session.close()
@@ -97,7 +96,7 @@ class Begun:
 
 def open_bench(
     spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
-) -> Bench:
+) -> Workbench:
     """The bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
     SettingsError, UnitError."""
     taken = unit_folder.read(folder) if folder else None
@@ -107,7 +106,7 @@ def open_bench(
         raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
     stated = load_bench(bench_file) if bench_file else None
     instruments = BenchInstruments(stated) if stated else NoInstruments()
-    return Bench(
+    return Workbench(
         open_store(timeout_s=LOCK_WAIT_S),
         home(),
         {one.kind: one for one in specs},

@@ -7,12 +7,12 @@ from pathlib import Path
 from accept.base.atomic_files import write_atomic
 from accept.batch import events
 from accept.certificate import keys
-from accept.certificate.content import of as dossier_of
+from accept.certificate.content import content_of
 from accept.certificate.document import render
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.signing import SigningRefused, sign
 from accept.verify.rejudge import verify_file
-from accept.verify.verification import Report
+from accept.verify.verification import Verification
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import certificate_name
 
@@ -22,7 +22,7 @@ def make_keys(home: Path, operator: str, passphrase: str, qa_passphrase: str) ->
     keys.init(home, passphrase, operator, "quality assurance", qa_passphrase or None)
 
 
-def sign_unit(session: Session, passphrase: str) -> Report:
+def sign_unit(session: Session, passphrase: str) -> Verification:
     """Judge where needed, draw, sign as technician, write, store, and verify what was written.
 
     Raises KeysError for a passphrase that does not open the key (nothing was done then), SigningRefused, DossierError,
@@ -32,13 +32,13 @@ def sign_unit(session: Session, passphrase: str) -> Report:
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
-    unsigned = render(dossier_of(result, session.spec, session.folder, session.operator))
+    unsigned = render(content_of(result, session.spec, session.folder, session.operator))
     path = session.home / "certificates" / certificate_name(session.serial, session.attempt.number)
     _keep_older(path)
     return _write(session, path, sign(unsigned, credential, datetime.now(UTC)), credential)
 
 
-def countersign_unit(session: Session, passphrase: str) -> Report:
+def countersign_unit(session: Session, passphrase: str) -> Verification:
     """Verify, then sign as quality assurance. Raises as `sign_unit`; what does not verify is not signed."""
     if session.attempt.certificate is None:
         raise SigningRefused(f"{session.serial}: the technician signs first")
@@ -66,7 +66,7 @@ def _keep_older(path: Path) -> None:
         number += 1
 
 
-def _write(session: Session, path: Path, content: bytes, credential: Credential) -> Report:
+def _write(session: Session, path: Path, content: bytes, credential: Credential) -> Verification:
     write_atomic(path, content)
     events.signed(
         session.store, session.serial, path, content, credential.role, who=credential.person, spec=session.spec

@@ -3,9 +3,9 @@
 import numpy as np
 
 from accept.units import unit_folder
-from accept.units.unit_folder import FileEntry, Section, UnitFolder
+from accept.units.unit_folder import FileEntry, UnitFolder, UnitSection
 from accept.workflow.session import Session
-from accept.workflow.steps.plan import Step
+from accept.workflow.steps.plan import WorkflowStep
 from checks.declare import Measured
 from checks.errors import RecordError
 
@@ -24,7 +24,7 @@ def adopt(session: Session, taken: UnitFolder) -> list[str]:
     return problems
 
 
-def _section(session: Session, taken: UnitFolder, step: Step, part: Section) -> list[str]:
+def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: UnitSection) -> list[str]:
     if part.problem:
         return [f"{step.name}: {part.problem}"]
     day = taken.measured.get(step.check.reads)
@@ -42,7 +42,7 @@ def _section(session: Session, taken: UnitFolder, step: Step, part: Section) -> 
     return problems
 
 
-def _single(part: Section) -> dict[tuple[str, int | None], Measured | FileEntry]:
+def _single(part: UnitSection) -> dict[tuple[str, int | None], Measured | FileEntry]:
     """Entries by input and place, a list as its values one by one."""
     found: dict[tuple[str, int | None], Measured | FileEntry] = {}
     for name, entry in part.entries.items():
@@ -53,7 +53,7 @@ def _single(part: Section) -> dict[tuple[str, int | None], Measured | FileEntry]
     return found
 
 
-def _link(session: Session, taken: UnitFolder, step: Step, entry: FileEntry, day: str | None) -> list[str]:
+def _link(session: Session, taken: UnitFolder, step: WorkflowStep, entry: FileEntry, day: str | None) -> list[str]:
     try:
         session.link(step.name, entry.declared, unit_folder.inside(taken.path, entry.name), day)
     except RecordError as e:

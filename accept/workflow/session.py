@@ -15,30 +15,30 @@ from accept.batch import events
 from accept.gap.attach_to_result import PREFIX, on_certificate
 from accept.judging.calibration import Statement, statement
 from accept.judging.result import UnitResult
-from accept.store import Entry, Event, Store
+from accept.store import Event, NewEvent, Store
 from accept.units import attach
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
-from accept.workflow.instruments.port import Instrument, reading
+from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun, entries, fold_run, folder_name
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import section
-from accept.workflow.steps.plan import Step, steps_of
+from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explained, Judge, judge_here, judgement_of_result
-from checks.declare import Input, Measured, Scalar, Series, Table
+from checks.declare import CsvTable, Input, Measured, Scalar, Series
 from checks.picture import Panel
 from hw.errors import InstrumentError
 from specs import Spec
-from specs.bench import Bench
+from specs.bench import BenchFile
 
 
 class Session:
     """A unit that is open at the bench; holds its lock until `close`."""
 
     def __init__(
-        self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: Bench | None = None
+        self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: BenchFile | None = None
     ) -> None:
         """stated: the bench file whose calibrations stand behind the findings, None where there is none.
 
@@ -74,17 +74,17 @@ class Session:
         """Folder of the present attempt."""
         return self.home / "units" / self.serial / folder_name(self.attempt.number)
 
-    def step(self, name: str) -> Step:
+    def step(self, name: str) -> WorkflowStep:
         return next(step for step in self.steps if step.name == name)
 
     def state(self, step: str) -> StepState:
         """What was taken at a step; of a derived one what was taken at the step whose data it reads."""
         return _state_of(self.attempt, self.step(step))
 
-    def status(self, step: Step) -> Status:
+    def status(self, step: WorkflowStep) -> Status:
         return status_of(step, self.state(step.name), self.spec_name, code_sha256())
 
-    def next_step(self) -> Step | None:
+    def next_step(self) -> WorkflowStep | None:
         """The first step that is not complete: where a restarted workflow stands."""
         states = {step.name: self.state(step.name) for step in self.steps}
         return next_step(self.steps, states, self.spec_name, code_sha256())
@@ -139,7 +139,7 @@ class Session:
         return self._append(entry)
 
     def read(
-        self, step: str, declared: Input, instrument: Instrument, *, index: int | None = None, repeat: bool = False
+        self, step: str, declared: Input, instrument: InstrumentPort, *, index: int | None = None, repeat: bool = False
     ) -> Event:
         """Read an instrument and store its value with what went over its line; where it gives none, store that.
 
@@ -160,7 +160,7 @@ class Session:
             index=index, repeat=repeat, text=text, source=instrument.name, evidence=instrument.evidence(),
         )  # fmt: skip
 
-    def link(self, step: str, declared: Series | Table, source: Path, day: str | None = None) -> Event:
+    def link(self, step: str, declared: Series | CsvTable, source: Path, day: str | None = None) -> Event:
         """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
         name, digest = attach.take_in(source, declared, self.folder, self.attempt.channels)
@@ -257,7 +257,7 @@ class Session:
             return None
         return self._result[1]
 
-    def append(self, entry: Entry) -> Event:
+    def append(self, entry: NewEvent) -> Event:
         """Store an entry about this unit. Raises StoreError; then nothing of it is stored."""
         return self._append(entry)
 
@@ -272,7 +272,7 @@ class Session:
             return None
         return statement(self.stated, spec.checks, datetime.now(UTC).date())
 
-    def _append(self, entry: Entry) -> Event:
+    def _append(self, entry: NewEvent) -> Event:
         with self._mutex:
             event = self.store.append(
                 entry.what, entry.subject, entry.payload, who=self.operator, spec=entry.spec or self.spec_name
@@ -292,6 +292,6 @@ class Session:
             return attempt
 
 
-def _state_of(attempt: Attempt, step: Step) -> StepState:
+def _state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
     own = attempt.step(step.name)
     return replace(own, entries=attempt.step(step.check.reads).entries) if step.derived else own

@@ -6,7 +6,7 @@ from typing import Any
 
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.steps.plan import Step
+from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
 
 
@@ -55,7 +55,7 @@ def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None
     return last if last is not None and (last.spec, last.code) == (spec, code) else None
 
 
-def status_of(step: Step, state: StepState, spec: str, code: str) -> Status:
+def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Status:
     if not state.entries:
         return Status.NOT_DONE
     judgement = judgement_of(state, spec, code)
@@ -64,14 +64,16 @@ def status_of(step: Step, state: StepState, spec: str, code: str) -> Status:
     return of_findings(judgement.findings)
 
 
-def next_step(steps: Iterable[Step], states: Mapping[str, StepState], spec: str, code: str) -> Step | None:
+def next_step(
+    steps: Iterable[WorkflowStep], states: Mapping[str, StepState], spec: str, code: str
+) -> WorkflowStep | None:
     """The first step that is not complete: where a restarted workflow stands.
 
     Complete is one that everything was given for, or that was judged without an input it can do without and still said
     something of every quantity; one without data of its own when it was judged.
     """
 
-    def complete(step: Step) -> bool:
+    def complete(step: WorkflowStep) -> bool:
         state = states.get(step.name, StepState())
         if not ready(step, state):
             return False

@@ -11,15 +11,15 @@ from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import DEFAULT_MODEL, open_model
-from accept.simulate import FAULTS, Order, simulate
+from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
 from accept.simulate.order import SHORT_S, drawn, on_bench
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
-from accept.workflow.bench import LOCK_WAIT_S, Bench
+from accept.workflow.bench import LOCK_WAIT_S, Workbench
 from accept.workflow.instruments.hardware import BenchInstruments
-from accept.workflow.instruments.port import Instrument
+from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.steps.plan import is_needed
 from checks.declare import Measured
 from hw.simulated import SimulatedBench
@@ -53,7 +53,7 @@ class TrainingInstruments(BenchInstruments):
         super().__init__(load_bench(bench_file))
         self._taught = taught
 
-    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         found = super().serving(check, name, index)
         section = self._taught.sections.get(check)
         entry = section.entries.get(name) if section else None
@@ -63,7 +63,7 @@ class TrainingInstruments(BenchInstruments):
         return found
 
 
-def open_training(spec: str | None, seed: int | None) -> Bench:
+def open_training(spec: str | None, seed: int | None) -> Workbench:
     """A bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what `open_bench`
     does, OrderError, ModelError."""
     chosen = load_spec(spec or DEFAULT_SPEC["apa"])
@@ -82,18 +82,18 @@ def open_training(spec: str | None, seed: int | None) -> Bench:
     instruments = TrainingInstruments(bench.bench_file, taught)
     running.callback(instruments.close)
     store = open_store(f"sqlite:///{place / 'store.sqlite'}", timeout_s=LOCK_WAIT_S)
-    return Bench(
+    return Workbench(
         store, place, {chosen.kind: chosen}, instruments, records, hidden=hidden, proposed=serial, closing=running.close
     )
 
 
-def training_order(kind: str, serial: str, seed: int) -> tuple[Order, str]:
+def training_order(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
     """A unit with one of the faults that its kind can have, or with none, and the words that tell it."""
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
     model = on_bench(drawn(open_model(DEFAULT_MODEL[kind]), seed), kind)
-    order = Order(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
+    order = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     return order, hidden_words(fault)
 
 

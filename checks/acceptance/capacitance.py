@@ -1,4 +1,4 @@
-"""Capacitance of the sensor stack and of the two actuator stacks at 1 kHz (seed 2.2)."""
+"""Capacitance of the sensor stack and of the two actuator stacks at 1 kHz ([STB] 2.2)."""
 
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.declare import Check, Form, Scalar, Values

@@ -1,4 +1,4 @@
-"""Flatness of the two interface planes from probe heights (seed 2.1)."""
+"""Flatness of the two interface planes from probe heights ([STB] 2.1)."""
 
 import math
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from checks.arrays import Array
-from checks.declare import Check, Form, Setting, Table, Values, Vector
+from checks.declare import Check, CsvTable, Form, Setting, Values, Vector
 from checks.picture import Band, Heights, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from specs.spec import CheckSpec, StatedU
@@ -172,7 +172,7 @@ CHECK = Check(
     title="Flatness of the two interface planes",
     kinds=("apa",),
     forms=(
-        Form("points", (Table("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
+        Form("points", (CsvTable("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
         Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8),)),
     ),
     quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),

@@ -1,4 +1,4 @@
-"""Hysteresis loops under slow sines of growing amplitude (seed 3.1.6)."""
+"""Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6)."""
 
 from dataclasses import dataclass, replace
 
@@ -14,7 +14,7 @@ from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Qu
 from checks.record import Record
 from checks.signals.regression import least_squares
 from checks.signals.slow.cycles import Cycle, last_cycles
-from checks.signals.slow.loops import Estimate, longest_stand, thin
+from checks.signals.slow.loops import ScalarEstimate, longest_stand, thin
 from specs.spec import CheckSpec
 
 UM = 1e-6
@@ -33,7 +33,7 @@ class Loop:
     response : (n,) samples of its period, centred."""
 
     amplitude: float
-    width: Estimate
+    width: ScalarEstimate
     misfit: float
     drive: Array
     response: Array
@@ -152,7 +152,7 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     if span == 0.0:
         raise NoResult(f"{name} does not follow Va: it does not move at {cycle.amplitude:.3g} V")
     ratio = float(to_width @ fit.x) / span
-    width = Estimate(ratio, fit.u(to_width - ratio * to_span) / abs(span))
+    width = ScalarEstimate(ratio, fit.u(to_width - ratio * to_span) / abs(span))
     centred = response - (response.max() + response.min()) / 2
     return Loop(cycle.amplitude, width, fit.scatter / abs(span / 2), drive - cycle.centre, centred)
 

@@ -1,4 +1,4 @@
-"""Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer (seed 6.2, 6.3).
+"""Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer ([STB] 6.2, 6.3).
 
 It reads the records of the frequency responses. A coarse table of a model's ratio says where to begin, a joint fit of
 misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. Data or a model that do not carry an
@@ -12,9 +12,9 @@ from checks.declare import Check, Measured, Setting, Values
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.misalignment.estimate import CHANNELS, estimate, of_damping, with_payload
-from checks.misalignment.estimate_types import Along, Estimate
+from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
-from checks.misalignment.table import Table, grid, ratios, table_frequencies
+from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
@@ -60,14 +60,14 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     )
 
 
-def _scan(model: Model) -> Table:
+def _scan(model: Model) -> MisalignmentTable:
     """A small table of the model, with real modes where it has them: a third of the time, and near enough to begin."""
     quick = of_damping(model, "modal") or model
     f, (dx, dy) = table_frequencies(), grid(*PLACES)
-    return Table(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
+    return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
 
 
-def _quantity(name: str, along: Along, found: Estimate) -> Quantity:
+def _quantity(name: str, along: Along, found: MisalignmentEstimate) -> Quantity:
     if found.reason is not None:
         return Quantity.missing(name, found.reason)
     source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
@@ -75,7 +75,7 @@ def _quantity(name: str, along: Along, found: Estimate) -> Quantity:
     return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
 
 
-def _notes(found: Estimate) -> list[str]:
+def _notes(found: MisalignmentEstimate) -> list[str]:
     if found.repeat is None:
         return ["one realisation only: the model was judged on the data that it was fitted to"]
     return []

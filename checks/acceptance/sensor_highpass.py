@@ -1,4 +1,4 @@
-"""Corner of the high-pass that the resistor across the sensor stack makes with its capacitance (seed 3.1.9)."""
+"""Corner of the high-pass that the resistor across the sensor stack makes with its capacitance ([STB] 3.1.9)."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ TOP_HZ = 5.0
 CAPACITANCE_UF = [4.4, 5.5]
 MAX_UNEXPLAINED = 0.02
 MAX_RELATIVE_U = 0.1
-RESISTOR_OHM = 80600.0  # seed 3.1.9
+RESISTOR_OHM = 80600.0  # [STB] 3.1.9
 SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 
 

@@ -1,4 +1,4 @@
-"""Spurious modes of the APA, one end fixed: bending in x and y, torsion about z; hammer and vibrometer (seed 2.4)."""
+"""Spurious modes of the APA, one end fixed: bending in x and y, torsion about z; hammer and vibrometer ([STB] 2.4)."""
 
 import math
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ from checks.signals.impact.modal_fit import Mode, amplitude_at, find_modes
 from specs.spec import CheckSpec
 
 RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
-HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # seed 2.4: 840 and 1400 Hz; 1220 Hz
-FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # of the strut, by FEM (seed, table 2.4)
+HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # [STB] 2.4: 840 and 1400 Hz; 1220 Hz
+FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # of the strut, by FEM ([STB], table 2.4)
 HARMONIC_WITHIN = 0.05
 SAME_MODE = 0.02  # apart; the place of the impact does not move a mode, and clamping again does so by less
 IMPACTS_MIN = 3  # with fewer, their scatter says nothing: a spec may ask for more, not for less
@@ -37,7 +37,7 @@ class Tested:
 
 
 @dataclass(frozen=True)
-class Rules:
+class SpuriousModesSettings:
     """Settings of the check."""
 
     impacts: ImpactRules
@@ -68,19 +68,19 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen), *remarks(values, spec)), panels)
 
 
-def _rules(spec: CheckSpec) -> Rules:
+def _rules(spec: CheckSpec) -> SpuriousModesSettings:
     get = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
     impacts = ImpactRules(
         level_ratio=get["level_ratio"],
         coherence_min=get["coherence_min"],
         force_range_N=get["force_range_N"] or None,
     )
-    return Rules(
+    return SpuriousModesSettings(
         impacts, max(get["impacts_min"], IMPACTS_MIN), (get["lowest_Hz"], get["highest_Hz"]), get["torsion_contrast"]
     )
 
 
-def _analyse(record: Record, rules: Rules) -> HammerTest | str:
+def _analyse(record: Record, rules: SpuriousModesSettings) -> HammerTest | str:
     band = _band(record, rules)
     if band[1] <= band[0]:
         return f"{record.name}: sampled at {record.fs:.4g} Hz, too slowly for modes above {band[0]:g} Hz"
@@ -90,12 +90,14 @@ def _analyse(record: Record, rules: Rules) -> HammerTest | str:
         return f"{record.name}: {e}"
 
 
-def _band(record: Record, rules: Rules) -> tuple[float, float]:
+def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
     """The search band, below where the analyser's filter cuts."""
     return rules.band_Hz[0], min(rules.band_Hz[1], record.fs / 2.56)
 
 
-def _modes_of(key: str, values: Values, analysed: dict[str, HammerTest | str], rules: Rules) -> Tested | str:
+def _modes_of(
+    key: str, values: Values, analysed: dict[str, HammerTest | str], rules: SpuriousModesSettings
+) -> Tested | str:
     """What a record shows, or the reason why it shows nothing."""
     if key not in analysed:
         return f"{key}: not measured"
@@ -117,7 +119,7 @@ def _strongest(found: Tested | str) -> Mode | str:
     return found if isinstance(found, str) else max(found.modes, key=lambda m: m.peak)
 
 
-def _torsion(found: dict[str, Tested | str], rules: Rules) -> Mode | str:
+def _torsion(found: dict[str, Tested | str], rules: SpuriousModesSettings) -> Mode | str:
     """The lowest mode that the left impact shows and the top impact leaves out, or the reason why none is told.
 
     A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the

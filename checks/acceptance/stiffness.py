@@ -1,4 +1,4 @@
-"""Axial stiffness from the deflection under an added mass, circuit closed and open (seed 3.1.7, 3.1.8, 3.2.1)."""
+"""Axial stiffness from the deflection under an added mass, circuit closed and open ([STB] 3.1.7, 3.1.8, 3.2.1)."""
 
 import math
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Qu
 from checks.record import Record
 from checks.signals.regression import colour
 from checks.signals.slow.creep import CreepFit, fit_creep
-from checks.signals.slow.loops import Estimate, thin
-from checks.signals.slow.steps import REACH_S, Step, find_steps
+from checks.signals.slow.loops import ScalarEstimate, thin
+from checks.signals.slow.steps import REACH_S, SignalStep, find_steps
 from specs.spec import CheckSpec
 
 UM = 1e-6
@@ -24,7 +24,7 @@ GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 
 MIN_PLATEAU_S = 2.0
 MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
 MAX_MISFIT = 0.02  # of the deflection: rms of what the creep law leaves
-# The seed's windows by the clock, 12-12.5 s and 20-20.5 s, placed by the mass that it added at about 15 s.
+# The report's windows by the clock, 12-12.5 s and 20-20.5 s, placed by the mass that it added at about 15 s.
 BEFORE_S = (-3.0, -2.5)
 LOADED_S = (5.0, 5.5)
 RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_um"}
@@ -33,12 +33,12 @@ RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_
 @dataclass(frozen=True, eq=False)
 class Deflection:
     """One record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; what the moment
-    of the steps leaves uncertain [m]; the seed's windowed deflection [m] or why there is none; the fit behind it."""
+    of the steps leaves uncertain [m]; the report's windowed deflection [m] or why there is none; the fit behind it."""
 
-    value: Estimate
+    value: ScalarEstimate
     u_moment: float
-    windowed: Estimate | str
-    steps: tuple[Step, Step]
+    windowed: ScalarEstimate | str
+    steps: tuple[SignalStep, SignalStep]
     creep: CreepFit
     t: Array
     de: Array
@@ -47,7 +47,7 @@ class Deflection:
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
 
-    Beside it the seed's windowed value, taken seconds later and so softer by the creep.
+    Beside it the report's windowed value, taken seconds later and so softer by the creep.
     """
     if "k_N_per_um" in values:
         return _from_value(values, spec)
@@ -93,7 +93,7 @@ def deflection_of(record: Record) -> Deflection:
     steps = _two_steps(t, find_steps(t, de))
     creep = fit_creep(t, de, steps)
     first, second = (float(d) for d in creep.deflections)
-    mean = Estimate(abs(first - second) / 2, creep.u_of((0.5, -0.5)))
+    mean = ScalarEstimate(abs(first - second) / 2, creep.u_of((0.5, -0.5)))
     _check_fit(creep, mean.value)
     # The two steps are all the repeats there are: if they differ by more than their scatter, that is the scatter.
     difference, expected = abs(first + second) / 2, creep.u_of((0.5, 0.5))
@@ -101,11 +101,11 @@ def deflection_of(record: Record) -> Deflection:
         words = f"{abs(first) / UM:.4g} um and {abs(second) / UM:.4g} um"
         raise NoResult(f"the two steps differ: {words}; something slipped, or the mass was not the same")
     if difference > 3 * math.hypot(expected, creep.u_moment((0.5, 0.5), steps)):
-        mean = Estimate(mean.value, difference)
+        mean = ScalarEstimate(mean.value, difference)
     return Deflection(mean, creep.u_moment((0.5, -0.5), steps), _windowed_deflection(t, de, steps), steps, creep, t, de)
 
 
-def _two_steps(t: Array, steps: list[Step]) -> tuple[Step, Step]:
+def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalStep]:
     if len(steps) != 2:
         where = f" at {', '.join(f'{s.t:.2f}' for s in steps)} s" if steps else ""
         raise NoResult(f"{len(steps) or 'no'} mass steps found{where}, expected two: mass added and removed")
@@ -130,19 +130,19 @@ def _check_fit(creep: CreepFit, deflection: float) -> None:
         )
 
 
-def _windowed_deflection(t: Array, de: Array, steps: tuple[Step, Step]) -> Estimate | str:
-    """The seed's way: mean of half a second before the first step against half a second under load."""
+def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | str:
+    """The report's way: mean of half a second before the first step against half a second under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
-        return f"the seed's windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
+        return f"the report's windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
     before, loaded = (_window_mean(t, de, origin + lo, origin + hi) for lo, hi in (BEFORE_S, LOADED_S))
-    return Estimate(abs(before.value - loaded.value), math.hypot(before.u, loaded.u))
+    return ScalarEstimate(abs(before.value - loaded.value), math.hypot(before.u, loaded.u))
 
 
-def _window_mean(t: Array, de: Array, lo: float, hi: float) -> Estimate:
+def _window_mean(t: Array, de: Array, lo: float, hi: float) -> ScalarEstimate:
     inside = de[(t > lo) & (t < hi)]
     residual = inside - inside.mean()
-    return Estimate(float(inside.mean()), math.sqrt(inside.var(ddof=1) * colour(residual) / inside.size))
+    return ScalarEstimate(float(inside.mean()), math.sqrt(inside.var(ddof=1) * colour(residual) / inside.size))
 
 
 def _stiffness(name: str, found: Deflection | str, mass: Measured, spec: CheckSpec) -> Quantity:
@@ -160,7 +160,7 @@ def _windowed(name: str, found: Deflection | str, mass: Measured, spec: CheckSpe
 
 
 def _load_over(
-    name: str, deflection: Estimate, relative: list[Contribution], mass: Measured, spec: CheckSpec
+    name: str, deflection: ScalarEstimate, relative: list[Contribution], mass: Measured, spec: CheckSpec
 ) -> Quantity:
     """k = m g / deflection with its budget; `relative`: further contributions, as shares of the value."""
     gravity = float(spec.settings.get("gravity", GRAVITY))

@@ -1,4 +1,4 @@
-"""Stroke of the three stacks from -20 V to 150 V: one stack, the two others, and their sum (seed 2.3)."""
+"""Stroke of the three stacks from -20 V to 150 V: one stack, the two others, and their sum ([STB] 2.3)."""
 
 import math
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from checks.picture import Item, Line, Mark, Panel
 from checks.quantity import Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
 from checks.signals.slow import loops
-from checks.signals.slow.loops import Branch, Estimate
+from checks.signals.slow.loops import Branch, ScalarEstimate
 from specs.spec import CheckSpec
 
 UM = 1e-6
@@ -57,10 +57,10 @@ class Stroke:
     drifted [m], loop width at mid-voltage [m] or the reason why there is none; settled: that loop does not contain the
     first rise; V, d : (N,) the record, d from its start."""
 
-    stroke: Estimate
+    stroke: ScalarEstimate
     short: float
     drift: float
-    width: Estimate | str
+    width: ScalarEstimate | str
     settled: bool
     V: Array
     d: Array
@@ -136,17 +136,17 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     reach = END_ZONE * wanted.span
     start = ends.level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
     tip = ends.highest(V, d, V_smooth >= V_smooth[top] - reach, reach)
-    stroke = Estimate(tip.value - start.value, math.hypot(tip.u, start.u))
+    stroke = ScalarEstimate(tip.value - start.value, math.hypot(tip.u, start.u))
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
         raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
     found = loops.branches(V, wanted.middle, wanted.span / 2)
     width, settled = _width(V, d, found, wanted), len(found) > 2
-    if isinstance(width, Estimate):
+    if isinstance(width, ScalarEstimate):
         vet_lag("d", "V", width, stroke.value, wanted.loop_min_percent)
     else:
         vet_bend("d", V, d, stroke.value, wanted.loop_min_percent)
-    opening = abs(width.value) if isinstance(width, Estimate) else 0.0
+    opening = abs(width.value) if isinstance(width, ScalarEstimate) else 0.0
     bottom = np.abs(V_smooth - V_smooth[0]) <= reach
     drift = ends.drift(V, d, bottom, start, stroke, reach, opening, settled)
     return Stroke(stroke, short * stroke.value / wanted.span, drift, width, settled, V, d - start.value)
@@ -169,7 +169,7 @@ def _check_moving(V: Array, d: Array, wanted: Range) -> None:
         raise NoResult(f"d stands still from sample {at} on while V runs through {passed:.3g} V: the gauge sticks")
 
 
-def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> Estimate | str:
+def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> ScalarEstimate | str:
     pair = loops.last_pair(found)
     if pair is None:
         return f"the voltage does not come back through {wanted.middle:g} V: there is no loop"

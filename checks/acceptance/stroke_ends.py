@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 from checks.quantity import NoResult
 from checks.signals.regression import least_squares
-from checks.signals.slow.loops import Estimate
+from checks.signals.slow.loops import ScalarEstimate
 
 UM = 1e-6
 MIN_SAMPLES = 12
@@ -23,8 +23,8 @@ def drift(
     V: Array,
     d: Array,
     bottom: NDArray[np.bool_],
-    start: Estimate,
-    stroke: Estimate,
+    start: ScalarEstimate,
+    stroke: ScalarEstimate,
     reach: float,
     opening: float,
     settled: bool,
@@ -59,7 +59,7 @@ def drift(
     return _beyond_scatter(a, b) * V.size / (last - first)
 
 
-def _beyond_scatter(a: Estimate, b: Estimate) -> float:
+def _beyond_scatter(a: ScalarEstimate, b: ScalarEstimate) -> float:
     return max(0.0, abs(a.value - b.value) - 3 * math.hypot(a.u, b.u))
 
 
@@ -75,7 +75,7 @@ def running_mean(x: Array, n: int) -> Array:
     return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
 
 
-def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estimate:
+def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
     """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
     the largest of them would be too high."""
     tops = stays(zone)
@@ -85,10 +85,10 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Estima
     best = max(levels, key=lambda one: one.value)
     alike = [one for one in levels if best.value - one.value <= 3 * math.hypot(best.u, one.u)]
     u = math.hypot(*(one.u for one in alike)) / len(alike)
-    return Estimate(sum(one.value for one in alike) / len(alike), u)
+    return ScalarEstimate(sum(one.value for one in alike) / len(alike), u)
 
 
-def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> Estimate:
+def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
     """d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch, which
     meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or hold."""
     out = np.flatnonzero(~zone)
@@ -102,4 +102,4 @@ def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) ->
     ]
     design = np.column_stack([np.ones_like(s), *(power for x in sides for power in (x, x * x))])
     fit = least_squares(design, d[lo:hi])
-    return Estimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))
+    return ScalarEstimate(float(fit.x[0]), fit.u(np.eye(fit.x.size)[0]))

@@ -1,4 +1,4 @@
-"""Actuator and sensor constants from measured responses: by the seed's formulas, or least squares with intervals."""
+"""Actuator and sensor constants from measured responses: by the report's formulas, or least squares with intervals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.model import Model, Values, frequencies
 
-GA_BAND_HZ = (10.0, 20.0)  # seed, 4.2.3: below the resonance the gain is the static one
-GS_BAND_HZ = (400.0, 500.0)  # seed, 4.2.3: above it, before the next
+GA_BAND_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance the gain is the static one
+GS_BAND_HZ = (400.0, 500.0)  # [STB] 4.2.3: above it, before the next
 SEED_GS_AT_HZ = 1000.0
 NOTHING: Values = {}
 
@@ -29,11 +29,11 @@ class Constant:
 
 
 def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
-    """ga and gs by the seed's formulas (4.3) and (4.6) and its script (4.2.3); the model supplies what it would show
+    """ga and gs by the report's formulas (4.3) and (4.6) and its script (4.2.3); the model supplies what it would show
     with both constants one.
 
     f (F,) [Hz], de (F,) [m/V] and Vs (F,) [V/V] to Va. ga is the mean of |de| over 10..20 Hz by the static gain; gs is
-    the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The seed's script takes sizes only and writes both
+    the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The report's script takes sizes only and writes both
     signs by hand; here the sign is that of the response's real part beside the model's. Raises ModelError for an
     empty band."""
     unit, gs_name = _unit_model(model, changes)

@@ -22,7 +22,7 @@ from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
 CHANNELS = ("Vs", "de", "da")
-F_LO, F_HI = 10.0, 2000.0  # [Hz] where the seed's excitations drive; the model holds to 2 kHz with a margin
+F_LO, F_HI = 10.0, 2000.0  # [Hz] where the report's excitations drive; the model holds to 2 kHz with a margin
 STEP = 2 * HALF + 1  # windows that share no bin
 
 

@@ -113,11 +113,11 @@ def _fit(
     response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...], starts: int, seed: int, coarse_bins: int
 ) -> Fit:
     few = tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets)
-    rough, coarse = _Rough(response, few, free), _Problem(response, few, free)
+    rough, coarse = _Rough(response, few, free), _FitProblem(response, few, free)
     tried = [coarse.solve(rough.solve(x, FEW_STEPS).x, FEW_STEPS) for x in _starts(free, starts, seed)]
     best = min(tried, key=lambda r: r.cost)
     values = coarse.values(best.x)
-    problem = _Problem(response, tuple(s.around(response.frf(s.f, values, s.channels)) for s in sets), free)
+    problem = _FitProblem(response, tuple(s.around(response.frf(s.f, values, s.channels)) for s in sets), free)
     return _result(problem, problem.solve(best.x), tuple(float(r.cost) for r in tried))
 
 
@@ -135,12 +135,12 @@ def calibrate(
         return model, own
     changed = fit(other, datasets, free, starts=starts)
     # One whitener for both: the tolerance's part of it depends on the model's response.
-    as_own = _Problem(other, own.datasets, own.free)
+    as_own = _FitProblem(other, own.datasets, own.free)
     cost = 0.5 * float(np.sum(as_own.residual(as_own.coordinates.x(changed.values)) ** 2))
     return (other, changed) if own.cost - cost > BEYOND_DOUBT else (model, own)
 
 
-class _Problem:
+class _FitProblem:
     """Whitened residuals and their derivatives over the coordinates x of the free parameters."""
 
     def __init__(self, response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...]) -> None:
@@ -190,7 +190,7 @@ class _Problem:
         )
 
 
-class _Rough(_Problem):
+class _Rough(_FitProblem):
     """Ratios instead of differences: a peak that is not where it should be then pulls from afar, and misses by what its
     height is in decades, not by its height."""
 
@@ -225,7 +225,7 @@ def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
     return [np.zeros(len(free)), *(SPREAD * rng.standard_normal((max(starts - 1, 0), len(free))))]
 
 
-def _result(problem: _Problem, found: optimize.OptimizeResult, starts: tuple[float, ...]) -> Fit:
+def _result(problem: _FitProblem, found: optimize.OptimizeResult, starts: tuple[float, ...]) -> Fit:
     J, at = found.jac, problem.coordinates
     values, slope = at.values(found.x), at.slope(found.x)
     cov = np.linalg.pinv(J.T @ J, hermitian=True) * np.outer(slope, slope)

@@ -23,7 +23,7 @@ class Response(Protocol):
 
 
 @dataclass(frozen=True)
-class Function:
+class FunctionResponse:
     """A response from a plain function call(values, f, channels) -> (F, C); derivatives by central differences of the
     given steps, by name, in the name's unit."""
 

@@ -1,4 +1,4 @@
-"""The base model fitted to what was measured, before anything may be called missing (gap-method, step 3)."""
+"""The base model fitted to what was measured, before anything may be called missing ([GAP] step 3)."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented, Member
-from checks.gap.modelling.unmodelled_modes import levels, stand_ins
+from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.records.inputs import Inputs, Prepared
 from checks.gap.records.slow_sines import Slow
 from checks.gap.search.forward import Candidate, Say, Search
@@ -27,7 +27,7 @@ def searching(p: Prepared, channels: tuple[str, ...], say: Say) -> Search:
 def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
     named = [e for e in EFFECTS.values() if e.name not in inputs.without and e.fits(inputs.model)]
     seen = [e for e in named if set(e.channels) & set(channels)]
-    return (*seen, *stand_ins(channels))
+    return (*seen, *unmodelled_modes(channels))
 
 
 def calibrated(search: Search, p: Prepared) -> Candidate:

@@ -1,4 +1,4 @@
-"""The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name (gap-method, 0 to
+"""The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name ([GAP] 0 to
 13)."""
 
 from dataclasses import replace
@@ -7,7 +7,7 @@ from checks.gap.calibrate import calibrated, searching
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
 from checks.gap.records.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
-from checks.gap.search.forward import Found, Say, Search, explain
+from checks.gap.search.forward import Say, Search, SearchResult, explain
 from checks.gap.statistics.thresholds import THRESHOLDS, Thresholds
 
 FIRST = 2  # effects that are looked for before a channel is left out
@@ -21,7 +21,7 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     base = calibrated(search, p)
     whole = replace(base, unseen=p.B)
     if whole.adequate:
-        return answer(p, search, Found(base, base, (), ()), whole)
+        return answer(p, search, SearchResult(base, base, (), ()), whole)
     found = explain(search, base, FIRST, table.beam)
     if not found.best.adequate and found.best.worst_G < table.G:  # nearly: chance alone says that it is not all
         found = _deeper(search, found)
@@ -33,7 +33,7 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     return answer(p, search, found, whole)
 
 
-def _deeper(search: Search, found: Found) -> Found:
+def _deeper(search: Search, found: SearchResult) -> SearchResult:
     """More effects beside the best so far, as many as one unit may have."""
     room = search.table.most_effects - len(found.best.response.counted)
     if room <= 0:
@@ -41,10 +41,10 @@ def _deeper(search: Search, found: Found) -> Found:
     deeper = explain(search, found.best, room, 1)
     if not deeper.best.response.counted:
         return deeper
-    return Found(found.base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
+    return SearchResult(found.base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
 
 
-def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, Found] | None:
+def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, SearchResult] | None:
     """What the other channels say when one is left out: something without a name on one channel leads the calibration
     astray and hides what the others could name. None where they are not explained either."""
     channels = p.A.channels
@@ -54,7 +54,7 @@ def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, Found] | No
     parts = [searching(p, tuple(c for c in channels if c != left_out), search.say) for left_out in channels]
     bases = [calibrated(part, p) for part in parts]
     base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
-    found = Found(base, base, (), ()) if base.adequate else explain(part, base, FIRST, p.table.beam)
+    found = SearchResult(base, base, (), ()) if base.adequate else explain(part, base, FIRST, p.table.beam)
     return (part, found) if found.best.adequate else None
 
 

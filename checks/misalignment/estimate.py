@@ -17,9 +17,9 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.misalignment.apa_asymmetry import own_offsets
-from checks.misalignment.estimate_types import DX, DY, Along, Estimate
+from checks.misalignment.estimate_types import DX, DY, Along, MisalignmentEstimate
 from checks.misalignment.gates import data_reasons, reason
-from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, Table
+from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
 from checks.model.free_apa_modes import is_rough, softened
 from checks.model.model import Model
 from checks.quantity import NoResult
@@ -33,7 +33,9 @@ DRAWS = 3  # more starts, where one is not enough
 STEPS = 5  # of a polish
 
 
-def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None = None) -> Estimate:
+def estimate(
+    model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None = None
+) -> MisalignmentEstimate:
     """Misalignment from responses with the channels de and da, judged on a second realisation where there is one.
 
     The tolerance is the model's. Raises NoResult for data that cannot tell, ModelError for a model without encoder,
@@ -56,7 +58,7 @@ def estimate(model: Model, data: Dataset, table: Table, repeat: Dataset | None =
         coupled = _with_full_damping(full, found)
         found, at = (found, at) if coupled is None else (coupled, full)
     spread = _spread(model, found)
-    result = Estimate(
+    result = MisalignmentEstimate(
         dx=_along(found, DX, spread[0]),
         dy=_along(found, DY, spread[1]),
         model=at,

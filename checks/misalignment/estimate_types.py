@@ -19,7 +19,7 @@ class Along:
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class MisalignmentEstimate:
     """dx, dy: what fits best. reason: why that is no answer, or None. model: with the fitted damping; fit: of it, with
     the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; map: of the table;
     data: what was fitted, repeat: what was not, or None."""

@@ -12,7 +12,7 @@ from checks.fitting.common_drive import Driven
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.goodness import gaps
-from checks.misalignment.estimate_types import Estimate
+from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
 from checks.model.free_apa_modes import names
 from checks.model.model import Model
@@ -28,12 +28,12 @@ PAYLOAD = "bench.payload_kg"
 BANDS_HZ = (10.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0)  # about the modes at 86, 190, 280, 400, 840
 
 
-def reason(found: Estimate) -> str | None:
+def reason(found: MisalignmentEstimate) -> str | None:
     """Why the estimate is no answer; None when it is one."""
     return next(_reasons(found), None)
 
 
-def _reasons(found: Estimate) -> Iterator[str]:
+def _reasons(found: MisalignmentEstimate) -> Iterator[str]:
     yield from _inadequate(found)
     if not found.fit.converged:
         yield f"the fit did not converge ({found.fit.message})"
@@ -89,7 +89,7 @@ def _apart(one: Complex, other: Complex) -> bool:
     return float(np.median((one * other.conj()).real)) < 0.0
 
 
-def _inadequate(found: Estimate) -> Iterator[str]:
+def _inadequate(found: MisalignmentEstimate) -> Iterator[str]:
     """The worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
     data, fitted = (found.data, len(found.fit.names)) if found.repeat is None else (found.repeat, 0)
     response = Driven(found.model)
@@ -110,7 +110,7 @@ def _inadequate(found: Estimate) -> Iterator[str]:
         yield f"the model does not explain {worst[1]} ({chance}); `accept gap` looks for what is missing"
 
 
-def _unknown(found: Estimate, data: Dataset) -> Complex:
+def _unknown(found: MisalignmentEstimate, data: Dataset) -> Complex:
     """(F, C, C) covariance of the prediction that the fit leaves."""
     J = Driven(found.model).jacobian(data.f, found.fit.names, found.fit.at, data.channels)
     return np.asarray(np.einsum("pfc,pq,qfd->fcd", J, found.fit.cov, J.conj()))
@@ -131,7 +131,7 @@ def _outside_priors(found: Fit) -> Iterator[str]:
         )
 
 
-def _softer(found: Estimate) -> Iterator[str]:
+def _softer(found: MisalignmentEstimate) -> Iterator[str]:
     """An APA of free modes can be softened until it rings with any payload where the measured one does. Its stiffness
     along its axis is right to the model's tolerance, or the payload is not what it is said to be."""
     free = {n: 1.0 for n in found.fit.names if n in names()}
@@ -155,7 +155,7 @@ def _compliance(model: Model, values: Mapping[str, float]) -> float:
     return float(row @ np.linalg.solve(system.K, row))
 
 
-def _at_the_edge(found: Estimate) -> Iterator[str]:
+def _at_the_edge(found: MisalignmentEstimate) -> Iterator[str]:
     for name, along, most in (("dx", found.dx, DX_MAX_UM), ("dy", found.dy, DY_MAX_UM)):
         if not abs(along.value) + along.U <= most:
             yield f"{name} = {along.value:.0f} ± {along.U:.0f} um reaches the edge of the table, {most:.0f} um"

@@ -4,7 +4,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.fitting.common_drive import Driven
-from checks.misalignment.estimate_types import DX, DY, Estimate
+from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
 from checks.misalignment.gates import ratio_noise
 from checks.picture import Image, Line, Mark, Panel
 
@@ -12,7 +12,7 @@ SHOWN_FROM = 50.0  # [Hz] below, the ratio is one
 IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqrt(-2 ln 0.05)
 
 
-def panels(found: Estimate) -> dict[str, Panel]:
+def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     """Magnitude and phase of the ratio, and the map. Without a result no place is marked and no number stands."""
     data = found.data.band(SHOWN_FROM, np.inf)
     known = ratio_noise(data) < 1.0
@@ -36,12 +36,12 @@ def panels(found: Estimate) -> dict[str, Panel]:
     }
 
 
-def _aligned(found: Estimate) -> dict[str, float]:
+def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
     own = {n: v for n, v in found.fit.at.items() if n in found.model.values}
     return {**own, DX: 0.0, DY: 0.0}
 
 
-def _map(found: Estimate) -> Panel:
+def _map(found: MisalignmentEstimate) -> Panel:
     """Misfit of the table over its least, as a power of ten, and the region of the estimate."""
     m = found.map
     above = np.log10(1.0 + m.misfit - m.misfit.min())
@@ -54,7 +54,7 @@ def _map(found: Estimate) -> Panel:
     return Panel("where it lies: table and estimate", "dx [um]", "dy [um]", (image, *marks, region))
 
 
-def _ellipse(found: Estimate) -> tuple[Array, Array]:
+def _ellipse(found: MisalignmentEstimate) -> tuple[Array, Array]:
     """Outline of the region that holds the truth with 95 %; widened where U is wider than the fit's."""
     i = [found.fit.names.index(n) for n in (DX, DY)]
     wider = np.array([along.U / 2.0 for along in (found.dx, found.dy)]) / np.sqrt(np.diag(found.fit.cov)[i])

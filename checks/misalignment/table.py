@@ -80,7 +80,7 @@ class Likelihood:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class MisalignmentTable:
     """R (X, Y, F) complex: de / da over dx (X,), dy (Y,) [um] and f (F,) [Hz]; of which model."""
 
     dx: Array

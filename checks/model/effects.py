@@ -1,4 +1,4 @@
-"""What an effect of the gap workflow means in the model's own parameters (design, section 6).
+"""What an effect of the gap workflow means in the model's own parameters ([DESIGN] 6).
 
 Hysteresis is not linear and creep has no rational response, so those two are not here: whoever needs them adds them
 to the response. `payload_mass` and `encoder_mass` count from the model's value, the others stand for it.

@@ -16,7 +16,7 @@ Channels = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class OutputGains:
     """gain (F, C) per motion of a channel, with_rest (F, C) per motion of da at rest, alone (F, C) without any motion;
     picked (C,): which channels of the motion; da: that of the payload."""
 
@@ -36,7 +36,7 @@ class Seen:
         return np.asarray(H[..., self.picked] * self.gain + at_rest * self.with_rest)
 
 
-def seen(f: Array, v: Values, have: Channels, wanted: Channels) -> Seen:
+def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> OutputGains:
     """What is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that it has
     not."""
     e = electrical_of(v)
@@ -51,7 +51,7 @@ def seen(f: Array, v: Values, have: Channels, wanted: Channels) -> Seen:
         else:
             optics = _optics(f, v) if channel == "de" else 1.0
             gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics
-    return Seen(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
+    return OutputGains(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
 
 
 def _index(have: Channels, channel: str) -> int:

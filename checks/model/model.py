@@ -17,7 +17,7 @@ from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import Modal, direct_frf, modal
 from checks.model.dynamics.derivatives import Change, change, derivatives, modal_derivatives
 from checks.model.dynamics.real_modes import real_modal
-from checks.model.measured_outputs import seen
+from checks.model.measured_outputs import output_gains
 from checks.model.parameters import TURNS_TIES, depends_on, derivative_step, in_range, is_mechanical, known, last
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
@@ -73,11 +73,11 @@ class Model:
         return replace(self, values=self._at(changes))
 
     def clamped(self) -> "Model":
-        """The same with the payload held: its modes are the spurious ones (seed, section 2.4)."""
+        """The same with the payload held: its modes are the spurious ones ([STB], section 2.4)."""
         return replace(self, held=True)
 
     def without_encoder(self) -> "Model":
-        """The same strut before the encoder is fixed: no head, no ruler, no de (seed, section 5.1.1)."""
+        """The same strut before the encoder is fixed: no head, no ruler, no de ([STB], section 5.1.1)."""
         bare = {n: v for n, v in self.values.items() if not n.startswith("encoder.")}
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 
@@ -101,7 +101,9 @@ class Model:
         f = frequencies(f)
         system = self.system(changes)
         wanted = system.channels if channels is None else tuple(channels)
-        return seen(f, self._at(changes), system.channels, wanted)(direct_frf(system, f), modal(system).static())
+        return output_gains(f, self._at(changes), system.channels, wanted)(
+            direct_frf(system, f), modal(system).static()
+        )
 
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
@@ -114,7 +116,7 @@ class Model:
         wanted = form.channels if channels is None else tuple(channels)
         smooth = [n for n in names if self._smooth(n)]
         moved = self._moved(f, smooth, changes)
-        converted = seen(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
+        converted = output_gains(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
         inside = dict(zip(smooth, converted, strict=True))
         outside = [n for n in names if n not in inside or _seen_otherwise(n, v)]
         H, static = form.frf(f), form.static()
@@ -122,7 +124,7 @@ class Model:
         for name in outside:
             known_motion = name in inside or not is_mechanical(name)
             above, below = (
-                seen(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
+                output_gains(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
                 for end in _ends(v, name)
             )
             slope = (above - below) / (2.0 * derivative_step(name, v[name]))
@@ -146,7 +148,7 @@ class Model:
         """Response at values that are not judged: a derivative may look just past a bound."""
         form = self._solved(v)[1]()
         wanted = form.channels if channels is None else tuple(channels)
-        return seen(f, v, form.channels, wanted)(form.frf(f), form.static())
+        return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
         return _solved(self, tuple(v[n] for n in self._mechanical))

@@ -1,4 +1,4 @@
-"""What a parameter does to a response: poles, zeros and curves for a row of its values (seed, sections 6.2 and 6.3)."""
+"""What a parameter does to a response: poles, zeros and curves for a row of its values ([STB] 6.2, 6.3)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from checks.model.model import Model, frequencies, frequency_and_damping
 from checks.picture import Line, Panel
 from specs.units import DIMENSIONLESS, unit_of
 
-# Parameters that move together, and the values that the seed studied.
-SEED_SWEEPS: Mapping[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
+# Parameters that move together, and the values that the report studied.
+PUBLISHED_SWEEPS: Mapping[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
     "dy": (("misalignment.dy_um",), (-500.0, -100.0, 0.0, 100.0, 500.0)),
     "dx": (("misalignment.dx_um",), (-100.0, -50.0, 0.0, 50.0, 100.0)),
     "dz": (("misalignment.dz_um",), (-500.0, -100.0, 0.0, 100.0, 500.0)),

@@ -21,7 +21,7 @@ MAX_SAMPLES = 50.0
 
 
 @dataclass(frozen=True)
-class Delay:
+class ChannelDelay:
     """Of a channel behind a reference. samples: positive when it comes later; sd: its standard deviation.
 
     polarity : +1, -1, or 0 where the sign changes within the band (a zero or a resonance of only one of the two).
@@ -65,7 +65,7 @@ class Mismatch:
     words: str
 
 
-def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Delay:
+def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> ChannelDelay:
     """Delay of a channel behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs [Hz].
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
@@ -79,19 +79,21 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Delay:
     good = part.usable & _significant(part)[:, 0]
     if np.count_nonzero(good) < 5:
         words = f"{channel} and {frf.input} have too little in common in {f_lo:g}..{f_hi:g} Hz to see a delay"
-        return Delay(channel, frf.input, float("nan"), float("nan"), 0, False, words)
+        return ChannelDelay(channel, frf.input, float("nan"), float("nan"), 0, False, words)
     f, H = part.f[good], part.H[good, 0]
     sigma = np.hypot(np.sqrt(part.var[good, 0] / 2) / np.abs(H), STRUCTURE_RAD)
     turns = f / fs
     tau = _coarse(turns, H, sigma)
     tau, sd = _refine(turns, H, sigma, tau)
     polarity = _sign(H * np.exp(2j * np.pi * turns * tau), sigma)
-    return Delay(channel, frf.input, tau, sd, polarity, True, _delay_words(channel, frf.input, tau, sd, polarity))
+    return ChannelDelay(
+        channel, frf.input, tau, sd, polarity, True, _delay_words(channel, frf.input, tau, sd, polarity)
+    )
 
 
 def delay_between(
     columns: Mapping[str, Array], reference: str, channel: str, fs: float, f_lo: float, f_hi: float, nperseg: int = 4096
-) -> Delay:
+) -> ChannelDelay:
     """`delay` of one channel (N,) behind another, whichever they are."""
     pair = h1(columns[reference], {channel: columns[channel]}, fs, nperseg, input=reference)
     return delay(pair, channel, fs, f_lo, f_hi)

@@ -8,7 +8,7 @@ from checks.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class LinearFit:
     """y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and the design."""
 
     x: Array
@@ -25,7 +25,7 @@ class Fit:
         return float(np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
 
 
-def least_squares(design: Array, y: Array) -> Fit:
+def least_squares(design: Array, y: Array) -> LinearFit:
     """Ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its `colour`.
 
     Raises ValueError when N <= p or the columns cannot be told apart.
@@ -40,7 +40,7 @@ def least_squares(design: Array, y: Array) -> Fit:
     residual = y - design @ x
     r_inverse = np.linalg.inv(r)
     variance = float(residual @ residual) / (n - p) * colour(residual)
-    return Fit(x, variance * r_inverse @ r_inverse.T, residual)
+    return LinearFit(x, variance * r_inverse @ r_inverse.T, residual)
 
 
 def colour(residual: Array) -> float:

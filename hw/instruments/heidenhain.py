@@ -14,7 +14,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused, WrongInstrument
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange, WrongInstrument
 from hw.instruments.length import METRES, LengthInstrument, LengthSettings
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import text_of
@@ -88,7 +88,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
         deadline = Deadline(self.deadline_s).within(self.settings.timeout_s)
         answer = self.link.read_exactly(1, deadline)
         if answer == NAK:
-            raise Refused(f"{self.name}: {function} ({code}) is unknown to it, or not possible now")
+            raise InstrumentRefused(f"{self.name}: {function} ({code}) is unknown to it, or not possible now")
         if answer != ACK:
             raise Garbled(f"{self.name}: {function} ({code}) was answered {answer!r}, expected ACK or NAK")
 
@@ -98,7 +98,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
         self._say(_message(code), harmless=END)
         first = self.link.read_exactly(1, within)
         if first == NAK:
-            raise Refused(f"{self.name}: {code} is unknown to it")
+            raise InstrumentRefused(f"{self.name}: {code} is unknown to it")
         if first != STX:
             raise Garbled(f"{self.name}: {code} was answered {first!r}..., expected STX")
         return self.link.read_until(END, within).removesuffix(END)

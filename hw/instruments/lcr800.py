@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange
 from hw.instruments.lcr800_commands import QUESTIONS, ZEROINGS, setting
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import Seconds, SerialInstrument, SerialSettings, text_of
@@ -99,7 +99,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
     def _check_bias(self, source: str, deadline: Deadline) -> None:
         said = self._command(f"MAIN:{source}?", deadline)
         if not re.fullmatch(rf"MAIN:{source}[: ]OFF\.?", said):
-            raise Refused(f"{self.name}: {source} is not off ({said!r}). {REMINDER}")
+            raise InstrumentRefused(f"{self.name}: {source} is not off ({said!r}). {REMINDER}")
 
     def _identify(self, deadline: Deadline) -> Identity:
         """The meter does not tell who it is; what it is set to is asked instead, so that a value at another frequency
@@ -139,7 +139,9 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         with self._aside(self.settings.zeroing_s) as deadline:
             said = self._command(f"OFFS:{which}", deadline, self.settings.zeroing_s)
         if said != f"{which}:OK":
-            raise Refused(f"{self.name}: OFFS:{which} was answered {said!r}, expected '{which}:OK': not zeroed")
+            raise InstrumentRefused(
+                f"{self.name}: OFFS:{which} was answered {said!r}, expected '{which}:OK': not zeroed"
+            )
 
     @contextmanager
     def _aside(self, at_least_s: float = 0.0) -> Iterator[Deadline]:
@@ -180,7 +182,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         """Send a setting; its echo acknowledges it."""
         said = self._command(message, deadline)
         if said != message:
-            raise Refused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
+            raise InstrumentRefused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, timeout_s: float = 0.0) -> str:
         """Reply to a message; results that a self-triggering meter sent before it are passed over. timeout_s: where it

@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, Literal, TypeVar
 
 from pydantic import Field
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange
 from hw.instruments.length import METRES, LengthInstrument, LengthSettings
 from hw.instruments.serial_instrument import text_of
 from hw.link import Deadline
@@ -54,7 +54,7 @@ def check_error(who: str, line: bytes) -> None:
         raise OverRange(f"{who}: out of range ({line!r})")
     if found := re.fullmatch(rb"ERR ?(\d)\s*", line):
         digit = found[1].decode()
-        kind = OverRange if digit == "3" else Refused
+        kind = OverRange if digit == "3" else InstrumentRefused
         raise kind(f"{who}: {line.decode('ascii').strip()}: {ERRORS.get(digit, 'no meaning known')}")
 
 

@@ -12,7 +12,7 @@ again before every value: someone may have changed it at the instrument.
 import re
 from typing import ClassVar, Literal
 
-from hw.errors import Garbled, NoReply, Refused
+from hw.errors import Garbled, InstrumentRefused, NoReply
 from hw.instruments.millimar import Millimar, MillimarSettings, parse_bare
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import text_of
@@ -64,7 +64,9 @@ class MillimarM1240(Millimar[M1240Settings]):
             return
         expected = "" if self.settings.acknowledged == "cr" else code
         if (said := self._text(code, deadline)) != expected:
-            raise Refused(f"{self.name}: {code} was answered {said!r}, expected {expected!r}: the unit is not known")
+            raise InstrumentRefused(
+                f"{self.name}: {code} was answered {said!r}, expected {expected!r}: the unit is not known"
+            )
 
     def start(self, timed: bool = False) -> None:
         """Start a measurement, with the set period (T-TIMER) where `timed`. Raises InstrumentError."""
@@ -105,4 +107,4 @@ class MillimarM1240(Millimar[M1240Settings]):
 
     def _echoed(self, command: str) -> None:
         if (said := self._text(command, Deadline(self.deadline_s))) != command:
-            raise Refused(f"{self.name}: {command} was answered {said!r}, expected its echo")
+            raise InstrumentRefused(f"{self.name}: {command} was answered {said!r}, expected its echo")

@@ -99,7 +99,7 @@ def _compressed(file: str, packed: memoryview, order: str) -> Variable:
 
 
 @dataclass(frozen=True)
-class Head:
+class ArrayHeader:
     """What stands before the data of an array; data_at: where they start."""
 
     name: str
@@ -111,18 +111,18 @@ class Head:
         return Variable(self.name, self.shape, self.kind, load if self.kind in NUMBERS else None)
 
 
-def _head(file: str, data: bytes, start: int, order: str) -> Head:
+def _head(file: str, data: bytes, start: int, order: str) -> ArrayHeader:
     flags = _tag(data, start, order)
     word = struct.unpack_from(order + "I", data, flags.start)[0]
     number, bits = word & 0xFF, word >> 8 & 0xFF
     if number == OPAQUE:  # has its name where the others have dimensions
-        return Head(_text(data, _tag(data, flags.after, order)), (1, 1), "opaque", 0)
+        return ArrayHeader(_text(data, _tag(data, flags.after, order)), (1, 1), "opaque", 0)
     dims = _tag(data, flags.after, order)
     shape = struct.unpack_from(f"{order}{dims.size // 4}i", data, dims.start)
     if len(shape) < 2 or min(shape) < 0:
         raise RecordError(f"{file}: the variable at byte {start} declares the dimensions {shape}")
     name = _tag(data, dims.after, order)
-    return Head(_text(data, name), shape, _kind(number, bits), name.after)
+    return ArrayHeader(_text(data, name), shape, _kind(number, bits), name.after)
 
 
 def _kind(number: int, bits: int) -> str:
@@ -137,7 +137,7 @@ def _text(data: bytes, element: Element) -> str:
     return data[element.start : element.start + element.size].decode("latin-1")
 
 
-def _numbers(file: str, data: bytes, head: Head, end: int, order: str) -> Array:
+def _numbers(file: str, data: bytes, head: ArrayHeader, end: int, order: str) -> Array:
     element = _tag(data, head.data_at, order)
     code, count = STORED.get(element.kind), math.prod(head.shape)
     if code is None or element.size != count * np.dtype(code).itemsize or element.start + element.size > end:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from checks.arrays import Array
-from checks.declare import Table
+from checks.declare import CsvTable
 from checks.errors import RecordError
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS
@@ -15,7 +15,7 @@ from hw.records.variable import listing
 from hw.records.vet import loaded
 
 
-def read_table(path: Path, table: Table) -> dict[str, Array]:
+def read_table(path: Path, table: CsvTable) -> dict[str, Array]:
     """Column -> (N,) of a CSV file with the declared columns. Raises RecordError for a file that lacks a column or
     rows, or holds anything but finite numbers."""
     source = load_bytes(path, DEFAULT_LIMITS)

@@ -13,7 +13,7 @@ from hw.records import uff58
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import load_bytes
-from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED, Function
+from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED, UffFunction
 
 NAME_CHARACTERS = 10  # of an entity in record 6
 FREQUENCY, DISPLACEMENT, UNKNOWN = 18, 8, 0  # specific data types of records 8 to 10
@@ -24,7 +24,7 @@ EVEN = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Frf:
+class UffResponse:
     """f (F,) [Hz], H (F, C) complex: output over input; units : of the channels and of the input, "" where unknown."""
 
     f: Array
@@ -99,7 +99,7 @@ def _uneven_lines(f: Array, H: NDArray[np.complex128]) -> list[str]:
     return [f"{x:13.6e}{h.real:20.12e}{h.imag:20.12e}" for x, h in zip(f, H, strict=True)]
 
 
-def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Frf:
+def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> UffResponse:
     """All frequency response functions of a universal file, text or binary. Raises RecordError unless they share one
     input and one frequency axis, and all values are finite."""
     source = load_bytes(path, limits)
@@ -110,7 +110,7 @@ def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Frf:
         return _frf(source.file, found)
 
 
-def _frf(file: str, found: list[Function]) -> Frf:
+def _frf(file: str, found: list[UffFunction]) -> UffResponse:
     inputs = sorted({_name(s.reference, s.reference_dof) for s in found})
     channels = tuple(_name(s.response, s.response_dof) for s in found)
     if len(inputs) > 1 or len(set(channels)) < len(channels):
@@ -123,7 +123,7 @@ def _frf(file: str, found: list[Function]) -> Frf:
     if f.size < 2 or not (np.isfinite(f).all() and (np.diff(f) > 0).all() and np.isfinite(H).all()):
         raise RecordError(f"{file}: frequencies must increase and all values be finite numbers; they are not")
     units = {name: s.unit for name, s in zip(channels, found, strict=True)}
-    return Frf(f, H, channels, inputs[0], {**units, inputs[0]: found[0].per})
+    return UffResponse(f, H, channels, inputs[0], {**units, inputs[0]: found[0].per})
 
 
 def _name(entity: str, dof: str) -> str:

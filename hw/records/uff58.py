@@ -26,7 +26,7 @@ FORTRAN_TO_C = bytes.maketrans(b"Dd", b"Ee")
 
 
 @dataclass(frozen=True)
-class Function:
+class UffFunction:
     """Header of one data set 58 and its bytes. `count` values on an even abscissa (start, step) or on a stated one.
 
     x_unit, unit, per : labels of the abscissa, of the ordinate and of its denominator.
@@ -58,12 +58,12 @@ class Function:
         return "y1" in (self.layout.names or ())
 
 
-def functions(file: str, raw: bytes) -> list[Function]:
+def functions(file: str, raw: bytes) -> list[UffFunction]:
     """Every data set 58 of the bytes of a file; sets of other numbers are passed over. Raises RecordError."""
     return list(_functions(file, raw))
 
 
-def abscissa(file: str, f: Function) -> Array:
+def abscissa(file: str, f: UffFunction) -> Array:
     """(count,) time or frequency of a function, in the unit of its file."""
     return (
         f.start + f.step * np.arange(f.count, dtype=np.float64)
@@ -72,14 +72,14 @@ def abscissa(file: str, f: Function) -> Array:
     )
 
 
-def ordinate(file: str, f: Function) -> NDArray[np.float64] | NDArray[np.complex128]:
+def ordinate(file: str, f: UffFunction) -> NDArray[np.float64] | NDArray[np.complex128]:
     """(count,) values of a function, complex where its type is."""
     table = _table(file, f)
     real = table["y0"].astype(np.float64)
     return real + 1j * table["y1"].astype(np.float64) if f.is_complex else real
 
 
-def _functions(file: str, raw: bytes) -> Iterator[Function]:
+def _functions(file: str, raw: bytes) -> Iterator[UffFunction]:
     at = 0
     while opening := DELIMITER.search(raw, at):
         number, start = _line(raw, opening.end() + 1)
@@ -102,7 +102,7 @@ def _line(raw: bytes, at: int) -> tuple[bytes, int]:
     return (raw[at:], len(raw)) if end < 0 else (raw[at:end].rstrip(b"\r"), end + 1)
 
 
-def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[Function, int]:
+def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[UffFunction, int]:
     lines = []
     for _ in range(HEADER_LINES):
         line, at = _line(raw, at)
@@ -110,7 +110,7 @@ def _function(file: str, raw: bytes, number: bytes, at: int) -> tuple[Function, 
     ids, form = lines[5], lines[6]
     count = int(form[10:20])
     layout, end, after = _body(file, raw, at, number, form)
-    function = Function(
+    function = UffFunction(
         kind=int(ids[:5]),
         id1=lines[0].strip(),
         response=ids[31:41].strip(),
@@ -173,7 +173,7 @@ def _float(field: str) -> float:
     return float(field.replace("D", "E").replace("d", "e"))
 
 
-def _table(file: str, f: Function) -> NDArray[np.void]:
+def _table(file: str, f: UffFunction) -> NDArray[np.void]:
     body = f.body
     if f.is_text:  # values are right-justified in their fields: only padding stands behind the last of a line
         body = b"".join(line.rstrip() for line in body.splitlines()).translate(FORTRAN_TO_C)

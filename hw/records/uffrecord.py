@@ -5,7 +5,7 @@ import numpy as np
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records import uff58
-from hw.records.uff58 import TIME, UNNAMED, Function
+from hw.records.uff58 import TIME, UNNAMED, UffFunction
 from hw.records.variable import Variable, unique
 
 
@@ -24,25 +24,25 @@ def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
     return unique(file, [time, *channels])
 
 
-def _names(records: list[Function]) -> list[str]:
+def _names(records: list[UffFunction]) -> list[str]:
     ids = [f.id1 for f in records]
     telling = len(set(ids)) == len(ids) and not set(ids) & set(UNNAMED)
     return [_name(f, telling) for f in records]
 
 
-def _name(f: Function, id1_tells: bool) -> str:
+def _name(f: UffFunction, id1_tells: bool) -> str:
     if f.response not in UNNAMED:
         return f.response
     return f.id1 if id1_tells else f.response_dof
 
 
-def _channel(file: str, name: str, f: Function) -> Variable:
+def _channel(file: str, name: str, f: UffFunction) -> Variable:
     if f.is_complex:
         return Variable(name, (f.count,), "complex", None, f.unit)
     return Variable(name, (f.count,), "double", lambda: np.asarray(uff58.ordinate(file, f), np.float64), f.unit)
 
 
-def _common_time(file: str, names: list[str], records: list[Function]) -> Array:
+def _common_time(file: str, names: list[str], records: list[UffFunction]) -> Array:
     first = uff58.abscissa(file, records[0])
     for name, f in zip(names[1:], records[1:], strict=True):
         if not np.array_equal(first, uff58.abscissa(file, f)):

@@ -1,24 +1,24 @@
 """Simulated instruments on pseudo-terminals, byte for byte as their protocols, with faults on demand."""
 
 from hw.simulated.bench import SimulatedBench
-from hw.simulated.faults import Fault, FaultKind
+from hw.simulated.faults import FaultKind, LineFault
 from hw.simulated.heidenhain import HeidenhainDevice
 from hw.simulated.lcr800 import Lcr800Device
 from hw.simulated.millimar import OptorsDevice
 from hw.simulated.millimar_m1240 import M1240Device
 from hw.simulated.server import Server
-from hw.simulated.world import Stage, StageFile, World
+from hw.simulated.world import BenchSetup, Stage, StageFile
 
 __all__ = [
-    "Fault",
+    "BenchSetup",
     "FaultKind",
     "HeidenhainDevice",
     "Lcr800Device",
+    "LineFault",
     "M1240Device",
     "OptorsDevice",
     "Server",
     "SimulatedBench",
     "Stage",
     "StageFile",
-    "World",
 ]

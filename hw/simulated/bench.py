@@ -8,7 +8,7 @@ from hw.simulated.heidenhain import HeidenhainDevice
 from hw.simulated.lcr800 import Lcr800Device
 from hw.simulated.millimar import OptorsDevice
 from hw.simulated.server import Server
-from hw.simulated.world import Sources, Stage, StageFile, World
+from hw.simulated.world import BenchSetup, Sources, Stage, StageFile
 
 BENCH_FILE, STAGE_FILE = "bench.toml", "stage.json"
 BENCH = """# Written by `accept simulate bench`: simulated instruments on pseudo-terminals, valid while it runs.
@@ -56,7 +56,7 @@ class SimulatedBench:
     """Three simulated instruments in a folder; a context manager. timeout_s: for the drivers, in the bench file."""
 
     def __init__(
-        self, world: World, folder: Path, *, seed: int = 0, byte_s: float = 0.0, timeout_s: float = 1.0
+        self, world: BenchSetup, folder: Path, *, seed: int = 0, byte_s: float = 0.0, timeout_s: float = 1.0
     ) -> None:
         self.folder, self.stage = folder.resolve(), StageFile(folder.resolve() / STAGE_FILE)
         self._timeout_s = timeout_s

@@ -24,7 +24,7 @@ OF_THE_LINE = {
 
 
 @dataclass(frozen=True)
-class Fault:
+class LineFault:
     """after: how many replies go by before it strikes. at: where in the reply. seconds: as the kind says. seed: of the
     damage done to the bytes."""
 
@@ -35,7 +35,7 @@ class Fault:
     seed: int = 0
 
 
-def damaged(reply: bytes, fault: Fault) -> bytes:
+def damaged(reply: bytes, fault: LineFault) -> bytes:
     """A reply with one to four bytes replaced, removed or added, anywhere, by any others: digits for digits, too."""
     rng = random.Random(fault.seed)
     data = bytearray(reply)

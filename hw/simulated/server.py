@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 
 from hw.simulated.device import Device
-from hw.simulated.faults import OF_THE_LINE, Fault, FaultKind, damaged
+from hw.simulated.faults import OF_THE_LINE, FaultKind, LineFault, damaged
 
 LOOK_S = 0.02  # how often a silent line is looked at
 
@@ -26,7 +26,7 @@ class Server:
 
     def __init__(self, device: Device, path: Path, byte_s: float = 0.0) -> None:
         self.device, self.path, self.byte_s = device, path, byte_s
-        self._faults: list[Fault] = []
+        self._faults: list[LineFault] = []
         self._lock = threading.Lock()
         self._stop, self._calm = threading.Event(), threading.Event()
         self._master = self._slave = -1
@@ -45,7 +45,7 @@ class Server:
         self._thread.join(timeout=10.0)
         self._unplug()
 
-    def inject(self, fault: Fault) -> None:
+    def inject(self, fault: LineFault) -> None:
         """Let a fault strike. `SWAPPED` needs two servers: see `swap`."""
         self._calm.clear()
         if fault.kind in OF_THE_LINE:
@@ -105,13 +105,13 @@ class Server:
             case FaultKind.UNPLUG if fault:
                 self._cut(reply[:first], fault.seconds)
 
-    def _due(self) -> Fault | None:
+    def _due(self) -> LineFault | None:
         """The fault that strikes this reply; the others come one reply nearer."""
         with self._lock:
             due = next((f for f in self._faults if f.after <= 0), None)
             if due is not None:
                 self._faults.remove(due)
-            self._faults = [Fault(f.kind, f.after - 1, f.at, f.seconds, f.seed) for f in self._faults]
+            self._faults = [LineFault(f.kind, f.after - 1, f.at, f.seconds, f.seed) for f in self._faults]
         return due
 
     def _send(self, data: bytes) -> None:

@@ -11,7 +11,7 @@ PLAY_WEIGHT, PLAY_RADIUS = 0.5, 0.1  # of the stroke: a loop about 10 % wide
 
 
 @dataclass(frozen=True)
-class World:
+class BenchSetup:
     """Truth of a unit, in SI. heights: of the probe points in order; strokes: -20 to 150 V by group of stacks;
     noise as standard deviation, absolute for lengths, relative for capacitances."""
 
@@ -77,7 +77,7 @@ class Play:
 class Sources:
     """What each instrument of the bench measures now. seed: of the noise."""
 
-    def __init__(self, world: World, stage: StageFile, seed: int = 0) -> None:
+    def __init__(self, world: BenchSetup, stage: StageFile, seed: int = 0) -> None:
         self._world, self._stage, self._rng = world, stage, random.Random(seed)
         self._stacks: str | None = None
         self._play = Play(0.0)

@@ -1,5 +1,5 @@
-"""The blind generator itself: its mechanics against the seed's figures and the recorded struts, its time domain against
-closed forms, its effects against their definitions, its seal, and that it shares nothing with what it is to judge."""
+"""The blind generator itself: its mechanics against the report's figures and the recorded struts, its time domain
+against closed forms, its effects against their definitions, its seal, and that it shares nothing with what it judges."""
 
 import ast
 import json

@@ -24,7 +24,7 @@ from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
 from specs import SpecError
-from specs.bench import OFFLINE, Bench, InstrumentEntry, load_bench
+from specs.bench import OFFLINE, BenchFile, InstrumentEntry, load_bench
 
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2
@@ -149,7 +149,7 @@ def measure(
     return Exit.ACCEPTED
 
 
-def _serving(bench: Bench, section: str) -> tuple[str, InstrumentEntry]:
+def _serving(bench: BenchFile, section: str) -> tuple[str, InstrumentEntry]:
     found = [(n, e) for n, e in bench.instruments.items() if section in e.measures and e.driver != OFFLINE]
     if len(found) != 1:
         names = ", ".join(n for n, _ in found) or "none"
@@ -157,7 +157,7 @@ def _serving(bench: Bench, section: str) -> tuple[str, InstrumentEntry]:
     return found[0]
 
 
-def _hands(bench: Bench, dwell_s: float | None) -> Hands:
+def _hands(bench: BenchFile, dwell_s: float | None) -> Hands:
     if bench.stage is not None:
         return Staged(Path(bench.stage))
     return Person(ask_at_terminal) if dwell_s is None else Player(ask_at_terminal, dwell_s, 0.7 * dwell_s)

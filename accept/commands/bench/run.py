@@ -17,11 +17,11 @@ from accept.tui.screens.start import Given
 UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
 
 if TYPE_CHECKING:
-    from accept.workflow.bench import Bench
+    from accept.workflow.bench import Workbench
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RunOptions:
     """The command line, as typed. unit: serial, or folder of a unit; bench: bench.toml with instruments and
     calibrations; seed: of a training unit."""
 
@@ -47,7 +47,7 @@ class Wanted:
         return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None
 
 
-def run(wanted: Wanted) -> Exit:
+def run(wanted: RunOptions) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open. Raises
     SystemExit for a fault of the program, whose traceback stands above."""
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
@@ -69,15 +69,15 @@ def run(wanted: Wanted) -> Exit:
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 
 
-def serve(wanted: Wanted, port: int) -> Exit:
+def serve(wanted: RunOptions, port: int) -> Exit:
     """The same in a browser, on this machine only."""
     return web.run(wanted.arguments(), port)
 
 
-def _loader(wanted: Wanted) -> "Callable[[], Bench]":
+def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
     """Opens the bench; what it imports, the physics, takes longer than the first screen may."""
 
-    def load() -> "Bench":
+    def load() -> "Workbench":
         if wanted.training:
             return import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
         return import_module("accept.workflow.bench").open_bench(

@@ -10,7 +10,7 @@ from rich.table import Table
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
-from accept.simulate import FAULTS, Order, OrderError, simulate, write
+from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.order import drawn, on_bench
 from checks.model.model import Model
 from checks.model.time.adc_dac import Converters
@@ -20,7 +20,7 @@ Effect = tuple[str, dict[str, float]]
 
 
 @dataclass(frozen=True)
-class Wanted:
+class SimulateOptions:
     """The command line, as typed."""
 
     kind: str
@@ -42,12 +42,12 @@ class Wanted:
 
 
 @clear_errors
-def unit(wanted: Wanted, out: Path) -> Exit:
+def unit(wanted: SimulateOptions, out: Path) -> Exit:
     """Simulate a unit and write its folder."""
     try:
         order = order_of(wanted)
         folder = write(simulate(order), out)
-    except (OrderError, ExcitationError) as e:
+    except (UnitRequestError, ExcitationError) as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
     hidden = [name for name, _ in order.effects] + ([f"fault {order.fault}"] if order.fault else [])
@@ -69,17 +69,17 @@ def faults() -> Exit:
     return Exit.ACCEPTED
 
 
-def order_of(wanted: Wanted) -> Order:
+def order_of(wanted: SimulateOptions) -> UnitRequest:
     """Order of a command line. Raises OrderError, SpecError or ModelError."""
     if wanted.kind not in DEFAULT_MODEL:
-        raise OrderError(f"kind '{wanted.kind}': expected one of {', '.join(DEFAULT_MODEL)}")
+        raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(DEFAULT_MODEL)}")
     model, effects = _model(wanted)
     effects += [effect_of(text) for text in wanted.effects]
     if wanted.dx_um or wanted.dy_um:
         if any(name == "misalignment" for name, _ in effects):
-            raise OrderError("misalignment is given twice: as an effect and by --dx-um, --dy-um")
+            raise UnitRequestError("misalignment is given twice: as an effect and by --dx-um, --dy-um")
         effects.append(("misalignment", {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
-    return Order(
+    return UnitRequest(
         serial=wanted.serial or f"SIM-{wanted.kind.upper()}-{wanted.seed}",
         kind=wanted.kind,
         model=model,
@@ -94,7 +94,7 @@ def order_of(wanted: Wanted) -> Order:
     )
 
 
-def _model(wanted: Wanted) -> tuple[Model, list[Effect]]:
+def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
     """The model before any effect is added, and those of its file that are no parameter of it."""
     it = opened(wanted.model or DEFAULT_MODEL[wanted.kind])
     model = it.model
@@ -116,9 +116,9 @@ def pairs(texts: Iterable[str], where: str) -> dict[str, float]:
     for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or key in out:
-            raise OrderError(f"{where}: '{text}': expected key=value, each key once")
+            raise UnitRequestError(f"{where}: '{text}': expected key=value, each key once")
         try:
             out[key] = float(value)
         except ValueError as e:
-            raise OrderError(f"{where}: {key} = '{value}': expected a number") from e
+            raise UnitRequestError(f"{where}: {key} = '{value}': expected a number") from e
     return out

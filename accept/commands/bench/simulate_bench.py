@@ -12,8 +12,8 @@ from types import FrameType
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
 from accept.simulate.bench_truth import world_of
-from accept.simulate.order import OrderError
-from hw.simulated import Fault, FaultKind, Server, SimulatedBench
+from accept.simulate.order import UnitRequestError
+from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
 from hw.simulated.server import swap
 
 BYTE_S = 0.0002  # about 38400 baud
@@ -37,22 +37,22 @@ class Struck:
         kind, _, more = rest.partition(":")
         kinds = [k.value for k in FaultKind]
         if name not in NAMES or kind not in kinds:
-            raise OrderError(
+            raise UnitRequestError(
                 f"--fault {words}: expected INSTRUMENT:FAULT with one of {', '.join(NAMES)} and of {', '.join(kinds)}"
             )
         if kind == FaultKind.SWAPPED:
             if more not in NAMES or more == name:
-                raise OrderError(f"--fault {words}: expected what it is exchanged with, as in gauge:swapped:lcr")
+                raise UnitRequestError(f"--fault {words}: expected what it is exchanged with, as in gauge:swapped:lcr")
             return cls(name, FaultKind.SWAPPED, other=more)
         if more and not more.isdecimal():
-            raise OrderError(f"--fault {words}: '{more}' is no number of replies that go by before it")
+            raise UnitRequestError(f"--fault {words}: '{more}' is no number of replies that go by before it")
         return cls(name, FaultKind(kind), int(more or 0))
 
     def strike(self, servers: Mapping[str, Server]) -> None:
         if self.kind is FaultKind.SWAPPED:
             swap(servers[self.name], servers[self.other])
         else:
-            servers[self.name].inject(Fault(self.kind, after=self.after, at=AT))
+            servers[self.name].inject(LineFault(self.kind, after=self.after, at=AT))
 
 
 @clear_errors
@@ -61,7 +61,7 @@ def run(unit: Path, out: Path | None, seed: int, seconds: float | None, faults: 
     `Struck.of` reads them."""
     try:
         struck = [Struck.of(words) for words in faults]
-    except OrderError as e:
+    except UnitRequestError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
     world = world_of(unit)

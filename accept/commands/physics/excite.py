@@ -16,7 +16,7 @@ from checks.declare import Series
 from checks.signals.drive import excitation as ex
 from checks.signals.drive.excitation import Excitation, Rig
 from checks.signals.drive.excitation_panels import panels
-from checks.signals.drive.shapes import Both, Flat, LowPass, Notch, Shape, notch_at_resonance
+from checks.signals.drive.shapes import AmplitudeShape, Both, Flat, LowPass, Notch, notch_at_resonance
 from checks.signals.spectral.frf import h1_record
 from hw.records import read
 from hw.records.writers import csv_bytes, mat_bytes
@@ -34,15 +34,15 @@ class Shaping:
     notch_channel: str = "de"
     low_pass_Hz: float | None = None
 
-    def shape(self) -> Shape:
+    def shape(self) -> AmplitudeShape:
         """Raises ValueError when the parts do not fit together, RecordError for a record that cannot be used."""
         parts = [p for p in (self._notch(), self._low_pass()) if p is not None]
         return Both(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
 
-    def _low_pass(self) -> Shape | None:
+    def _low_pass(self) -> AmplitudeShape | None:
         return None if self.low_pass_Hz is None else LowPass(self.low_pass_Hz)
 
-    def _notch(self) -> Shape | None:
+    def _notch(self) -> AmplitudeShape | None:
         if self.notch_Hz is not None and self.notch_from is not None:
             raise ValueError("give the notch's frequency or a record to find it in, not both")
         if self.notch_from is not None:
@@ -140,7 +140,7 @@ def multisine(
     return _run(out, plot, make)
 
 
-def _shape(shaping: Shaping | None) -> Shape:
+def _shape(shaping: Shaping | None) -> AmplitudeShape:
     return (shaping or Shaping()).shape()
 
 

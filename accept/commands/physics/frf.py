@@ -44,7 +44,7 @@ AUTO = "auto"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ResponseOptions:
     """How to estimate. estimator: "h1", "lpm" or "auto": by periods where the input repeats itself, else h1."""
 
     input: str = "Va"
@@ -56,7 +56,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class MeasuredResponse:
     """A response and the records behind it; units of its channels, and the input's under its name."""
 
     records: tuple[Record, ...]
@@ -66,7 +66,9 @@ class Response:
 
 
 @clear_errors
-def run(paths: Sequence[Path], wanted: Wanted, as_json: Path | None, plot: Path | None, uff: Path | None) -> Exit:
+def run(
+    paths: Sequence[Path], wanted: ResponseOptions, as_json: Path | None, plot: Path | None, uff: Path | None
+) -> Exit:
     """Estimate the responses of every record, or of two merged, and write what is asked for."""
     check_places(as_json, plot, uff)  # said before the work, not after
     format = None if plot is None else format_of(plot)
@@ -100,7 +102,7 @@ def _read(path: Path, input: str) -> Record:
     return read(path, series)
 
 
-def responses_of(records: Sequence[Record], wanted: Wanted) -> list[Response]:
+def responses_of(records: Sequence[Record], wanted: ResponseOptions) -> list[MeasuredResponse]:
     """Responses, one a record, or one of two records merged. Raises RecordError for what cannot be estimated."""
     found = [_estimate(record, wanted) for record in records]
     if wanted.merge_Hz is None:
@@ -114,7 +116,7 @@ def responses_of(records: Sequence[Record], wanted: Wanted) -> list[Response]:
     return [_response(tuple(records), _cut(both, wanted), wanted)]
 
 
-def _estimate(record: Record, wanted: Wanted) -> Frf:
+def _estimate(record: Record, wanted: ResponseOptions) -> Frf:
     outputs = [name for name in record.channels if name != wanted.input]
     f_hi = record.fs / 2 if wanted.f_hi is None else wanted.f_hi
     try:
@@ -130,19 +132,19 @@ def _estimate(record: Record, wanted: Wanted) -> Frf:
         raise RecordError(f"{record.name}: {e}") from e
 
 
-def _cut(frf: Frf, wanted: Wanted) -> Frf:
+def _cut(frf: Frf, wanted: ResponseOptions) -> Frf:
     part = frf.band(wanted.f_lo, math.inf if wanted.f_hi is None else wanted.f_hi)
     if part.f.size < 2:
         raise RecordError(f"no two frequencies lie in {wanted.f_lo:g}..{wanted.f_hi or frf.f[-1]:g} Hz")
     return part
 
 
-def _response(records: tuple[Record, ...], frf: Frf, wanted: Wanted) -> Response:
+def _response(records: tuple[Record, ...], frf: Frf, wanted: ResponseOptions) -> MeasuredResponse:
     units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
-    return Response(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
+    return MeasuredResponse(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
 
 
-def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: Wanted) -> Resonance | None:
+def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: ResponseOptions) -> Resonance | None:
     """The pole at the largest response of a channel, where it is one that decays."""
     part = frf.select(channel)
     good = part.usable & (part.f > 0)
@@ -158,11 +160,11 @@ def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: Wanted) -
         return None  # too short a record or too narrow a band to place a pole
 
 
-def _title(response: Response) -> str:
+def _title(response: MeasuredResponse) -> str:
     return " + ".join(r.name for r in response.records)
 
 
-def summary(response: Response) -> Table:
+def summary(response: MeasuredResponse) -> Table:
     """A row per channel: where it is coherent, and its largest resonance."""
     frf = response.frf
     averages = f", {frf.segments} segments" if frf.segments else ""
@@ -202,7 +204,7 @@ def _coherent(frf: Frf, channel: str) -> str:
     return f"{frf.f[at[0]]:.4g} to {frf.f[at[-1]]:.4g} ({100 * good[at[0] : at[-1] + 1].mean():.0f} % of it)"
 
 
-def to_json(response: Response) -> dict[str, Any]:
+def to_json(response: MeasuredResponse) -> dict[str, Any]:
     """See the module's docstring for the schema."""
     frf, columns = response.frf, list(enumerate(response.frf.channels))
     return {
@@ -237,7 +239,7 @@ def _finite(values: NDArray[np.float64]) -> list[float | None]:
     return [v if math.isfinite(v) else None for v in values.tolist()]
 
 
-def _uff(response: Response) -> bytes:
+def _uff(response: MeasuredResponse) -> bytes:
     frf, good = response.frf, response.frf.usable
     try:
         return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
@@ -245,7 +247,7 @@ def _uff(response: Response) -> bytes:
         raise RecordError(f"{_title(response)}: {e}") from e
 
 
-def _drawn(responses: Sequence[Response], merge_Hz: float | None, format: str) -> bytes:
+def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format: str) -> bytes:
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
 
     panels: list[Panel] = []
@@ -254,6 +256,6 @@ def _drawn(responses: Sequence[Response], merge_Hz: float | None, format: str) -
     return picture(panels, format, columns=2)
 
 
-def _ratios(response: Response) -> dict[str, str]:
+def _ratios(response: MeasuredResponse) -> dict[str, str]:
     per = response.units[response.frf.input]
     return {c: f"{response.units[c]}/{per}" if response.units[c] and per else "" for c in response.frf.channels}

@@ -51,7 +51,7 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> analyse_unit.Done | None:
+def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> analyse_unit.GapAnalysis | None:
     """The answer for one unit, written and printed; None where it was refused."""
     try:
         start = model or DEFAULT_MODEL[unit.kind]

@@ -76,7 +76,7 @@ def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
 
 
 def dz_words(model: Model) -> list[str]:
-    """What dz does, which the table leaves out: nothing that shows (seed 6.2)."""
+    """What dz does, which the table leaves out: nothing that shows ([STB] 6.2)."""
     import numpy as np
 
     f = np.geomspace(20.0, 700.0, 600)

@@ -14,9 +14,9 @@ from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, read
 from checks.misalignment.estimate import CHANNELS, estimate
-from checks.misalignment.estimate_types import Along, Estimate
+from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
-from checks.misalignment.table import Table
+from checks.misalignment.table import MisalignmentTable
 from checks.quantity import NoResult
 from checks.verdict import Verdict
 
@@ -37,13 +37,13 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     document = as_document(measured.serial, found)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
-    if plot is not None and isinstance(found, Estimate):
+    if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
     print("\n".join(words(document)))
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
 
 
-def _estimate(given: Opened, measured: Responses, table: Table) -> Estimate | str:
+def _estimate(given: Opened, measured: Responses, table: MisalignmentTable) -> MisalignmentEstimate | str:
     """The estimate, or why the data cannot tell."""
     model = as_weighed(given, measured.serial, measured.payload_kg).model
     try:
@@ -52,7 +52,7 @@ def _estimate(given: Opened, measured: Responses, table: Table) -> Estimate | st
         return str(e)
 
 
-def as_document(serial: str, found: Estimate | str) -> dict[str, Any]:
+def as_document(serial: str, found: MisalignmentEstimate | str) -> dict[str, Any]:
     """The JSON of the design. Without a result no number stands where a script would read it."""
     reason = found if isinstance(found, str) else found.reason
 

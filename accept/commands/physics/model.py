@@ -17,7 +17,7 @@ from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.fit_panels import UNITS, frf_panels
 from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import SEED_SWEEPS, panels, sweep, table
+from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
 from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.units import unit_of
@@ -98,13 +98,15 @@ def frf(
 def run_sweep(
     name: str, what: str, values: Sequence[float], channel: str, f_hi: float, as_json: Path | None, plot: Path | None
 ) -> Exit:
-    """Poles and zeros while a parameter takes a row of values; `what` is one of the seed's or a parameter's name."""
+    """Poles and zeros while a parameter takes a row of values; `what` is one of the report's or a parameter's name."""
     model = opened(name).model
-    names, usual = SEED_SWEEPS.get(what, ((what,), ()))
+    names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))
     chosen = tuple(values) or usual
     if not chosen:
-        raise ModelError(f"no values for '{what}': name them with --value (the seed's: {', '.join(SEED_SWEEPS)})")
+        raise ModelError(
+            f"no values for '{what}': name them with --value (the report's: {', '.join(PUBLISHED_SWEEPS)})"
+        )
     swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
     rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {channel} [Hz]")
     for row in swept.rows:

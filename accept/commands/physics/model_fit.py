@@ -30,7 +30,7 @@ COLUMNS = 3  # a row of panels per channel
 
 
 @dataclass(frozen=True)
-class Ask:
+class FitOutputs:
     """What to leave behind; out: all three of them in a folder."""
 
     write: Path | None = None
@@ -63,7 +63,7 @@ class Fitted:
 
 
 @clear_errors
-def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: Ask) -> Exit:
+def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: FitOutputs) -> Exit:
     """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
     write, plot, as_json = ask.places()
     check_places(write, plot, as_json)  # said before the search, not after
@@ -116,7 +116,7 @@ def _gaps(model: Model, data: Dataset) -> dict[str, Gap]:
 
 
 def _constants(model: Model, data: Dataset) -> dict[str, Any]:
-    """ga and gs by the seed's formulas and by least squares; empty where a band of theirs was not measured."""
+    """ga and gs by the report's formulas and by least squares; empty where a band of theirs was not measured."""
     H = {c: data.H[:, i] for i, c in enumerate(data.channels)}
     variance = {c: data.noise[:, i] for i, c in enumerate(data.channels)}
     de = H.get("de", H["da"])
@@ -124,7 +124,7 @@ def _constants(model: Model, data: Dataset) -> dict[str, Any]:
         by_seed = seed_constants(model, data.f, de, H["Vs"])
         return {"seed_constants": by_seed, "constants": fit_constants(model, data.f, H, variance)}
     except ModelError as e:
-        say(f"no constants by the seed's formulas: {e}")
+        say(f"no constants by the report's formulas: {e}")
         return {"seed_constants": {}, "constants": {}}
 
 
@@ -195,7 +195,7 @@ def _print(fitted: Fitted) -> None:
     for name, value in fitted.seed_constants.items():
         c = fitted.constants[name]
         stdout.print(
-            f"{name}: {value:.6g} by the seed's formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
+            f"{name}: {value:.6g} by the report's formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
         )
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")

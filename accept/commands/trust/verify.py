@@ -11,7 +11,7 @@ from accept.certificate import keys
 from accept.certificate.attachments import Rejudge
 from accept.commands.trust.bench_keys import DEMO
 from accept.verify.rejudge import rejudge, rejudge_demo
-from accept.verify.verification import Report, verify
+from accept.verify.verification import Verification, verify
 
 
 @clear_errors
@@ -24,7 +24,7 @@ def run(path: Path, trust: list[Path]) -> Exit:
     return Exit.ACCEPTED if report.valid else Exit.REJECTED
 
 
-def verify_here(pdf: bytes, trust: list[Path]) -> Report:
+def verify_here(pdf: bytes, trust: list[Path]) -> Verification:
     """Verification against the CAs named, else against this bench's own, else against that of the demo."""
     if trust:
         return verify(pdf, [keys.certificate_of(path) for path in trust], rejudge)
@@ -34,6 +34,8 @@ def verify_here(pdf: bytes, trust: list[Path]) -> Report:
     if keys.exist(home() / DEMO):
         known.append((keys.ca(home() / DEMO), rejudge_demo))
     if not known:
-        return Report(False, f"no CA is trusted: there are no keys in {home()}; name a CA certificate with --trust")
+        return Verification(
+            False, f"no CA is trusted: there are no keys in {home()}; name a CA certificate with --trust"
+        )
     reports = [verify(pdf, [ca], judge) for ca, judge in known]
     return next((r for r in reports if r.valid), reports[0])

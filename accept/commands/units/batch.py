@@ -31,7 +31,7 @@ def run(
     if model is not None:
         open_model(model)  # the one that is named, unlike a spec's, must be there
     credential = bench_credential(home(), who) if certificates else None
-    order = judge_batch.Order(
+    order = judge_batch.BatchRequest(
         paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model
     )
     with open_store() as store:

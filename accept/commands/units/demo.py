@@ -25,7 +25,7 @@ from accept.verify.rejudge import is_valid, ready
 
 @clear_errors
 def run(out: Path, operator: str | None) -> Exit:
-    """Judge, certify and verify the seed's seven APAs, as typed in, and a simulated strut from its raw records; name
+    """Judge, certify and verify the report's seven APAs, as typed in, and a simulated strut from its raw records; name
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
@@ -34,7 +34,9 @@ def run(out: Path, operator: str | None) -> Exit:
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write_strut(out / "units")]
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-        order = judge_batch.Order(units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere)
+        order = judge_batch.BatchRequest(
+            units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere
+        )
         ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
             report = judge_batch.run(order, store, say)
@@ -82,5 +84,5 @@ def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
 
 
 def _published() -> dict[str, str]:
-    """Table 2.1 of the seed: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
+    """Table 2.1 of the report: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
     return {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}

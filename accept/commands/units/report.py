@@ -9,12 +9,12 @@ from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.batch import events, judge_batch
 from accept.batch.table import reasons
-from accept.certificate.content import of as dossier_of
+from accept.certificate.content import content_of
 from accept.certificate.document import render
 from accept.certificate.signing import sign
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
-from accept.gap.attach_to_result import Start, explained
+from accept.gap.attach_to_result import StartModel, explained
 from accept.judging import judge_unit
 from accept.judging.calibration import statement
 from accept.models.model_file import open_model
@@ -41,8 +41,8 @@ def run(
     chosen = judge_batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    result = explained(judge_unit.judge_unit(one, chosen, stated), one, Start.of(chosen, model), say)
-    unsigned = render(dossier_of(result, chosen, folder, who))
+    result = explained(judge_unit.judge_unit(one, chosen, stated), one, StartModel.of(chosen, model), say)
+    unsigned = render(content_of(result, chosen, folder, who))
     credential = bench_credential(home(), who)
     with open_store() as store:
         events.judged(store, folder, result.to_json(), chosen, who)

@@ -5,14 +5,14 @@ from typing import Any
 
 from accept.tui.background.busy_screen import Then, Working
 from accept.workflow.worker.judging import Elsewhere
-from accept.workflow.worker.process import Apart
+from accept.workflow.worker.process import WorkerProcess
 
 
-def send_apart(
-    screen: Working[Any], apart: Apart, work: Callable[[Elsewhere], Any], then: Then, doing: str, failed: Then
+def send_to_worker(
+    screen: Working[Any], worker: WorkerProcess, work: Callable[[Elsewhere], Any], then: Then, doing: str, failed: Then
 ) -> None:
     """As `Working.send`; until it has ended, `screen.stop` stops it."""
-    elsewhere = Elsewhere(apart, lambda words: setattr(screen, "progress", words))
+    elsewhere = Elsewhere(worker, lambda words: setattr(screen, "progress", words))
     screen.stop = elsewhere.cancel
 
     def ended(go_on: Then) -> Then:

@@ -10,11 +10,11 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label
 
-from accept.tui.widgets.text_entry import Entry, typed
+from accept.tui.widgets.text_entry import TextEntry, typed
 
 
 @dataclass(frozen=True)
-class Line:
+class QuestionLine:
     """One line to type. secret: not shown."""
 
     label: str
@@ -22,7 +22,7 @@ class Line:
     value: str = ""
 
 
-class Ask(ModalScreen[list[str] | None]):
+class Question(ModalScreen[list[str] | None]):
     """Dismisses with what was typed, None after Escape."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -32,7 +32,7 @@ class Ask(ModalScreen[list[str] | None]):
         Binding("up", "app.focus_previous", show=False),
     ]
 
-    def __init__(self, title: str, words: str, lines: Sequence[Line]) -> None:
+    def __init__(self, title: str, words: str, lines: Sequence[QuestionLine]) -> None:
         super().__init__()
         self._title, self._words, self._lines = title, words, lines
 
@@ -42,7 +42,7 @@ class Ask(ModalScreen[list[str] | None]):
             yield Label(self._words, classes="words", markup=False)
             for line in self._lines:
                 yield Label(line.label, markup=False)
-                yield Entry(line.value, secret=line.secret)
+                yield TextEntry(line.value, secret=line.secret)
             yield Label("Enter: next, then done    Esc: leave", classes="quiet")
 
     async def action_next(self) -> None:

@@ -10,10 +10,10 @@ from textual.widgets import Label, Static
 
 from accept.gap.text import HEADLINE, REFUSED, number, parameters, values_of
 from accept.store import Event
-from accept.tui.background.process_work import send_apart
+from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
 from accept.tui.widgets.pictures import Pictures
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
 TITLE = "What the model does not explain"
@@ -41,7 +41,7 @@ class Explain(Page):
         Binding("escape", "leave", "Back"),
     ]
 
-    def __init__(self, bench: Bench, session: Session) -> None:
+    def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__(bench, session, _WORDS)
 
     def parts(self) -> ComposeResult:
@@ -73,7 +73,7 @@ class Explain(Page):
             return
         self.query_one("#answer", Static).update(Text("searching … (Esc stops it)", "dim"))
         explain = self.session.explain
-        send_apart(self, self.bench.apart, lambda e: explain(e.explain), self._found, "searching", self._not_found)
+        send_to_worker(self, self.bench.worker, lambda e: explain(e.explain), self._found, "searching", self._not_found)
 
     def _found(self, event: Event) -> None:
         self._show()

@@ -4,15 +4,18 @@ from collections.abc import Callable
 
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
-from accept.tui.screens.ask import Ask, Line
+from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import Note
-from accept.workflow.steps.plan import Step
+from accept.workflow.steps.plan import WorkflowStep
 
-_LINES = (Line("Note"), Line("Nonconformance: type y if the part itself is not as it should be", value="n"))
+_LINES = (
+    QuestionLine("Note"),
+    QuestionLine("Nonconformance: type y if the part itself is not as it should be", value="n"),
+)
 
 
-def ask_note(screen: Working[bool], session: Session, step: Step, then: Callable[[Event], None]) -> None:
+def ask_note(screen: Working[bool], session: Session, step: WorkflowStep, then: Callable[[Event], None]) -> None:
     """Ask for a note on a step and keep it. A nonconformance is what was found wrong with the part."""
 
     def keep(answer: list[str] | None) -> None:
@@ -21,7 +24,7 @@ def ask_note(screen: Working[bool], session: Session, step: Step, then: Callable
             screen.send(lambda: session.note(step.name, answer[0], wrong), then)
 
     earlier = "\n".join(map(_words, session.state(step.name).notes))
-    screen.app.push_screen(Ask(f"Note on {step.title}", earlier or "No notes yet.", _LINES), keep)
+    screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", _LINES), keep)
 
 
 def _words(note: Note) -> str:

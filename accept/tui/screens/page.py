@@ -10,7 +10,7 @@ from textual.widgets import Footer, Label, Static
 from accept.tui.background.busy_screen import Working
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.pictures import Pictures
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
 
@@ -22,7 +22,7 @@ class Page(Working[bool]):
         Binding("pagedown", "page(1)", show=False),
     ]
 
-    def __init__(self, bench: Bench, session: Session, words: str) -> None:
+    def __init__(self, bench: Workbench, session: Session, words: str) -> None:
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
 

@@ -14,12 +14,12 @@ from textual.widgets import Footer, Input, Label, OptionList
 from textual.widgets.option_list import Option
 
 from accept.tui.background.busy_screen import Working
-from accept.tui.screens.ask import Ask, Line
-from accept.tui.widgets.text_entry import Entry, typed
+from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.widgets.text_entry import TextEntry, typed
 
 if TYPE_CHECKING:
     from accept.units.unit_folder import UnitFolder
-    from accept.workflow.bench import Bench
+    from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
     from accept.workflow.unit_list import KnownUnit
 
@@ -48,18 +48,18 @@ class Given:
 class Begin:
     """A unit that is open. problems: what could not be taken from the folder that it came with."""
 
-    bench: "Bench"
+    bench: "Workbench"
     session: "Session"
     problems: list[str]
 
 
-class Start(Working[Begin | None]):
+class StartScreen(Working[Begin | None]):
     """Dismisses with an open unit, None to end."""
 
     class BenchOpened(Message):
         """The application keeps the bench for the next unit, and closes it at the end."""
 
-        def __init__(self, bench: "Bench") -> None:
+        def __init__(self, bench: "Workbench") -> None:
             super().__init__()
             self.bench = bench
 
@@ -72,7 +72,7 @@ class Start(Working[Begin | None]):
         Binding("escape", "leave", "End"),
     ]
 
-    def __init__(self, load: "Callable[[], Bench]", bench: "Bench | None", given: Given) -> None:
+    def __init__(self, load: "Callable[[], Workbench]", bench: "Workbench | None", given: Given) -> None:
         super().__init__()
         self._load, self._bench, self._given = load, bench, given
         self._known: KnownUnit | None = None
@@ -84,7 +84,7 @@ class Start(Working[Begin | None]):
                 with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
                     value = getattr(self._given, name, "")
-                    yield Entry(value, id=name)
+                    yield TextEntry(value, id=name)
             yield Label("", id="about", markup=False)
             yield OptionList(id="units", markup=False)
         yield Label("getting ready …", id="status")
@@ -102,13 +102,13 @@ class Start(Working[Begin | None]):
         else:
             self._ready(self._bench)
 
-    def _opened_bench(self, bench: "Bench") -> None:
+    def _opened_bench(self, bench: "Workbench") -> None:
         self.post_message(self.BenchOpened(bench))
         if bench.taken is not None:
             self._propose(bench.taken)
         self._ready(bench)
 
-    def _ready(self, bench: "Bench") -> None:
+    def _ready(self, bench: "Workbench") -> None:
         self._bench = bench
         kinds = list(bench.specs)
         kind = self.query_one("#kind", Input)
@@ -182,7 +182,7 @@ class Start(Working[Begin | None]):
             self.say("a new attempt is for a unit that is known already", "bad")
             return
         words = f"{self._known.serial}, {self._known.words}. The earlier attempts stay."
-        question = Ask("A new attempt", words, [Line("Why is it measured again?")])
+        question = Question("A new attempt", words, [QuestionLine("Why is it measured again?")])
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
@@ -235,7 +235,7 @@ class Start(Working[Begin | None]):
         )
 
 
-def _open(bench: "Bench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
+def _open(bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
     """In a thread: the unit, with an attempt to work on; and the next screen, which takes a moment to import."""
     import_module("accept.tui.screens.steps")
     opened: tuple[Session, list[str]] = bench.open_unit(import_module("accept.workflow.bench").Begun(*said))

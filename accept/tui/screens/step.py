@@ -12,18 +12,18 @@ from textual.events import DescendantFocus, ScreenResume, ScreenSuspend
 from textual.widgets import Input, Label, Static
 
 from accept.store import Event
-from accept.tui.screens.ask import Ask, Line
+from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_view import StepView
 from accept.tui.widgets.fields import Field, Place, places
 from accept.tui.widgets.live_value import Gauge
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from accept.workflow.entry.parse_entry import EntryError, parse_list, parse_number, parse_scalar
-from accept.workflow.instruments.port import Instrument
+from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
-from checks.declare import Measured, Scalar, Series, Table, Vector
+from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 
 
 class StepScreen(StepView):
@@ -44,7 +44,7 @@ class StepScreen(StepView):
         Binding("escape", "leave", "Back"),
     ]
 
-    def __init__(self, bench: Bench, session: Session, name: str) -> None:
+    def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)
 
@@ -145,7 +145,7 @@ class StepScreen(StepView):
         place, step = field.place, self.step.name
         try:
             match place.declared:
-                case Series() | Table() as declared:
+                case Series() | CsvTable() as declared:
                     path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
                     self._store(field, partial(self.session.link, step, declared, path))
                 case Scalar() as declared:
@@ -224,7 +224,7 @@ class StepScreen(StepView):
             f"reading {instrument.name}",
         )
 
-    def _instrument(self, place: Place) -> Instrument | None:
+    def _instrument(self, place: Place) -> InstrumentPort | None:
         return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
 
     async def action_way(self) -> None:
@@ -238,7 +238,7 @@ class StepScreen(StepView):
         if not self.state.entries:
             self.say("nothing was taken yet", "bad")
             return
-        question = Ask("Measure this step again", "What was taken stays in the record.", [Line("Why?")])
+        question = Question("Measure this step again", "What was taken stays in the record.", [QuestionLine("Why?")])
         self.app.push_screen(question, self._anew)
 
     def _anew(self, answer: list[str] | None) -> None:

@@ -5,13 +5,13 @@ from functools import partial
 from textual.widgets import Label
 
 from accept.store import Event
-from accept.tui.background.process_work import send_apart
+from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.page import Page
 from accept.tui.widgets.findings import COLOURS, Findings, missing_words
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.pictures import Pictures
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
@@ -25,7 +25,7 @@ _HEAD = {"bold red": "red", "dim": "white"}
 class StepView(Page):
     """Judges in the other process; what a model takes part in is shown with a clock, and stopped with Escape."""
 
-    def __init__(self, bench: Bench, session: Session, name: str) -> None:
+    def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         self.step = session.step(name)
         super().__init__(bench, session, self.step.guide.words)
 
@@ -60,13 +60,13 @@ class StepView(Page):
         name, findings = self.step.name, self.query_one(Findings)
         if self.step.check.model is None:
             findings.show(self.step.check, None, "judging … (Esc goes back, the entries are kept)")
-            judge = Elsewhere(self.bench.apart).judge
+            judge = Elsewhere(self.bench.worker).judge
             self.aside(lambda: self.session.judge_step(name, judge), lambda _: self.show(), "judge")
         else:
             findings.show(self.step.check, None, "comparing with the model … (Esc stops it)")
             work = partial(self.session.judge_step, name)
-            send_apart(
-                self, self.bench.apart, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
+            send_to_worker(
+                self, self.bench.worker, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
             )
 
     def _compared(self, _: StepJudgement) -> None:

@@ -18,10 +18,10 @@ from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import COLOURS
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.plot import WIDE_FROM
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
-from accept.workflow.steps.plan import Step
+from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import missing
 
 GAP = "gap"  # the row that no check stands behind
@@ -40,7 +40,7 @@ class Steps(Working[bool]):
         Binding("end", "to_row(-1)", show=False, priority=True),
     ]
 
-    def __init__(self, bench: Bench, session: Session, words: str = "") -> None:
+    def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
         """words: what the start has to say, such as a record that could not be taken."""
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
@@ -122,7 +122,7 @@ class Steps(Working[bool]):
         more = self._more(step, self.session.status(step))
         self.query_one("#detail", Static).update(f"{step.title}{': ' if more else ''}{more}")
 
-    def _more(self, step: Step, status: Status) -> str:
+    def _more(self, step: WorkflowStep, status: Status) -> str:
         judgement = self.session.judgement(step.name)
         state = self.session.state(step.name)
         notes = " ✎" if state.notes else ""
@@ -140,7 +140,7 @@ class Steps(Working[bool]):
         if step is not None:
             table.move_cursor(row=table.get_row_index(step.name))
 
-    def _current(self) -> Step:
+    def _current(self) -> WorkflowStep:
         row = self.query_one(DataTable).cursor_row
         return self.session.steps[row] if row < len(self.session.steps) else self.session.step("frf")
 

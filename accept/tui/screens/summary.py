@@ -10,13 +10,13 @@ from textual.widgets import DataTable, Footer, Label, Static
 from accept.certificate import keys
 from accept.judging.result import UnitResult
 from accept.tui.background.busy_screen import Working
-from accept.tui.background.process_work import send_apart
-from accept.tui.screens.ask import Ask, Line
+from accept.tui.background.process_work import send_to_worker
+from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.widgets.findings import COLOURS
 from accept.tui.widgets.limit_bar import limits, numbers
-from accept.verify.verification import Report
-from accept.workflow.bench import Bench
+from accept.verify.verification import Verification
+from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
@@ -34,10 +34,10 @@ class Summary(Working[bool]):
         Binding("escape", "leave", "Back"),
     ]
 
-    def __init__(self, bench: Bench, session: Session) -> None:
+    def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__()
         self.bench, self.session = bench, session
-        self.report: Report | None = None
+        self.report: Verification | None = None
         self._why: list[str] = []
         self._notes: list[str] = []
 
@@ -62,7 +62,9 @@ class Summary(Working[bool]):
 
     def _judge(self) -> None:
         judge = self.session.judge
-        send_apart(self, self.bench.apart, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged)
+        send_to_worker(
+            self, self.bench.worker, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged
+        )
 
     def _not_judged(self, words: str) -> None:
         self.query_one("#verdict", Static).update("not judged")
@@ -113,9 +115,11 @@ class Summary(Working[bool]):
             self.say("this result is signed already; F3 countersigns", "bad")
         elif keys.exist(self.bench.home):
             title = f"Sign {self.session.serial}: {self.session.attempt.verdict}"
-            self.app.push_screen(Ask(title, "As technician.", [Line("Passphrase", secret=True)]), self._sign)
+            self.app.push_screen(
+                Question(title, "As technician.", [QuestionLine("Passphrase", secret=True)]), self._sign
+            )
         else:
-            self.app.push_screen(Ask("The bench has no keys yet", _FIRST_KEYS, _FIRST_LINES), self._first_keys)
+            self.app.push_screen(Question("The bench has no keys yet", _FIRST_KEYS, _FIRST_LINES), self._first_keys)
 
     def _first_keys(self, answer: list[str] | None) -> None:
         if answer is None:
@@ -138,14 +142,16 @@ class Summary(Working[bool]):
             self.say("it is countersigned already", "bad")
         else:
             words = "As quality assurance, with the QA key's own passphrase."
-            question = Ask(f"Countersign {self.session.serial}", words, [Line("QA passphrase", secret=True)])
+            question = Question(
+                f"Countersign {self.session.serial}", words, [QuestionLine("QA passphrase", secret=True)]
+            )
             self.app.push_screen(question, self._countersign)
 
     def _countersign(self, answer: list[str] | None) -> None:
         if answer is not None:
             self.send(lambda: countersign_unit(self.session, answer[0]), self._signed, "countersigning and verifying")
 
-    def _signed(self, report: Report) -> None:
+    def _signed(self, report: Verification) -> None:
         self.report = report
         self._show_certificate()
         if report.valid:
@@ -174,9 +180,9 @@ _FIRST_KEYS = (
     "takes the same. There is no way to find a forgotten one."
 )
 _FIRST_LINES = [
-    Line("Passphrase", secret=True),
-    Line("The same again", secret=True),
-    Line("QA passphrase (empty: the same)", secret=True),
+    QuestionLine("Passphrase", secret=True),
+    QuestionLine("The same again", secret=True),
+    QuestionLine("QA passphrase (empty: the same)", secret=True),
 ]
 
 

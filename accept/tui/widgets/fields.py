@@ -8,11 +8,11 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
 from accept.tui.widgets.limit_bar import numbers
-from accept.tui.widgets.text_entry import Entry
+from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.steps.plan import Step, is_needed
+from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import Repeated, repeated
-from checks.declare import Form, Scalar, Series, Table, Vector
+from checks.declare import CsvTable, Form, Scalar, Series, Vector
 from checks.declare import Input as Declared
 
 
@@ -25,7 +25,7 @@ class Place:
 
     @property
     def is_file(self) -> bool:
-        return isinstance(self.declared, Series | Table)
+        return isinstance(self.declared, Series | CsvTable)
 
     @property
     def unit(self) -> str:
@@ -58,14 +58,14 @@ def places(form: Form) -> Iterator[Place]:
 class Field(Vertical):
     """Label, what is typed, and beside it what is stored or why it was refused."""
 
-    def __init__(self, place: Place, step: Step, state: StepState) -> None:
+    def __init__(self, place: Place, step: WorkflowStep, state: StepState) -> None:
         super().__init__(classes="field")
         self.place, self._step, self._state = place, step, state
 
     def compose(self) -> ComposeResult:
         with Horizontal():
             yield Label(self.place.label, classes="label", markup=False)
-            yield Entry(placeholder=self.place.hint)
+            yield TextEntry(placeholder=self.place.hint)
             yield Static("", classes="stored", markup=False)
         yield Static("", classes="reason", markup=False)
 
@@ -99,7 +99,7 @@ class Field(Vertical):
             part.update(words)
 
 
-def stored_words(place: Place, step: Step, state: StepState) -> str:
+def stored_words(place: Place, step: WorkflowStep, state: StepState) -> str:
     """What is stored for a place, "" for nothing."""
     if place.is_file:
         link = state.link(place.declared.name)

@@ -6,7 +6,7 @@ from typing import Any
 from rich.text import Text
 from textual.widgets import Static
 
-from accept.tui.widgets.limit_bar import limits, numbers, strip, unit
+from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, unit
 from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.status import Status, of_findings
@@ -52,7 +52,7 @@ def finding_text(finding: Mapping[str, Any]) -> Text:
     colour = COLOURS[status]
     text = Text.assemble((f"{status.mark} {finding['quantity']}", colour), "  ", numbers(finding), "  ")
     text.append(f"{status.word}\n", colour)
-    drawn = strip(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
+    drawn = limit_bar(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
     text.append(f"  {drawn}  ", colour)
     text.append(f"{limits(finding)}{unit(finding)}, {finding['rule']}\n", "dim")
     if finding["reason"]:

@@ -8,7 +8,7 @@ OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE = "·", "─", "┃", "━", "●"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
-def strip(value: float | None, U: float | None, lower: float | None, upper: float | None, width: int) -> str:
+def limit_bar(value: float | None, U: float | None, lower: float | None, upper: float | None, width: int) -> str:
     """`width` characters: zone between the limits, the value in it and what U spans. A value beyond the ends stands at
     the end as an arrow. Without a value only the zone."""
     lo, hi = _ends(value, lower, upper)

@@ -6,9 +6,9 @@ from rich.text import Text
 from textual.message import Message
 from textual.widgets import Static
 
-from accept.tui.widgets.limit_bar import limits, numbers, strip
+from accept.tui.widgets.limit_bar import limit_bar, limits, numbers
 from accept.workflow.instruments.live import Look, Watch
-from accept.workflow.instruments.port import Instrument
+from accept.workflow.instruments.port import InstrumentPort
 from checks.declare import Measured
 from specs import Limit
 
@@ -34,7 +34,9 @@ class Gauge(Static):
         self._value: Measured | None = None
         self._fault = ""
 
-    def follow(self, instrument: Instrument | None, unit: str, limit: Limit | None, stored: Measured | None) -> None:
+    def follow(
+        self, instrument: InstrumentPort | None, unit: str, limit: Limit | None, stored: Measured | None
+    ) -> None:
         """Look at this instrument from now on; without one, show what is stored."""
         self.leave()
         self._whose, self._unit, self._limit, self._value, self._fault = "", unit, limit, stored, ""
@@ -77,7 +79,7 @@ def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None
         text.append(f"live {name}  ", "dim")
         text.append("…\n" if value is None else f"{_number(value, unit)}\n", "bold")
     if limit is not None and value is not None:
-        drawn = strip(value.value, value.U, limit.lower, limit.upper, _STRIP)
+        drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP)
         inside = _inside(value.value, limit)
         text.append(drawn, "green" if inside else "bold red")
         text.append(f"  {limits({'lower': limit.lower, 'upper': limit.upper})} {limit.unit}", "dim")

@@ -6,7 +6,7 @@ from textual.message_pump import MessagePump
 from textual.widgets import Input
 
 
-class Entry(Input):
+class TextEntry(Input):
     """An input of one row whose cursor stands still: a blinking one is traffic on a slow line."""
 
     def __init__(self, value: str = "", *, placeholder: str = "", secret: bool = False, id: str | None = None) -> None:

@@ -9,14 +9,14 @@ from typing import Any
 
 from accept.capture.capture import GROUPS, POINTS_MM
 from accept.capture.operator_actions import Staged
-from accept.workflow.instruments.port import Instrument, NoInstruments
+from accept.workflow.instruments.port import InstrumentPort, NoInstruments
 from checks.acceptance import CHECKS
 from checks.declare import Check, Series
 from hw.errors import SettingsError
 from hw.instruments import Instrument as Driver
 from hw.instruments import open_instrument
 from hw.link import Traffic
-from specs.bench import OFFLINE, Bench, InstrumentEntry
+from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 
 BY_HAND = (OFFLINE, "manual")  # what a person reads is typed into its field anyway
 MOST_TRAFFIC = 400  # entries beside one reading: some fifty looks; what was only looked at for longer counts no more
@@ -67,14 +67,14 @@ class Wired:
 class BenchInstruments(NoInstruments):
     """Drivers by name; each opens its line when it is first read and stays open."""
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: BenchFile) -> None:
         """Raises SettingsError for an entry that no driver can take."""
         self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
         self._drivers = {name: open_instrument(name, entry, _nobody) for name, entry in self._entries.items()}
         self._mutexes = {name: threading.Lock() for name in self._entries}
         self._hands = Staged(Path(bench.stage)) if bench.stage else None
 
-    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """The first instrument that measures this check, where the check's value is what an instrument shows: what is
         derived from records, as a stroke is, no instrument reads."""
         if check not in CHECKS or is_derived(CHECKS[check]):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.instruments.port import Instrument, reading
+from accept.workflow.instruments.port import InstrumentPort, reading
 from checks.declare import Measured
 from hw.errors import InstrumentError
 
@@ -29,7 +29,7 @@ class Watch:
     told : called from that thread, never after `stop` has returned but for a look that was under way.
     """
 
-    def __init__(self, instrument: Instrument, unit: str, told: Callable[[Look], None]) -> None:
+    def __init__(self, instrument: InstrumentPort, unit: str, told: Callable[[Look], None]) -> None:
         self._instrument, self._unit, self._told = instrument, unit, told
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"live {instrument.name}", daemon=True)
@@ -60,7 +60,7 @@ class Watch:
             self._told(seen)
 
 
-def look(instrument: Instrument, unit: str) -> Look:
+def look(instrument: InstrumentPort, unit: str) -> Look:
     """What an instrument shows now."""
     try:
         return Look(reading(instrument, unit))

@@ -9,7 +9,7 @@ from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured
 
 
-class Instrument(Protocol):
+class InstrumentPort(Protocol):
     """What the workflow needs of any instrument."""
 
     @property
@@ -31,7 +31,7 @@ class Instrument(Protocol):
 class Instruments(Protocol):
     """The instruments at hand."""
 
-    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """The instrument that reads this input, None when it is typed."""
         ...
 
@@ -40,11 +40,11 @@ class Instruments(Protocol):
 class NoInstruments:
     """Everything is typed."""
 
-    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         return None
 
 
-def reading(instrument: Instrument, unit: str) -> Measured:
+def reading(instrument: InstrumentPort, unit: str) -> Measured:
     """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
     value, given = instrument.read()
     try:

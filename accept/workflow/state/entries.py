@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from accept.store import Entry
+from accept.store import NewEvent
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.declare import Measured
 
@@ -27,14 +27,14 @@ def started(
     reason: str,
     spec: str,
     channels: Mapping[str, str] | None = None,
-) -> Entry:
+) -> NewEvent:
     """channels: our channel name -> the lab's, of an attempt that begins with a unit folder."""
     payload = {"number": number, "kind": kind, "parts": dict(parts), "reason": reason}
-    return Entry(STARTED, serial, payload | ({"channels": dict(channels)} if channels else {}), spec)
+    return NewEvent(STARTED, serial, payload | ({"channels": dict(channels)} if channels else {}), spec)
 
 
-def opened(serial: str, number: int, spec: str) -> Entry:
-    return Entry(OPENED, serial, {"number": number}, spec)
+def opened(serial: str, number: int, spec: str) -> NewEvent:
+    return NewEvent(OPENED, serial, {"number": number}, spec)
 
 
 def taken(
@@ -51,48 +51,48 @@ def taken(
     source: str = "typed",
     day: str | None = None,
     evidence: Mapping[str, Any] | None = None,
-) -> Entry:
+) -> NewEvent:
     """A value in the unit that its input declares. index: place in a vector. repeat: one more reading of the same
     value, not a correction. source: `typed` or the instrument's name; text: what it was read from; day: on which it was
     measured, where that is not the day of this entry; evidence: of the instrument, its calibration and its line."""
     payload: dict[str, Any] = {"step": step, "form": form, "input": name, "value": measured.value, "U": measured.U}
     payload |= {"unit": unit, "index": index, "repeat": repeat, "text": text, "source": source}
     more = {"day": day, "evidence": dict(evidence) if evidence else None}
-    return Entry(TAKEN, serial, payload | {key: value for key, value in more.items() if value is not None})
+    return NewEvent(TAKEN, serial, payload | {key: value for key, value in more.items() if value is not None})
 
 
-def not_read(serial: str, step: str, name: str, reason: str, source: str, evidence: Mapping[str, Any]) -> Entry:
+def not_read(serial: str, step: str, name: str, reason: str, source: str, evidence: Mapping[str, Any]) -> NewEvent:
     """An instrument that gave no value, and what went over its line meanwhile."""
     payload = {"step": step, "input": name, "reason": reason, "source": source, "evidence": dict(evidence)}
-    return Entry(NOT_READ, serial, payload)
+    return NewEvent(NOT_READ, serial, payload)
 
 
 def linked(
     serial: str, step: str, form: str, name: str, file: str, sha256: str, origin: str, day: str | None = None
-) -> Entry:
+) -> NewEvent:
     """A file that was copied into the unit's folder as `file`; origin: where it came from; day: as of a value."""
     payload = {"step": step, "form": form, "input": name, "file": file, "sha256": sha256, "origin": origin}
-    return Entry(LINKED, serial, payload if day is None else payload | {"day": day})
+    return NewEvent(LINKED, serial, payload if day is None else payload | {"day": day})
 
 
-def explained(serial: str, upto: int, gap: Mapping[str, Any]) -> Entry:
+def explained(serial: str, upto: int, gap: Mapping[str, Any]) -> NewEvent:
     """What the gap workflow said of the responses whose last entry is `upto`."""
-    return Entry(EXPLAINED, serial, {"upto": upto, "gap": dict(gap)})
+    return NewEvent(EXPLAINED, serial, {"upto": upto, "gap": dict(gap)})
 
 
-def noted(serial: str, step: str, text: str, nonconformance: bool) -> Entry:
-    return Entry(NOTED, serial, {"step": step, "text": text, "nonconformance": nonconformance})
+def noted(serial: str, step: str, text: str, nonconformance: bool) -> NewEvent:
+    return NewEvent(NOTED, serial, {"step": step, "text": text, "nonconformance": nonconformance})
 
 
-def remeasured(serial: str, step: str, reason: str) -> Entry:
-    return Entry(REMEASURED, serial, {"step": step, "reason": reason})
+def remeasured(serial: str, step: str, reason: str) -> NewEvent:
+    return NewEvent(REMEASURED, serial, {"step": step, "reason": reason})
 
 
-def undone(serial: str, seq: int) -> Entry:
-    return Entry(UNDONE, serial, {"undoes": seq})
+def undone(serial: str, seq: int) -> NewEvent:
+    return NewEvent(UNDONE, serial, {"undoes": seq})
 
 
-def step_judged(serial: str, step: str, judged: StepJudgement, spec: str) -> Entry:
+def step_judged(serial: str, step: str, judged: StepJudgement, spec: str) -> NewEvent:
     payload = {"step": step, "upto": judged.upto, "findings": list(judged.findings)}
     payload |= {"information": list(judged.information), "notes": list(judged.notes)}
-    return Entry(STEP_JUDGED, serial, payload, spec)
+    return NewEvent(STEP_JUDGED, serial, payload, spec)

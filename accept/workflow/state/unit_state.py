@@ -11,7 +11,7 @@ from accept.workflow.state.step_judgement import StepJudgement
 
 
 @dataclass(frozen=True)
-class Reading:
+class EnteredValue:
     """One value that was typed or read; U: typed beside it; index: its place in a vector; day: on which it was
     measured, ISO."""
 
@@ -28,7 +28,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Link:
+class FileLink:
     """A file in the unit's folder that holds the data of an input."""
 
     seq: int
@@ -53,8 +53,8 @@ class Note:
 class StepState:
     """What was taken at a step since it was last measured anew. earlier: entries of the rounds before, which stay."""
 
-    entries: tuple[Reading | Link, ...] = ()
-    earlier: tuple[Reading | Link, ...] = ()
+    entries: tuple[EnteredValue | FileLink, ...] = ()
+    earlier: tuple[EnteredValue | FileLink, ...] = ()
     reasons: tuple[str, ...] = ()
     notes: tuple[Note, ...] = ()
     judgements: Mapping[int, StepJudgement] = field(default_factory=dict)
@@ -74,15 +74,15 @@ class StepState:
         """The form of the last entry: a section holds one form only."""
         return self.entries[-1].form if self.entries else None
 
-    def readings(self, name: str, index: int | None = None) -> tuple[Reading, ...]:
+    def readings(self, name: str, index: int | None = None) -> tuple[EnteredValue, ...]:
         """The readings that make up a value: the last one that was no repeat, and the repeats after it."""
-        mine = [e for e in self.entries if isinstance(e, Reading) and (e.input, e.index) == (name, index)]
+        mine = [e for e in self.entries if isinstance(e, EnteredValue) and (e.input, e.index) == (name, index)]
         first = max((i for i, reading in enumerate(mine) if not reading.repeat), default=0)
         return tuple(mine[first:])
 
-    def link(self, name: str) -> Link | None:
+    def link(self, name: str) -> FileLink | None:
         """The file last given for an input."""
-        return next((e for e in reversed(self.entries) if isinstance(e, Link) and e.input == name), None)
+        return next((e for e in reversed(self.entries) if isinstance(e, FileLink) and e.input == name), None)
 
 
 Given = tuple[tuple[int, ...], int | None]
@@ -167,12 +167,12 @@ def _started(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
 def _taken(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     names = ("form", "input", "value", "U", "unit", "index", "repeat", "source")
     given = {name: data[name] for name in names}
-    return _entered(run, event, data["step"], Reading(event.seq, **given, day=_day(event, data)))
+    return _entered(run, event, data["step"], EnteredValue(event.seq, **given, day=_day(event, data)))
 
 
 def _linked(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     given = {name: data[name] for name in ("form", "input", "file", "sha256")}
-    return _entered(run, event, data["step"], Link(event.seq, **given, day=_day(event, data)))
+    return _entered(run, event, data["step"], FileLink(event.seq, **given, day=_day(event, data)))
 
 
 def _day(event: Event, data: Mapping[str, Any]) -> str:
@@ -180,7 +180,7 @@ def _day(event: Event, data: Mapping[str, Any]) -> str:
     return str(data.get("day") or event.time[:10])
 
 
-def _entered(run: UnitRun, event: Event, step: str, entry: Reading | Link) -> UnitRun:
+def _entered(run: UnitRun, event: Event, step: str, entry: EnteredValue | FileLink) -> UnitRun:
     return _changed(run, event, step, lambda state: replace(state, entries=(*state.entries, entry)))
 
 

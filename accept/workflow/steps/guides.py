@@ -3,7 +3,7 @@ own declaration."""
 
 from dataclasses import dataclass
 
-from checks.declare import Check, Form, Series, Table
+from checks.declare import Check, CsvTable, Form, Series
 
 
 @dataclass(frozen=True)
@@ -147,5 +147,5 @@ def _ways(check: Check) -> str:
 
 
 def _needs(form: Form) -> str:
-    words = [f"the file '{i.label}'" if isinstance(i, Series | Table) else i.label for i in form.inputs]
+    words = [f"the file '{i.label}'" if isinstance(i, Series | CsvTable) else i.label for i in form.inputs]
     return " and ".join(words)

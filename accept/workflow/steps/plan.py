@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 from accept.workflow.steps.guides import Guide, guide_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form, Input, Scalar, Series, Table
+from checks.declare import Check, CsvTable, Form, Input, Scalar, Series
 from specs import CheckSpec, Spec
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class WorkflowStep:
     """One check of one spec, with what the technician is told. derived: it has no data of its own, but says more about
     those of another step."""
 
@@ -41,17 +41,17 @@ class Step:
         return next(form for form in self.check.forms if any(i.name == declared for i in form.inputs))
 
 
-def steps_of(spec: Spec) -> tuple[Step, ...]:
+def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
     """A step per check, in the order of the spec."""
     asked = [(CHECKS[name], section) for name, section in spec.checks.items()]
     return tuple(
-        Step(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
+        WorkflowStep(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
         for check, section in asked
     )
 
 
 def has_files(form: Form) -> bool:
-    return any(isinstance(i, Series | Table) for i in form.inputs)
+    return any(isinstance(i, Series | CsvTable) for i in form.inputs)
 
 
 def is_needed(declared: Input) -> bool:

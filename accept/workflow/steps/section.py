@@ -7,9 +7,9 @@ from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
-from accept.workflow.state.unit_state import Attempt, Reading, StepState
-from accept.workflow.steps.plan import Step, is_needed
-from checks.declare import Input, Scalar, Series, Table, Vector
+from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
+from accept.workflow.steps.plan import WorkflowStep, is_needed
+from checks.declare import CsvTable, Input, Scalar, Series, Vector
 from checks.quantity import COVERAGE_FACTOR
 from specs import CheckSpec
 
@@ -25,7 +25,7 @@ class Repeated:
     U: float | None
 
 
-def repeated(readings: Sequence[Reading], asked: CheckSpec, name: str) -> Repeated | None:
+def repeated(readings: Sequence[EnteredValue], asked: CheckSpec, name: str) -> Repeated | None:
     """What repeated readings say; None without any.
 
     The scatter of the mean adds in square to the stated uncertainty (JCGM 100, 4.2.3 and 5.1.2). Where none is stated
@@ -48,24 +48,24 @@ def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
     return stated.at(value) if stated else None
 
 
-def section(step: Step, state: StepState) -> dict[str, Any]:
+def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
     """Content of the step's section of `unit.toml`; empty when nothing was taken."""
     form = step.form(state.form)
     content = {i.name: _content(i, step, state) for i in form.inputs}
     return {name: value for name, value in content.items() if value is not None}
 
 
-def missing(step: Step, state: StepState) -> list[Input]:
+def missing(step: WorkflowStep, state: StepState) -> list[Input]:
     """Inputs of the step's form without which nothing can be judged."""
     return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
 
 
-def full(step: Step, state: StepState) -> bool:
+def full(step: WorkflowStep, state: StepState) -> bool:
     """Whether every input of the step's form was given, those that it can do without too."""
     return all(_given(i, state) for i in step.form(state.form).inputs)
 
 
-def ready(step: Step, state: StepState) -> bool:
+def ready(step: WorkflowStep, state: StepState) -> bool:
     """Whether judging the step says more than that something is missing."""
     return bool(state.entries) and not missing(step, state)
 
@@ -74,13 +74,13 @@ def _given(declared: Input, state: StepState) -> bool:
     match declared:
         case Vector():
             return all(state.readings(declared.name, i) for i in range(declared.size))
-        case Series() | Table():
+        case Series() | CsvTable():
             return state.link(declared.name) is not None
         case _:
             return bool(state.readings(declared.name))
 
 
-def _content(declared: Input, step: Step, state: StepState) -> Any:
+def _content(declared: Input, step: WorkflowStep, state: StepState) -> Any:
     match declared:
         case Scalar():
             return _scalar(repeated(state.readings(declared.name), step.asked, declared.name))
@@ -98,7 +98,7 @@ def _scalar(one: Repeated | None) -> Any:
     return one.value if one.U is None else {"value": one.value, "U": one.U}
 
 
-def document(serial: str, attempt: Attempt, steps: Sequence[Step]) -> dict[str, Any]:
+def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> dict[str, Any]:
     """The whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
     states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
     sections = {name: section(step, state) for name, (step, state) in states.items()}

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from accept.base.version import code_sha256
 from accept.gap import analyse_unit
-from accept.gap.attach_to_result import NO_ANSWER, Start
+from accept.gap.attach_to_result import NO_ANSWER, StartModel
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult, finding_json, information_json
@@ -17,7 +17,7 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import note_lines
-from accept.workflow.worker.process import Apart, Say, Work
+from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
 from checks.picture import Panel
@@ -30,7 +30,7 @@ EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """gap: what goes into the result under that key (design, section 6); panels: its pictures by name."""
+    """gap: what goes into the result under that key ([DESIGN] 6); panels: its pictures by name."""
 
     gap: Mapping[str, Any]
     panels: Mapping[str, Panel]
@@ -45,8 +45,8 @@ class Elsewhere:
     """Judges and explains in the other process, one thing; `cancel` stops it. say: is told, from the thread that waits,
     what the computation says of itself."""
 
-    def __init__(self, apart: Apart, say: Say = lambda words: None) -> None:
-        self._apart, self._say = apart, say
+    def __init__(self, worker: WorkerProcess, say: Say = lambda words: None) -> None:
+        self._worker, self._say = worker, say
         self._work: Work[Any] | None = None
 
     def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
@@ -59,11 +59,11 @@ class Elsewhere:
 
     def cancel(self) -> None:
         if self._work is not None:
-            self._apart.cancel(self._work)
+            self._worker.cancel(self._work)
 
     def _run(self, work: Work[T]) -> T:
         self._work = work
-        return self._apart.run(work, self._say)
+        return self._worker.run(work, self._say)
 
 
 def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
@@ -73,7 +73,7 @@ def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> Unit
 def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
     """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
     name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
-    start = Start.at(name)
+    start = StartModel.at(name)
     try:
         done = analyse_unit.analyse(folder, name, say=say)
     except NO_ANSWER as e:

@@ -39,7 +39,7 @@ class Work(Generic[T]):
         self.stopped = False
 
 
-class Apart:
+class WorkerProcess:
     """One process for one work after the other, kept in between: to start it takes longer than most of them."""
 
     def __init__(self) -> None:

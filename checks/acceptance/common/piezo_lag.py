@@ -10,12 +10,12 @@ import numpy as np
 from checks.arrays import Array
 from checks.quantity import NoResult
 from checks.signals.regression import least_squares
-from checks.signals.slow.loops import Estimate
+from checks.signals.slow.loops import ScalarEstimate
 
 ALIKE = 1e-7  # of the height: below the step of a converter of 24 bits
 
 
-def vet_lag(name: str, drive: str, width: Estimate, height: float, least_percent: float) -> None:
+def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_percent: float) -> None:
     """Raises NoResult where a response opens its loop by less than `least_percent` of its height, beyond the scatter.
 
     width, height: in one unit; the width positive where the response lags.
@@ -34,7 +34,7 @@ def vet_bend(name: str, drive: Array, response: Array, height: float, least_perc
     bows by as much as its loop would open; half of it is asked for."""
     s = (drive - drive.min()) / np.ptp(drive)
     fit = least_squares(np.vander(s, 3, increasing=True), response)
-    bow = Estimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)
+    bow = ScalarEstimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)
     percent, u = 100 * bow.value / height, 100 * bow.u / height
     if percent + 3 * u < least_percent / 2:
         raise NoResult(

@@ -1,6 +1,6 @@
-"""Frequency responses from the drive to sensor stack, encoder and interferometer (seed 3.1, 3.2, 4.1, 5.1).
+"""Frequency responses from the drive to sensor stack, encoder and interferometer ([STB] 3.1, 3.2, 4.1, 5.1).
 
-Curves come from H1 on short segments, as in the seed; resonances and the zero from the leakage-free estimator and local
+Curves come from H1 on short segments, as in [STB]; resonances and the zero from the leakage-free estimator and local
 fits. Data that fail a gate (too short, dead, turned, exchanged, offset, incoherent) give no result at all.
 """
 
@@ -29,7 +29,7 @@ from checks.acceptance.responses.notes import BARE, beside, first_record
 from checks.acceptance.responses.rules import (
     OUTPUTS,
     SETTINGS,
-    Rules,
+    ResponseSettings,
     rules_of,
     vet_coherence,
     vet_delays,
@@ -42,7 +42,7 @@ from checks.declare import Check, Form, Measured, Scalar, Series, Values
 from checks.errors import RecordError
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import Record
-from checks.signals.record_checks import Delay
+from checks.signals.record_checks import ChannelDelay
 from checks.signals.spectral.frf import Frf, h1_record
 from checks.signals.spectral.merge import merge
 from checks.signals.spectral.poles import Transforms
@@ -61,11 +61,11 @@ class Curves:
     high: Frf
     whole: Frf
     merge_Hz: float
-    delays: tuple[Delay, ...]
+    delays: tuple[ChannelDelay, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ResponseFits:
     """All that local fits found. repeat: the axial resonance of the second realisation; zero: or why there is none."""
 
     axial: Axial
@@ -121,7 +121,7 @@ def _merge_Hz(values: Values) -> float:
     return MERGE_HZ if given is None else given.value
 
 
-def _estimate(record: Record, outputs: tuple[str, ...], rules: Rules) -> Frf:
+def _estimate(record: Record, outputs: tuple[str, ...], rules: ResponseSettings) -> Frf:
     try:
         return h1_record(record, "Va", outputs, rules.segment_s)
     except ValueError as e:
@@ -135,7 +135,7 @@ def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
         raise NoResult(f"low and high records: {e}") from e
 
 
-def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
+def _curves(low: Record, high: Record, merge_Hz: float, rules: ResponseSettings) -> Curves:
     """H1 of both, gated for dead, turned, late and offset channels."""
     below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
     whole = _merged(below, above, merge_Hz)
@@ -148,7 +148,7 @@ def _curves(low: Record, high: Record, merge_Hz: float, rules: Rules) -> Curves:
     return Curves(below, above, whole, merge_Hz, tuple(delays))
 
 
-def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: Rules) -> None:
+def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> None:
     """The second realisations are of the same thing, or tell nothing of it."""
     for band, first in (("low", curves.low), ("high", curves.high)):
         key = f"{band}_repeat"
@@ -156,7 +156,7 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: Rules) ->
             vet_repeat(key, first, _estimate(records[key], OUTPUTS, rules), rules)
 
 
-def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found:
+def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
     low = Transforms.of(records["low"], "Va", OUTPUTS)
     near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
     first = axial(low, near_Hz, rules)
@@ -167,10 +167,10 @@ def _found(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Found
             modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
         _refuse_exchanged(modes)
     zero = vs_zero(low, dip_Hz(curves.low, rules))
-    return Found(first, _repeat(records, first.first.f_Hz), zero, modes)
+    return ResponseFits(first, _repeat(records, first.first.f_Hz), zero, modes)
 
 
-def dip_Hz(frf: Frf, rules: Rules) -> float:
+def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
     """Frequency of the smallest |Vs| where its zero is searched."""
     part = frf.select("Vs").band(*rules.zero_Hz)
     if part.f.size == 0:
@@ -197,7 +197,7 @@ def _refuse_exchanged(modes: Mapping[str, Resonance | str]) -> None:
         raise NoResult("the strut's own modes show on da more than on de: the two look exchanged")
 
 
-def _modal_quantities(found: Found, spec: CheckSpec) -> list[Quantity]:
+def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
     quantities = axial_quantities(found.axial, found.repeat, spec)
     if isinstance(found.zero, Zero):
         quantities.append(zero_quantity(found.zero, spec))
@@ -211,7 +211,7 @@ def _modal_quantities(found: Found, spec: CheckSpec) -> list[Quantity]:
     return quantities
 
 
-def _without(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Frf | str | None:
+def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Frf | str | None:
     """Vs and da without the encoder, merged alike; why not; None when they were not recorded."""
     keys = [f"without_encoder_{band}" for band in ("low", "high")]
     given = [key for key in keys if key in records]
@@ -224,7 +224,7 @@ def _without(records: Mapping[str, Record], curves: Curves, rules: Rules) -> Frf
         return f"without encoder: {e}"
 
 
-def _notes(values: Values, found: Found, curves: Curves, without: Frf | str | None) -> list[str]:
+def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | str | None) -> list[str]:
     notes = [d.words for d in curves.delays if abs(d.samples) > 0.5]
     if found.axial.second is not None:
         one, two = found.axial.first, found.axial.second

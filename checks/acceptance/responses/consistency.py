@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from checks.acceptance.common.actuator_gain import wrong_gain
 from checks.acceptance.common.piezo_lag import ALIKE
-from checks.acceptance.responses.rules import OUTPUTS, STATIC_HZ, Rules
+from checks.acceptance.responses.rules import OUTPUTS, STATIC_HZ, ResponseSettings
 from checks.arrays import Array
 from checks.quantity import NoResult, Quantity
 from checks.record import Record
@@ -51,7 +51,7 @@ def _proportional(x: Array, y: Array) -> bool:
     return float(left @ left) <= ALIKE**2 * size_y
 
 
-def held_against_gain(resonance: Quantity, frf: Frf, rules: Rules) -> Quantity:
+def held_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -> Quantity:
     """The resonance, of unknown uncertainty where de or da moves by another amount per volt than two stacks behind the
     amplifier make it move: a stack that is dead or not connected, or an amplifier of another gain, does not show in a
     frequency, so that one inside its limits cannot pass. One outside them fails as before: a soft shell moves more."""
@@ -65,19 +65,19 @@ def held_against_gain(resonance: Quantity, frf: Frf, rules: Rules) -> Quantity:
     return resonance
 
 
-def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: Rules) -> None:
+def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: ResponseSettings) -> None:
     """Raises NoResult where the two bands, both coherent about the frequency at which they are merged, say different
     things there: records of two units, two payloads, two gains or two time bases."""
     span = merge_Hz / ABOUT_MERGE, merge_Hz * ABOUT_MERGE
     _vet_same(low.band(*span), high.band(*span), "the high record", f"the low one about {merge_Hz:g} Hz", rules)
 
 
-def vet_repeat(key: str, first: Frf, again: Frf, rules: Rules) -> None:
+def vet_repeat(key: str, first: Frf, again: Frf, rules: ResponseSettings) -> None:
     """Raises NoResult where a second realisation says different things than the first one."""
     _vet_same(first, again, key, "the first realisation", rules)
 
 
-def _vet_same(a: Frf, b: Frf, this: str, that: str, rules: Rules) -> None:
+def _vet_same(a: Frf, b: Frf, this: str, that: str, rules: ResponseSettings) -> None:
     n = min(a.f.size, b.f.size)
     for c in OUTPUTS:
         i = a.index(c)

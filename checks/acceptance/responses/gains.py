@@ -13,7 +13,7 @@ from checks.acceptance.responses.rules import (
     OUTPUTS,
     STATIC_HZ,
     STEPS,
-    Rules,
+    ResponseSettings,
     coherent_up_to,
 )
 from checks.declare import Measured
@@ -28,7 +28,7 @@ from specs.model import load_model
 from specs.spec import CheckSpec
 from specs.strict import SpecError
 
-GAINS = {  # quantity -> channel, band [Hz] (seed 4.2.3), unit in the channel's unit
+GAINS = {  # quantity -> channel, band [Hz] ([STB] 4.2.3), unit in the channel's unit
     "gain_de_um_per_V": ("de", STATIC_HZ, 1e-6),
     "gain_da_um_per_V": ("da", STATIC_HZ, 1e-6),
     "gain_Vs_V_per_V": ("Vs", GS_BAND_HZ, 1.0),
@@ -40,7 +40,7 @@ CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
 
 
 def excused(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
-    """Channel -> intervals [Hz] in which coherence may drop: the resonance, and for Vs its zero (seed 3.2.4)."""
+    """Channel -> intervals [Hz] in which coherence may drop: the resonance, and for Vs its zero ([STB] 3.2.4)."""
     pole = (1 - EXCUSED_POLE) * resonance_Hz, (1 + EXCUSED_POLE) * resonance_Hz
     zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
     return {c: [pole, zero] if c == "Vs" else [pole] for c in OUTPUTS}
@@ -71,7 +71,7 @@ def _gain(name: str, frf: Frf, channel: str, band: tuple[float, float], unit: fl
     return with_stated(name, value, [Contribution("scatter of the response", u, "A")], stated(spec, value, name))
 
 
-def payload(given: Measured | None, rules: Rules, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
+def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
     """Payload [kg], its standard uncertainty where one is stated, and where it comes from."""
     if given is not None and given.U is not None:
         return given.value, Contribution("payload, stated with it", given.U / COVERAGE_FACTOR), "stated with the unit"
@@ -79,7 +79,9 @@ def payload(given: Measured | None, rules: Rules, spec: CheckSpec) -> tuple[floa
     return mass, stated(spec, mass, "payload_kg"), words
 
 
-def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rules, spec: CheckSpec) -> Quantity:
+def held_against_payload(
+    resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
+) -> Quantity:
     """The limits of the resonance are those of the spec's payload: with another one a resonance inside them shows
     another stiffness. Where the payload is far from that of the limits, or the resonance would leave them with it, the
     uncertainty is unknown, so that it cannot pass; one outside them fails as before."""
@@ -100,7 +102,7 @@ def held_against_payload(resonance: Quantity, given: Measured | None, rules: Rul
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
-    """k = m (2 pi f)^2 from the payload and the resonance (seed 3.1.7); the mass that moves with it is not counted."""
+    """k = m (2 pi f)^2 from the payload and the resonance ([STB] 3.1.7); the mass that moves with it is not counted."""
     name = "k_resonance_N_per_um"
     if resonance.reason is not None:
         return Quantity.missing(name, resonance.reason)
@@ -112,7 +114,7 @@ def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, wor
 
 def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> list[Quantity]:
     """mass_line_um_per_V: what |da| falls to at 250 Hz were there only the payload, from 200 to 350 Hz; and the payload
-    that this line, the static gain and the resonance imply together (seed 3.2.3: the line of APA 7 is off).
+    that this line, the static gain and the resonance imply together ([STB] 3.2.3: the line of APA 7 is off).
 
     One mode says |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness.
     """
@@ -145,7 +147,9 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     ]
 
 
-def coherence_quantities(frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: Rules) -> list[Quantity]:
+def coherence_quantities(
+    frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
+) -> list[Quantity]:
     """Highest frequency up to which each channel is coherent."""
     out = []
     for name, c in COHERENT.items():
@@ -159,8 +163,8 @@ def coherence_quantities(frf: Frf, allowed: dict[str, list[tuple[float, float]]]
     return out
 
 
-def constants(frf: Frf, mass: float, rules: Rules, spec: CheckSpec) -> list[Quantity]:
-    """ga and gs by the seed's bands (4.2.3) on the model that the spec names; missing where it names none."""
+def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
+    """ga and gs by the report's bands (4.2.3) on the model that the spec names; missing where it names none."""
     if not rules.model:
         return [Quantity.missing(name, "the spec names no model") for name in CONSTANTS]
     try:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.acceptance.common.stated_uncertainty import stated
-from checks.acceptance.responses.rules import Rules
+from checks.acceptance.responses.rules import ResponseSettings
 from checks.quantity import Contribution, NoResult, Quantity
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.poles import Transforms
@@ -14,7 +14,7 @@ from checks.signals.spectral.zeros import Zero, find_zero
 from specs.spec import CheckSpec
 
 NARROW = 0.12  # of the resonance: the band of the fit
-WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched (seed 3.1.4: 95 and 105 Hz)
+WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched ([STB] 3.1.4: 95 and 105 Hz)
 INNER = 0.02  # left at the ends of a band, so that a pole is seen from both sides
 AROUND_ZERO = 0.2
 SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
@@ -36,7 +36,7 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
     return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
 
 
-def axial(low: Transforms, near_Hz: float, rules: Rules) -> Axial:
+def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> Axial:
     """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
     lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
     inner = lo + INNER * near_Hz, hi - INNER * near_Hz

@@ -67,7 +67,7 @@ def zero(low: Record, found: Zero) -> dict[str, Panel]:
 
 
 def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
-    """Vs and da with and without the encoder (seed 5.1)."""
+    """Vs and da with and without the encoder ([STB] 5.1)."""
     out = {}
     for channel in ("Vs", "da"):
         lines = tuple(

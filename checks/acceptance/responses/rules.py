@@ -14,7 +14,7 @@ from checks.declare import Setting
 from checks.quantity import NoResult
 from checks.record import Record
 from checks.signals.overload import overload
-from checks.signals.record_checks import Delay, Expected, delay, mismatches, responds
+from checks.signals.record_checks import ChannelDelay, Expected, delay, mismatches, responds
 from checks.signals.spectral.frf import Frf
 from specs.spec import CheckSpec
 
@@ -26,15 +26,15 @@ LOOKS = {  # what a channel of the bench can be at all, largest departure from i
     "da": Expected(1e-9, 4e-4),
 }
 LOOKED_AT = 16  # every 16th sample tells the size of a channel
-STATIC_HZ = (10.0, 20.0)  # seed 4.2.3: below the resonance, the gain is the static one
+STATIC_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance, the gain is the static one
 DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
-EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop (seed 3.2.4)
+EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop ([STB] 3.2.4)
 THIRD_OCTAVE, SIXTH_OCTAVE = 2.0 ** (1 / 3), 2.0 ** (1 / 6)
 STEPS = 200  # from the lowest to the highest frequency
 
 
 @dataclass(frozen=True)
-class Rules:
+class ResponseSettings:
     """Settings of the check; see SETTINGS for their meaning."""
 
     payload_kg: float
@@ -57,10 +57,10 @@ class Rules:
     model: str
 
 
-def rules_of(spec: CheckSpec) -> Rules:
+def rules_of(spec: CheckSpec) -> ResponseSettings:
     """Rules by the settings of a spec."""
     get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
-    return Rules(
+    return ResponseSettings(
         payload_kg=float(get["payload_kg"]),
         payload_within=float(get["payload_within"]),
         scale_within=float(get["scale_within"]),
@@ -87,7 +87,7 @@ def _pair(values: Iterable[float]) -> tuple[float, float]:
     return lo, hi
 
 
-def vet_records(records: Mapping[str, Record], rules: Rules) -> None:
+def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
     """Raises NoResult for a record that is too short, or whose channels are not what their names say."""
     for key, record in records.items():
         seconds = record.t.size / record.fs
@@ -109,7 +109,7 @@ def vet_responses(key: str, frf: Frf) -> None:
         raise NoResult(f"{key}: {', '.join(dead)} nowhere follows {frf.input}: dead, or of another record")
 
 
-def vet_signs(frf: Frf, rules: Rules) -> None:
+def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
     """Raises NoResult for a channel that is turned: the sign of its static gain is not that of the bench."""
     low = frf.band(*STATIC_HZ)
     for c in frf.channels:
@@ -124,7 +124,7 @@ def vet_signs(frf: Frf, rules: Rules) -> None:
             )
 
 
-def vet_scales(frf: Frf, rules: Rules) -> None:
+def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
     """Raises NoResult where the static gains of de and da are apart: both measure one payload's motion, and what an
     encoder's arm or its scale adds to that is percents."""
     low = frf.band(*STATIC_HZ)
@@ -140,7 +140,7 @@ def vet_scales(frf: Frf, rules: Rules) -> None:
         )
 
 
-def vet_delays(frf: Frf, fs: float, rules: Rules) -> list[Delay]:
+def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDelay]:
     """Delays of the channels behind the input. Raises NoResult for one that comes before its cause or far too late, and
     for channels stored with an offset between them."""
     seen = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
@@ -159,7 +159,7 @@ def vet_delays(frf: Frf, fs: float, rules: Rules) -> list[Delay]:
     return seen
 
 
-def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: Rules) -> None:
+def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: ResponseSettings) -> None:
     """Raises NoResult naming every third of an octave whose median coherence is below the gate.
 
     The median, because a narrow dip at a zero says nothing about the record; `excused` intervals do not count.
@@ -170,7 +170,7 @@ def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], ru
         raise NoResult(f"coherence is below {rules.coherence_min:g}: {'; '.join(bad[:4])}{more}")
 
 
-def _bad_bands(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: Rules) -> Iterator[str]:
+def _bad_bands(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: ResponseSettings) -> Iterator[str]:
     f, coherence = frf.f, frf.coherence[:, frf.index(channel)]
     counts = outside(f, excused)
     lo, hi = rules.coherence_Hz[channel]
@@ -193,7 +193,7 @@ def outside(f: Array, intervals: list[tuple[float, float]]) -> NDArray[np.bool_]
     return kept
 
 
-def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: Rules) -> float | None:
+def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: ResponseSettings) -> float | None:
     """Highest frequency [Hz] up to which the median coherence of a third of an octave stays above the gate.
 
     None when it is not there from the start.

@@ -1,4 +1,4 @@
-"""Which measurement would tell two explanations apart: the menu of gap-method, step 11."""
+"""Which measurement would tell two explanations apart: the menu of [GAP] step 11."""
 
 from collections.abc import Iterable
 from itertools import combinations

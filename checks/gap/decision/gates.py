@@ -1,4 +1,4 @@
-"""The gates before a name (gap-method, step 10), and what is said of what has none (step 12)."""
+"""The gates before a name ([GAP] step 10), and what is said of what has none (step 12)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,9 +11,9 @@ from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
 from checks.gap.effects import creep
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.unmodelled_modes import MODE, Unnamed
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.records.slow_sines import Slow
-from checks.gap.search.forward import MANY, Candidate, Found, Search
+from checks.gap.search.forward import MANY, Candidate, Search, SearchResult
 from checks.gap.search.levenberg_marquardt import begin, go_on
 from checks.gap.search.screen import screen
 from checks.gap.statistics.thresholds import Thresholds
@@ -39,7 +39,7 @@ def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
 
 
 def claims(
-    search: Search, found: Found, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
+    search: Search, found: SearchResult, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
 ) -> tuple[Claim, ...]:
     """Every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
     out = []
@@ -112,25 +112,25 @@ def _off_zero(table: Thresholds, effect: Effect, final: Fit, full: Candidate) ->
     return bool(0.5 * away @ np.linalg.pinv(final.cov[np.ix_(at, at)], hermitian=True) @ away > table.delta_lnL)
 
 
-def _on_its_ground(effect: Effect, u: Unnamed) -> bool:
+def _on_its_ground(effect: Effect, u: UnmodelledMode) -> bool:
     """Whether a stand-in acts where the effect must show: then the effect alone does not explain even its own channels.
     What acts on all channels alike is no rival for one that does not."""
     return set(u.channels) <= set(effect.channels)
 
 
-def _gain(search: Search, found: Found, effect: Effect) -> float:
+def _gain(search: Search, found: SearchResult, effect: Effect) -> float:
     """Log-likelihood of unseen records that is lost without the effect, everything else fitted anew."""
     return found.best.lnL - _without(search, found, effect).lnL
 
 
-def _without(search: Search, found: Found, effect: Effect) -> Candidate:
+def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
     less = found.best.response.without(effect.name)
     known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
     again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
     return max([*known, again], key=lambda c: c.lnL)
 
 
-def _confirmed(search: Search, found: Found, effect: Effect) -> float:
+def _confirmed(search: Search, found: SearchResult, effect: Effect) -> float:
     """The same gain with the realisations exchanged: fitted to B, judged on A."""
     try:
         best = go_on(begin(found.best.response, search.B, found.best.at), MANY)
@@ -196,7 +196,7 @@ def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:
     return Nameless(claim.effect.channels[0], poles, (), level)
 
 
-def _stand_in_words(u: Unnamed, full: Candidate) -> str:
+def _stand_in_words(u: UnmodelledMode, full: Candidate) -> str:
     values = full.response.of(full.at, u.name)
     numbers = ", ".join(f"{k} {v:.4g}" for k, v in values.items())
     return f"{u.channel} times a {u.shape.name} ({numbers}) would explain it"
@@ -204,8 +204,8 @@ def _stand_in_words(u: Unnamed, full: Candidate) -> str:
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
     """Pole and zero beside it of a mode that would explain most of the channel's residual."""
-    score = screen(full.seen, Unnamed(MODE, channel), starts=1)
+    score = screen(full.seen, UnmodelledMode(MODE, channel), starts=1)
     values = score.starts[0]
-    u = Unnamed(MODE, channel)
+    u = UnmodelledMode(MODE, channel)
     poles, zeros = u.poles_and_zeros({"ratio": 0.0, "damping_ratio": 0.01, **values})
     return Nameless(channel, tuple(poles), tuple(zeros), level)

@@ -15,14 +15,14 @@ from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.records.inputs import Prepared
-from checks.gap.search.forward import Candidate, Found, Search
+from checks.gap.search.forward import Candidate, Search, SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
 
 ABOUT_MODE_HZ = 5.0
 
 
-def answer(p: Prepared, search: Search, found: Found, whole: Candidate) -> Result:
+def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -> Result:
     """found: by the search, on the search's channels; whole: the base model judged on all bins of all channels."""
     table, base, best, slow = p.table, found.base, found.best, p.slow
     search.say("fitting all bins")
@@ -125,7 +125,7 @@ def _modes(c: Candidate, data: Dataset) -> list[float]:
     return [float(f) for f in poles if data.f[0] <= f <= data.f[-1]]
 
 
-def _tried(found: Found) -> tuple[Tried, ...]:
+def _tried(found: SearchResult) -> tuple[Tried, ...]:
     ranked = sorted(found.tried, key=lambda c: -c.lnL)
     return tuple(Tried(c.response.names, c.lnL - found.base.lnL, c.adequacy.p) for c in ranked[:12])
 

@@ -7,7 +7,7 @@ from checks.fitting.fit import Fit
 from checks.fitting.goodness import Gap
 from checks.gap.records.record_faults import Early
 from checks.gap.records.slow_sines import Slow
-from checks.gap.statistics.adequacy import Window
+from checks.gap.statistics.adequacy import ExcessBand
 from checks.gap.statistics.projected_residual import Projected
 
 NO_MISSING, EXPLAINED, AMBIGUOUS = "no_missing_effect", "explained", "ambiguous"
@@ -87,7 +87,7 @@ class Result:
     verdict: str
     gap_before: Gaps
     gap_after: Gaps
-    where: tuple[Window, ...]
+    where: tuple[ExcessBand, ...]
     named: tuple[Named, ...]
     ambiguous: tuple[Ambiguous, ...]
     unnamed: tuple[Nameless, ...]

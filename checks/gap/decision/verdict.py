@@ -1,4 +1,4 @@
-"""What may be said: names with their numbers, what cannot be told apart, and the one word (gap-method, 10 to 12)."""
+"""What may be said: names with their numbers, what cannot be told apart, and the one word ([GAP] 10 to 12)."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ from checks.gap.decision.result import (
 from checks.gap.effects import EFFECTS
 from checks.gap.records.record_faults import Early
 from checks.gap.records.slow_sines import Slow
-from checks.gap.search.forward import Candidate, Found
+from checks.gap.search.forward import Candidate, SearchResult
 from checks.gap.statistics.thresholds import Thresholds
 
 
@@ -56,7 +56,7 @@ def _loops_named(slow: Slow) -> Named:
     return Named(effect.name, effect.title, words, value, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
 
 
-def not_told_apart(found: Found, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
+def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
     """Other adequate explanations by name that unseen records do not tell from the best."""
     names = found.best.names
     out = []

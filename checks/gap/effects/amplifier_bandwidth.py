@@ -1,5 +1,5 @@
 """The amplifier drives a capacitive load and is of limited bandwidth: a first-order lag in every channel (Fleming &
-Leang, Design, Modeling and Control of Nanopositioning Systems, 2014, ch. 14; seed, section 2.1 for the amplifier's
+Leang, Design, Modeling and Control of Nanopositioning Systems, 2014, ch. 14; [STB], section 2.1 for the amplifier's
 load)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread

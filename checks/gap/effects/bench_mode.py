@@ -1,4 +1,4 @@
-"""The bench itself has a mode that both displacement sensors see (seed, section 3.2: the double resonance at 95 and 105
+"""The bench itself has a mode that both displacement sensors see ([STB] 3.2: the double resonance at 95 and 105
 Hz was not explained; Ewins, Modal Testing, 2nd ed., 3.10: a support that is not rigid adds its own resonance)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread

@@ -1,5 +1,5 @@
 """The piezo creeps: after a step the displacement goes on with the logarithm of time (Jung & Gweon, Rev. Sci. Instrum.
-71 (2000) 1896; seed, section 3.1.7: creep is visible in the mass steps). per_decade: of what follows at once, taken at
+71 (2000) 1896; [STB], section 3.1.7: creep is visible in the mass steps). per_decade: of what follows at once, taken at
 10 us.
 
 In the responses that is a slope in log frequency with the lag that belongs to it: relaxations 1/(1 + s tau), equally

@@ -1,5 +1,5 @@
 """Part of the amplifier's output couples into the sensor's wire and adds to Vs at every frequency (Preumont, Vibration
-Control of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a collocated pair; seed, section 3.2.3 for
+Control of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a collocated pair; [STB], section 3.2.3 for
 Vs)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

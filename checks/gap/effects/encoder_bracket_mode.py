@@ -1,5 +1,5 @@
 """The encoder's head sits on a bracket with a resonance of its own, which filters de alone (Ewins, Modal Testing, 2nd
-ed., 3.4: a transducer on a flexible mount reads the mount's resonance; seed, section 5.3 for the encoder's holder)."""
+ed., 3.4: a transducer on a flexible mount reads the mount's resonance; [STB], section 5.3 for the encoder's holder)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 

@@ -1,5 +1,5 @@
 """The encoder's scale is off: grating pitch, interpolation or cosine error of its mounting (Heidenhain, Encoders for
-Linear Positioning, accuracy; seed, section 5.1.4 compares encoder and interferometer)."""
+Linear Positioning, accuracy; [STB], section 5.1.4 compares encoder and interferometer)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 

@@ -1,5 +1,5 @@
 """The piezo's hysteresis: a loop between drive and displacement whose width grows with the amplitude and does not
-depend on the rate (seed, section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops)."""
+depend on the rate ([STB], section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 

@@ -1,4 +1,4 @@
-"""The joints give way along their axis more or less than the model says (seed, section 6.4: the axial stiffness moves
+"""The joints give way along their axis more or less than the model says ([STB], section 6.4: the axial stiffness moves
 the zero near 500 Hz; 94 N/um by finite elements, 70 in a later model)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

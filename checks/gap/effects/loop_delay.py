@@ -1,4 +1,4 @@
-"""All channels come late by the same time (seed, section 3.2.2: a delay of one sample is added to the model; Franklin,
+"""All channels come late by the same time ([STB], section 3.2.2: a delay of one sample is added to the model; Franklin,
 Powell, Workman, Digital Control of Dynamic Systems, 3rd ed., 4.3: a hold delays by half a sample)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

@@ -1,4 +1,4 @@
-"""The APA sits beside the axis of the two joints (seed, sections 5.2 and 6.3: the encoder's spurious modes at 200 and
+"""The APA sits beside the axis of the two joints ([STB], sections 5.2 and 6.3: the encoder's spurious modes at 200 and
 285 Hz depend on dy and dx; an offset turns the axial force into a bending moment)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

@@ -1,4 +1,4 @@
-"""A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; seed, section 3.1.8: 2.3 N/um open
+"""A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; [STB], section 3.1.8: 2.3 N/um open
 and 1.7 connected)."""
 
 from checks.gap.modelling.effect import Effect, Parameter

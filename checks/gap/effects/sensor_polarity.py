@@ -1,4 +1,4 @@
-"""The sensor stack's wires are exchanged, so Vs has the wrong sign (seed, section 3.2.3: the model shows the opposite
+"""The sensor stack's wires are exchanged, so Vs has the wrong sign ([STB], section 3.2.3: the model shows the opposite
 sign in Vs, mended by the sign of gs)."""
 
 from checks.gap.modelling.effect import Effect

@@ -9,11 +9,11 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.fitting.fit import Free, free_of
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.unmodelled_modes import Unnamed
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.model.model import Model
 
 Values = Mapping[str, float]
-Member = Effect | Unnamed
+Member = Effect | UnmodelledMode
 LEAST = 1e-3  # of a positive parameter's prior: a stiffness of nothing has no derivative
 STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 
@@ -35,8 +35,8 @@ class Augmented:
         return tuple(m for m in self.members if isinstance(m, Effect))
 
     @property
-    def stand_ins(self) -> tuple[Unnamed, ...]:
-        return tuple(m for m in self.members if isinstance(m, Unnamed) and m.counts)
+    def stand_ins(self) -> tuple[UnmodelledMode, ...]:
+        return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts)
 
     @property
     def counted(self) -> tuple[str, ...]:

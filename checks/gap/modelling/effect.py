@@ -13,7 +13,7 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect, in the unit that its name says (design, section 6).
+    """One parameter of an effect, in the unit that its name says ([DESIGN] 6).
 
     lo, hi: physical bounds. off: the value at which the effect does nothing. start: where a fit begins; scale: what
     counts as a step. grid: values to begin from when the response is not even roughly linear in it (empty: it is).

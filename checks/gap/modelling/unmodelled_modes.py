@@ -20,7 +20,7 @@ NO_ZERO = 1e-3  # of the gain: what is left above a corner when there is no zero
 
 
 @dataclass(frozen=True)
-class Shape:
+class RationalShape:
     """factor: (values, s (F,)) -> (F,) complex."""
 
     name: str
@@ -29,10 +29,10 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Unnamed:
+class UnmodelledMode:
     """A shape on one channel (or, for `levels`, on all)."""
 
-    shape: Shape
+    shape: RationalShape
     channel: str
     counts: bool = True
 
@@ -83,7 +83,7 @@ def _delay(v: Values, s: Complex) -> Complex:
     return np.exp(-s * 1e-6 * v["tau_us"])
 
 
-MODE = Shape(
+MODE = RationalShape(
     "mode",
     (
         Parameter("f_Hz", 5.0, 5000.0, 100.0, 100.0, 1.0, spread(15.0, 2000.0, 40)),
@@ -96,11 +96,11 @@ _CORNER = (
     Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
     Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
 )
-LAG, SHELF = Shape("lag", _CORNER, _lag), Shape("shelf", _CORNER, _shelf)
-DELAY = Shape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
+LAG, SHELF = RationalShape("lag", _CORNER, _lag), RationalShape("shelf", _CORNER, _shelf)
+DELAY = RationalShape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
 
 
-def levels(merge_Hz: float, width: float) -> Unnamed:
+def levels(merge_Hz: float, width: float) -> UnmodelledMode:
     """What a hysteresis of this relative width does to responses taken with noise of two levels, one below and one
     above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything causal
     (2 / pi of it per e-fold of frequency: Bode, Network Analysis and Feedback Amplifier Design, 1945, ch. 14; the best
@@ -119,13 +119,13 @@ def levels(merge_Hz: float, width: float) -> Unnamed:
             np.where(e_folds <= 0.0, 1.0 - v["lag_below"] * turn, 1.0 + v["gain_above"] - v["lag_above"] * turn)
         )
 
-    return Unnamed(Shape("levels", parameters, factor), "all", counts=False)
+    return UnmodelledMode(RationalShape("levels", parameters, factor), "all", counts=False)
 
 
 SHAPES = (MODE, LAG, SHELF, DELAY)
 
 
-def stand_ins(channels: tuple[str, ...]) -> tuple[Unnamed, ...]:
+def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
     """One of every shape for every channel, and of what may sit in the drive."""
-    common = (Unnamed(MODE, "all"), Unnamed(LAG, "all")) if len(channels) > 1 else ()
-    return (*common, *(Unnamed(shape, c) for shape in SHAPES for c in channels))
+    common = (UnmodelledMode(MODE, "all"), UnmodelledMode(LAG, "all")) if len(channels) > 1 else ()
+    return (*common, *(UnmodelledMode(shape, c) for shape in SHAPES for c in channels))

@@ -13,7 +13,7 @@ from checks.arrays import Array
 from checks.quantity import NoResult
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
-from checks.signals.slow.loops import Estimate
+from checks.signals.slow.loops import ScalarEstimate
 
 SPREAD = 1e-4  # of the height: what the model of a loop itself may be wrong by
 MANY = 2  # amplitudes at least
@@ -25,10 +25,10 @@ class Slow:
     of the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
     smallest; f_Hz: of the sines."""
 
-    grows: Estimate
-    constant: Estimate
+    grows: ScalarEstimate
+    constant: ScalarEstimate
     loops: tuple[Loop, ...]
-    bends: Estimate
+    bends: ScalarEstimate
     f_Hz: float
 
     @property
@@ -56,11 +56,15 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
     constant, grows = cov @ design.T @ (w / u)
     sd = np.sqrt(np.diag(cov))
     return Slow(
-        Estimate(float(grows), float(sd[1])), Estimate(float(constant), float(sd[0])), loops, _bend(loops), f_Hz
+        ScalarEstimate(float(grows), float(sd[1])),
+        ScalarEstimate(float(constant), float(sd[0])),
+        loops,
+        _bend(loops),
+        f_Hz,
     )
 
 
-def _bend(loops: tuple[Loop, ...]) -> Estimate:
+def _bend(loops: tuple[Loop, ...]) -> ScalarEstimate:
     """Third harmonic share of the response's middle line at the largest amplitude, beside that of the smallest."""
     largest = loops[-1]
     v = largest.drive / largest.amplitude
@@ -68,4 +72,4 @@ def _bend(loops: tuple[Loop, ...]) -> Estimate:
     x, rest, *_ = np.linalg.lstsq(basis, largest.response, rcond=None)
     scatter = float(np.sqrt(rest[0] / (v.size - 4))) if rest.size else 0.0
     u = scatter * float(np.sqrt(np.linalg.inv(basis.T @ basis)[3, 3]))
-    return Estimate(float(x[3] / x[1]), max(abs(u / x[1]), SPREAD))
+    return ScalarEstimate(float(x[3] / x[1]), max(abs(u / x[1]), SPREAD))

@@ -212,7 +212,7 @@ def _stood_for(member: Member, response: Augmented) -> set[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first."""
 
     base: Candidate
@@ -221,7 +221,7 @@ class Found:
     tried: tuple[Candidate, ...]
 
 
-def explain(search: Search, base: Candidate, most: int, width: int) -> Found:
+def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
     """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most.
     width: partial explanations that are followed after the first round."""
     beam = [base]
@@ -252,16 +252,16 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> Found:
             break
         beam = better[: width if size == 1 else 1]
     best = search.pruned(max([base, *tried], key=lambda c: c.score))
-    return Found(base, best, (), tuple(tried))
+    return SearchResult(base, best, (), tuple(tried))
 
 
-def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> Found:
+def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
     best = search.pruned(_preferred(adequate))
     named = [c for c in search.swapped(best) if c.adequate]
     best = search.damped_best(search.pruned(_preferred([*named, best])))
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
-        return Found(best, best, (), tuple(tried))
-    return Found(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+        return SearchResult(best, best, (), tuple(tried))
+    return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
 
 
 def _preferred(adequate: Sequence[Candidate]) -> Candidate:

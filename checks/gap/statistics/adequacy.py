@@ -18,7 +18,7 @@ OVERLAP = 2.0  # windows that lie half over each other: tests that are not indep
 
 
 @dataclass(frozen=True)
-class Window:
+class ExcessBand:
     """Bins first..last (included) of one channel; p after correction for all windows looked at; excess: mean energy of
     a bin over what chance gives."""
 
@@ -41,7 +41,7 @@ class Adequacy:
     by rising p, none over another; pulls: calibrated parameters off their priors, in standard deviations."""
 
     p: float
-    windows: tuple[Window, ...]
+    windows: tuple[ExcessBand, ...]
     pulls: dict[str, float]
 
     def adequate(self, p: float) -> bool:
@@ -75,7 +75,7 @@ def judge(projected: Projected, p_window: float) -> Adequacy:
     return Adequacy(p, _apart([w for w in found if w.p < p_window]), pulls)
 
 
-def _scan(e: Array, f: Array, channel: str, channels: int) -> list[Window]:
+def _scan(e: Array, f: Array, channel: str, channels: int) -> list[ExcessBand]:
     """The windows of one channel with p < 0.05 and at least the best."""
     total = np.concatenate([[0.0], np.cumsum(e)])
     looked = channels * sum(OVERLAP * max(1, f.size // w) for w in WIDTHS if w <= f.size)
@@ -88,23 +88,23 @@ def _scan(e: Array, f: Array, channel: str, channels: int) -> list[Window]:
         for k in np.flatnonzero((log_p < np.log(0.05)) | (np.arange(first.size) == best)):
             a, b = int(first[k]), int(first[k]) + width - 1
             p = float(np.exp(min(0.0, max(log_p[k], -690.0))))
-            out.append(Window(channel, a, b, float(f[a]), float(f[b]), p, float(sums[k]) / (2 * width)))
+            out.append(ExcessBand(channel, a, b, float(f[a]), float(f[b]), p, float(sums[k]) / (2 * width)))
     return out
 
 
-def _apart(windows: list[Window]) -> tuple[Window, ...]:
+def _apart(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
     """By rising p, as long as they lie in no place that one before has claimed. Of those whose p is too small to be
     compared, first what stands out most: the mean energy times the root of the width, its distance from chance."""
-    kept: list[Window] = []
+    kept: list[ExcessBand] = []
     for w in sorted(windows, key=lambda w: (w.p, -w.excess * np.sqrt(w.last - w.first + 1))):
         if all(w.channel != k.channel or w.last < k.first or w.first > k.last for k in kept):
             kept.append(w)
     return _joined(kept)
 
 
-def _joined(windows: list[Window]) -> tuple[Window, ...]:
+def _joined(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
     """Windows side by side that stand out about as far are one band. By rising p, then by what stands out most."""
-    bands: list[Window] = []
+    bands: list[ExcessBand] = []
     for w in sorted(windows, key=lambda w: (w.channel, w.first)):
         last = bands[-1] if bands else None
         if last is not None and last.channel == w.channel and w.first == last.last + 1 and _alike(last, w):
@@ -114,11 +114,11 @@ def _joined(windows: list[Window]) -> tuple[Window, ...]:
     return tuple(sorted(bands, key=lambda w: (w.p, -w.excess)))
 
 
-def _alike(a: Window, b: Window) -> bool:
+def _alike(a: ExcessBand, b: ExcessBand) -> bool:
     return max(a.excess, b.excess) <= ALIKE * min(a.excess, b.excess)
 
 
-def _both(a: Window, b: Window) -> Window:
+def _both(a: ExcessBand, b: ExcessBand) -> ExcessBand:
     n, m = a.last - a.first + 1, b.last - b.first + 1
     excess = (n * a.excess + m * b.excess) / (n + m)
-    return Window(a.channel, a.first, b.last, a.f_lo_Hz, b.f_hi_Hz, min(a.p, b.p), excess)
+    return ExcessBand(a.channel, a.first, b.last, a.f_lo_Hz, b.f_hi_Hz, min(a.p, b.p), excess)

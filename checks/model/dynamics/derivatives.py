@@ -25,7 +25,7 @@ SAME = 1e-11  # of w^2: modes no further apart are one, whose shapes do not turn
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class SymmetricBlock:
     """A symmetric matrix (n, n) that is zero but for some rows and columns."""
 
     rows: NDArray[np.intp]
@@ -41,9 +41,9 @@ class Block:
 class Change:
     """Of M, C, K, None where zero, force (n,) and outputs (c, n) per unit of a parameter."""
 
-    M: Block | None
-    C: Block | None
-    K: Block | None
+    M: SymmetricBlock | None
+    C: SymmetricBlock | None
+    K: SymmetricBlock | None
     force: Array
     outputs: Array
 
@@ -60,9 +60,9 @@ def change(system_at: Callable[[float], System], h: float) -> Change:
     return Change(_block(of("M")), _block(of("C")), _block(of("K")), of("force"), of("outputs"))
 
 
-def _block(D: Array) -> Block | None:
+def _block(D: Array) -> SymmetricBlock | None:
     rows = np.flatnonzero(D.any(axis=0))
-    return Block(rows, D[np.ix_(rows, rows)]) if rows.size else None
+    return SymmetricBlock(rows, D[np.ix_(rows, rows)]) if rows.size else None
 
 
 def derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
@@ -130,7 +130,7 @@ def _turn(d: Change, P: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
     return turn, dw2
 
 
-def _diagonal(block: Block | None, P: Array) -> Array:
+def _diagonal(block: SymmetricBlock | None, P: Array) -> Array:
     """(n,) of P' A P."""
     if block is None:
         return np.zeros(P.shape[1])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from checks.arrays import Array
 from checks.model.structure.beam import Beams, Material, add_beams, add_body
 from checks.model.structure.craig_bampton import craig_bampton
-from checks.model.structure.frame_geometry import Block, FrameGeometry
+from checks.model.structure.frame_geometry import FrameGeometry, SolidBlock
 from checks.model.structure.superelement import DOFS, Superelement
 
 INTERFACE_NODES = 7
@@ -110,7 +110,7 @@ def _top_block(net: _Net, g: FrameGeometry, node: int, up: int) -> int:
     return _block(net, g, node, foot, g.top)
 
 
-def _block(net: _Net, g: FrameGeometry, node: int, joint: int, block: Block) -> int:
+def _block(net: _Net, g: FrameGeometry, node: int, joint: int, block: SolidBlock) -> int:
     away = net.points[joint] - net.points[node]
     net.beam(_massless(g.steel), node, joint, *block.neck)
     net.box((node, joint), g.steel, block.box, net.points[node] + block.center * away / np.linalg.norm(away))

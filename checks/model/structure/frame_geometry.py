@@ -12,7 +12,7 @@ CERAMIC = Material(E=45.78e9, nu=0.3, rho=7850.0)  # soft PZT along its layers; 
 
 
 @dataclass(frozen=True)
-class Block:
+class SolidBlock:
     """A solid block of the shell between an interface node and the two arms that it holds.
 
     box : sides of its steel along x, y, z [m], which set mass and inertia; half of them moves with the interface node,
@@ -53,8 +53,8 @@ class FrameGeometry:
     arm_thickness: tuple[float, float] = (1.671e-3, 1.66e-3)  # at the root and at the foot, linear between
     arm_width: float = 19.57e-3  # along y
     arm_rise: float = 0.88e-3
-    end: Block = Block(box=(24.4e-3, 8.68e-3, 4.49e-3), center=6.0e-3, neck=(5.79e-3, 10.85e-3))
-    top: Block = Block(box=(20e-3, 24e-3, 0.719e-3), center=2.0e-3, neck=(16e-3, 5.044e-3))
+    end: SolidBlock = SolidBlock(box=(24.4e-3, 8.68e-3, 4.49e-3), center=6.0e-3, neck=(5.79e-3, 10.85e-3))
+    top: SolidBlock = SolidBlock(box=(20e-3, 24e-3, 0.719e-3), center=2.0e-3, neck=(16e-3, 5.044e-3))
     steel: Material = STEEL
     ceramic: Material = CERAMIC
 
@@ -80,9 +80,9 @@ class FrameGeometry:
                 raise ModelError(f"frame APA: {name} is {value}, expected a number")
 
 
-def _sizes(part: float | tuple[float, ...] | Block | Material) -> tuple[float, ...]:
+def _sizes(part: float | tuple[float, ...] | SolidBlock | Material) -> tuple[float, ...]:
     match part:
-        case Block():
+        case SolidBlock():
             return (*part.box, *part.neck)
         case Material():
             return (part.E, part.G, part.rho)

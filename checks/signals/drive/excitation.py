@@ -1,5 +1,5 @@
 """Excitation signals for the rig: sweeps, shaped noise, sines of growing amplitude and random-phase multisines, each
-between smooth ramps from 0 V to the mean voltage and back (seed 3.1.1, 3.1.6, 7.4 to 7.6).
+between smooth ramps from 0 V to the mean voltage and back ([STB] 3.1.1, 3.1.6, 7.4 to 7.6).
 
 Voltages are at the DAC; the amplifier's gain follows. A signal that would leave the range of the DAC or of the stacks
 is refused, never clipped.
@@ -15,7 +15,7 @@ from scipy import fft
 from checks.arrays import Array
 from checks.signals.drive import multisine as ms
 from checks.signals.drive.ramps import fade, ramp
-from checks.signals.drive.shapes import Flat, Shape
+from checks.signals.drive.shapes import AmplitudeShape, Flat
 from specs.errors import AcceptError
 
 MAX_SAMPLES = 20_000_000
@@ -69,12 +69,12 @@ def sweep(
     duration_s: float,
     amplitude_V: float,
     law: str = "log",
-    shape: Shape | None = None,
+    shape: AmplitudeShape | None = None,
     fade_s: float = 0.1,
 ) -> Excitation:
     """Swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or "lin".
 
-    Phase: seed 7.4; it ends anywhere, so the amplitude is faded at both ends. Raises ExcitationError.
+    Phase: [STB] 7.4; it ends anywhere, so the amplitude is faded at both ends. Raises ExcitationError.
     """
     _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
     _usable(rig, f_start_Hz, f_end_Hz)
@@ -106,7 +106,7 @@ def noise(
     duration_s: float,
     rms_V: float,
     seed: int = 0,
-    shape: Shape | None = None,
+    shape: AmplitudeShape | None = None,
     fade_s: float = 0.1,
 ) -> Excitation:
     """Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC] before
@@ -133,7 +133,7 @@ def noise(
 
 
 def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
-    """Sine whose amplitude grows after every `cycles` periods, for hysteresis loops (seed 3.1.6, 7.6).
+    """Sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
 
     Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow.
     """
@@ -160,7 +160,7 @@ def multisine(
     rms_V: float,
     periods: int = 4,
     seed: int = 0,
-    shape: Shape | None = None,
+    shape: AmplitudeShape | None = None,
     lines: str = "all",
     crest_iterations: int = 0,
     lead_in: bool = True,

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from checks.arrays import Array, Complex
-from checks.signals.drive.shapes import Shape
+from checks.signals.drive.shapes import AmplitudeShape
 
 LINES = ("all", "odd")
 
 
 @dataclass(frozen=True, eq=False)
-class Period:
+class MultisinePeriod:
     """x (N,) one period, of rms one; lines (L,) the harmonics of 1/N that it holds."""
 
     x: Array
@@ -39,13 +39,13 @@ def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> ND
     return found
 
 
-def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: Shape, rng: Generator) -> Period:
+def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeShape, rng: Generator) -> MultisinePeriod:
     """One period of n samples: amplitudes by the shape, phases uniform and independent, rms one."""
     amplitude = shape.gain(lines * fs / n)
     return _period(n, lines, amplitude * np.exp(2j * np.pi * rng.random(lines.size)))
 
 
-def compressed(period: Period, iterations: int) -> Period:
+def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
     """The same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes (Van der
     Ouderaa, Schoukens & Renneboog, IEEE Trans. IM 37, 1988). The best of all iterations; never worse than it was."""
     n, lines = period.x.size, period.lines
@@ -60,17 +60,17 @@ def compressed(period: Period, iterations: int) -> Period:
     return best
 
 
-def from_zero(period: Period) -> Period:
+def from_zero(period: MultisinePeriod) -> MultisinePeriod:
     """The same period begun where it rises through zero most gently, so that it follows a constant without a step."""
     x, following = period.x, np.roll(period.x, -1)
     rising = np.flatnonzero((x <= 0) & (following > 0))
     cost = np.abs(x[rising]) + np.abs(following[rising] - x[rising])
     start = int(rising[np.argmin(cost)]) if rising.size else 0
-    return Period(np.roll(x, -start), period.lines)
+    return MultisinePeriod(np.roll(x, -start), period.lines)
 
 
-def _period(n: int, lines: NDArray[np.intp], amplitude: Complex) -> Period:
+def _period(n: int, lines: NDArray[np.intp], amplitude: Complex) -> MultisinePeriod:
     spectrum = np.zeros(n // 2 + 1, dtype=np.complex128)
     spectrum[lines] = amplitude
     x = fft.irfft(spectrum, n)
-    return Period(x / np.sqrt(np.mean(x**2)), lines)
+    return MultisinePeriod(x / np.sqrt(np.mean(x**2)), lines)

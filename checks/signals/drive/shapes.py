@@ -13,7 +13,7 @@ _RESONANCE_FROM_Hz = 20.0
 _DEPTH_MIN = 0.05
 
 
-class Shape(Protocol):
+class AmplitudeShape(Protocol):
     """Relative amplitude (N,), positive, at frequencies f (N,) [Hz]."""
 
     def gain(self, f: Array) -> Array: ...
@@ -78,8 +78,8 @@ class LowPass:
 class Both:
     """One shape times another."""
 
-    one: Shape
-    other: Shape
+    one: AmplitudeShape
+    other: AmplitudeShape
 
     def gain(self, f: Array) -> Array:
         return self.one.gain(f) * self.other.gain(f)
@@ -90,7 +90,7 @@ class Both:
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:
     """Notch for the largest peak of a first record's FRF: there the response stays about as small as at low frequency
-    (seed 3.1.1). Raises ValueError where no coherent peak stands out by a factor of two."""
+    ([STB] 3.1.1). Raises ValueError where no coherent peak stands out by a factor of two."""
     c = frf.index(channel)
     use = (frf.f >= _RESONANCE_FROM_Hz) & frf.usable & (frf.coherence[:, c] >= _COHERENCE_MIN)
     if np.count_nonzero(use) < 8:

@@ -18,7 +18,7 @@ _SMOOTH_BINS = 11  # with fewer, bins that happen to scatter little get the weig
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class LocalBins:
     """Bins of a fit: z (B,) scaled frequency, H (B,), weight (B,) inverse variance, and the impacts' part in them."""
 
     f: Array
@@ -31,7 +31,7 @@ class Local:
     share: Array  # (K,): of the force's energy in the band
 
 
-def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> Local:
+def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins:
     """Bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as tell of its pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
@@ -45,7 +45,7 @@ def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> Local:
     floor = 1e-12 * np.max(np.abs(Y) ** 2)
     weight = S / np.maximum(noise, floor)
     share = power.sum(axis=1) / power.sum()
-    return Local(frf.f[s], (frf.f[s] - centre) / half, centre, half, H, weight, residual * F.conj() / S, share)
+    return LocalBins(frf.f[s], (frf.f[s] - centre) / half, centre, half, H, weight, residual * F.conj() / S, share)
 
 
 def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
@@ -75,13 +75,13 @@ def smooth(x: Array) -> Array:
     return np.convolve(x, kernel, "same") / np.convolve(np.ones(x.size), kernel, "same")
 
 
-def solve_pole(local: Local, order: int) -> Complex | None:
+def solve_pole(local: LocalBins, order: int) -> Complex | None:
     """Unknowns (q, r, c0, c1, ...) of the local model, or None when the pole does not decay."""
     theta = _gauss_newton(local, _with_pole(local, _start(local, order), order))
     return theta if np.isfinite(theta).all() and theta[0].imag > 0 else None
 
 
-def _start(local: Local, order: int) -> complex:
+def _start(local: LocalBins, order: int) -> complex:
     """Pole by the linear iteration: (z - q) H = polynomial of order + 1, divided by the last |z - q|."""
     q = 0j
     root = np.sqrt(local.weight)
@@ -92,7 +92,7 @@ def _start(local: Local, order: int) -> complex:
     return q
 
 
-def _with_pole(local: Local, q: complex, order: int) -> Complex:
+def _with_pole(local: LocalBins, q: complex, order: int) -> Complex:
     q = complex(q.real, abs(q.imag) or 1e-6)
     basis = np.column_stack([1.0 / (local.z - q), local.z[:, None] ** np.arange(order + 1)])
     return np.concatenate([[q], weighted_inverse(basis, local.weight) @ local.H])
@@ -117,7 +117,7 @@ def weighted_inverse(A: Complex, weight: Array) -> Complex:
     return inverse
 
 
-def _gauss_newton(local: Local, theta: Complex) -> Complex:
+def _gauss_newton(local: LocalBins, theta: Complex) -> Complex:
     """The model is analytic in its complex unknowns, so complex least squares is the whole problem."""
     cost = cost_of(local, theta)
     for _ in range(30):
@@ -135,17 +135,17 @@ def _gauss_newton(local: Local, theta: Complex) -> Complex:
     return theta
 
 
-def cost_of(local: Local, theta: Complex) -> float:
+def cost_of(local: LocalBins, theta: Complex) -> float:
     """Weighted sum of squared residuals."""
     return float(np.sum(local.weight * np.abs(local.H - model(local.z, theta)) ** 2))
 
 
-def frequency(local: Local, theta: Complex) -> complex:
+def frequency(local: LocalBins, theta: Complex) -> complex:
     """p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part decay/2 pi."""
     return local.centre + local.half * complex(theta[0])
 
 
-def scatter(local: Local, influence: Array) -> float:
+def scatter(local: LocalBins, influence: Array) -> float:
     """Standard error of an estimate from the influence (K,) of each impact on it.
 
     Each impact's own estimate differs from the mean by influence/share and deserves the weight share, the noise of the

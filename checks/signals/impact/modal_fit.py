@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from checks.arrays import Array, Complex
 from checks.signals.impact.hammer import ImpactFrf
 from checks.signals.impact.local_rational import (
-    Local,
+    LocalBins,
     cost_of,
     frequency,
     jacobian,
@@ -107,7 +107,7 @@ def fit_mode(frf: ImpactFrf, near_Hz: float) -> Mode | None:
     return None if fine is None else _mode(frf, *fine)
 
 
-def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[Local, Complex] | None:
+def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalBins, Complex] | None:
     local = neighbourhood(frf, centre, half_width)
     theta = solve_pole(local, _ORDER)
     return None if theta is None or abs(theta[0].real) > 1.0 else (local, theta)
@@ -132,7 +132,7 @@ def _half_power_half_width(frf: ImpactFrf, near_Hz: float) -> float:
     return min(sides, default=1) * frf.df
 
 
-def _mode(frf: ImpactFrf, local: Local, theta: Complex) -> Mode | None:
+def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
     pole = 2j * np.pi * frequency(local, theta) + frf.added_decay
     if pole.real >= 0.0:
         return None
@@ -156,7 +156,7 @@ def _mode(frf: ImpactFrf, local: Local, theta: Complex) -> Mode | None:
     )
 
 
-def _model_error(frf: ImpactFrf, local: Local, theta: Complex, pole: complex) -> tuple[float, float]:
+def _model_error(frf: ImpactFrf, local: LocalBins, theta: Complex, pole: complex) -> tuple[float, float]:
     """(frequency, damping) shift with one more order of the polynomial, where the fit leaves more than the scatter."""
     freedom = local.z.size - theta.size
     if cost_of(local, theta) * (frf.count - 1) < _MISFIT_FACTOR * freedom:

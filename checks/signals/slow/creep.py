@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.signals.regression import Fit, least_squares
-from checks.signals.slow.steps import Step
+from checks.signals.regression import LinearFit, least_squares
+from checks.signals.slow.steps import SignalStep
 
 REFERENCE_S = 0.1  # the deflection is stated this long after the step
 
@@ -25,7 +25,7 @@ class CreepFit:
     gamma: Array
     model: Array
     used: NDArray[np.bool_]
-    fit: Fit
+    fit: LinearFit
     per_moment: Array
 
     def u_of(self, weights: Sequence[float]) -> float:
@@ -34,12 +34,12 @@ class CreepFit:
         full[2::2] = weights
         return self.fit.u(full)
 
-    def u_moment(self, weights: Sequence[float], steps: Sequence[Step]) -> float:
+    def u_moment(self, weights: Sequence[float], steps: Sequence[SignalStep]) -> float:
         """Standard uncertainty of the same sum from the moments of the steps."""
         return float(np.linalg.norm(np.asarray(weights) @ self.per_moment * [s.u_t for s in steps]))
 
 
-def fit_creep(t: Array, y: Array, steps: Sequence[Step]) -> CreepFit:
+def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     """Fit of all steps at once, so that the creep of one goes on under the next.
 
     The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.

@@ -9,7 +9,7 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 
 from checks.arrays import Array
 from checks.signals.regression import least_squares
-from checks.signals.slow.loops import Estimate
+from checks.signals.slow.loops import ScalarEstimate
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
 MIN_SAMPLES = 200
@@ -26,7 +26,7 @@ class HighPass:
     the variance of y that is left; at_edge : the best corner lies at the end of what was tried; t, y, model : (N,).
     """
 
-    corner: Estimate
+    corner: ScalarEstimate
     terms: tuple[float, float, float]
     unexplained: float
     at_edge: bool
@@ -80,7 +80,7 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
     unexplained = float(fit.residual @ fit.residual / ((y - y.mean()) @ (y - y.mean())))
     g, a, b = (float(x) * (size_y / size_u) for x in fit.x[:3])
     at_edge = best in (0, TRIALS - 1)
-    found_corner = Estimate(corner, corner * u_relative)
+    found_corner = ScalarEstimate(corner, corner * u_relative)
     return HighPass(found_corner, (g, a, b), unexplained, at_edge, t, y * size_y, design @ fit.x * size_y)
 
 

@@ -17,7 +17,7 @@ MAX_DRAWN = 1500  # points of a curve in a picture
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ScalarEstimate:
     """A value and its standard uncertainty from the scatter of the samples, in the value's unit."""
 
     value: float
@@ -50,7 +50,7 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
     return [Branch(a, b, bool(side[b] > 0)) for a, b in pairwise(turns)]
 
 
-def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> Estimate:
+def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
     """Response of one branch where the drive is `at`, by a parabola over the samples within `reach` of it.
 
     Raises ValueError when fewer than `MIN_SAMPLES` samples lie there.
@@ -60,16 +60,18 @@ def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: f
     if near.sum() < MIN_SAMPLES:
         raise ValueError(f"only {near.sum()} samples near mid-voltage on one branch, {MIN_SAMPLES} are needed")
     fit = least_squares(np.vander(v[near], 3, increasing=True), response[branch.samples][near])
-    return Estimate(float(fit.x[0]), fit.u(np.array([1.0, 0.0, 0.0])))
+    return ScalarEstimate(float(fit.x[0]), fit.u(np.array([1.0, 0.0, 0.0])))
 
 
-def opening(drive: Array, response: Array, pair: tuple[Branch, Branch], middle: float, amplitude: float) -> Estimate:
+def opening(
+    drive: Array, response: Array, pair: tuple[Branch, Branch], middle: float, amplitude: float
+) -> ScalarEstimate:
     """Width of the loop at mid-drive: response on the falling branch minus that on the rising one, so a response that
     lags its drive opens positively. Raises ValueError when a branch has too few samples there."""
     reach = NEAR_MIDDLE * amplitude
     first, second = (branch_at(drive, response, b, middle, reach) for b in pair)
     sign = -1.0 if pair[1].rising else 1.0
-    return Estimate(sign * (second.value - first.value), float(np.hypot(first.u, second.u)))
+    return ScalarEstimate(sign * (second.value - first.value), float(np.hypot(first.u, second.u)))
 
 
 def last_pair(found: list[Branch]) -> tuple[Branch, Branch] | None:

@@ -22,7 +22,7 @@ REACH_S = 2.0  # a step must settle within it
 
 
 @dataclass(frozen=True)
-class Step:
+class SignalStep:
     """One step of `height` [unit of y] at `t` [s], half-way up, with standard uncertainty `u_t` [s].
 
     quiet_from, quiet_to : the signal moves abruptly only between `quiet_to` (before) and `quiet_from` (after) [s].
@@ -35,7 +35,7 @@ class Step:
     quiet_from: float
 
 
-def find_steps(t: Array, y: Array) -> list[Step]:
+def find_steps(t: Array, y: Array) -> list[SignalStep]:
     """Steps in y (N,) over t (N,) [s], in time order; empty when nothing stands out of the scatter.
 
     A jump is the difference of the medians over 0.5 s after and before; a step is where the jumps are largest. Steps
@@ -85,7 +85,7 @@ def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
     return np.split(beyond, np.flatnonzero((np.diff(beyond) > 1) | (np.diff(sign) != 0)) + 1)
 
 
-def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Step:
+def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> SignalStep:
     """Time of the step inside a region of jumps: the first passage through the middle between the two levels."""
     middle = float(np.median(when))
     height = float(jump[np.argmax(np.abs(jump))])
@@ -105,7 +105,7 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Step
     # on long after it (ringing, a second touch) casts some doubt on where it was.
     doubts = (dt / np.sqrt(12.0), 0.1 * (t[hi] - t[lo] - dt), 0.02 * (quiet_from - t[hi]))
     u_t = float(np.linalg.norm(doubts))
-    return Step(float(t[passed]) - dt / 2, u_t, height, quiet_to, quiet_from)
+    return SignalStep(float(t[passed]) - dt / 2, u_t, height, quiet_to, quiet_from)
 
 
 def _median(t: Array, y: Array, lo: float, hi: float) -> float:

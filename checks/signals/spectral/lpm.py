@@ -25,7 +25,7 @@ DEPENDENT = 1e-20  # share of a regressor's power left by the others, below whic
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class LocalRegression:
     """What a fit about one bin needs, the same for every bin.
 
     off_transient : (2 half + 1, m) orthonormal; its columns are blind to every transient of the order.
@@ -38,7 +38,7 @@ class Local:
     dof: int
 
     @classmethod
-    def of(cls, order: int, half: int) -> "Local":
+    def of(cls, order: int, half: int) -> "LocalRegression":
         dof = 2 * half + 1 - 2 * (order + 1)
         if order < 0 or dof < MIN_DOF:
             raise ValueError(f"order {order} over +-{half} bins leaves {dof} degrees of freedom; needed: {MIN_DOF}")
@@ -48,7 +48,7 @@ class Local:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class LocalPolynomialFit:
     """Of B bins: H (B, C), noise covariance (B, C, C), power (B,) of the input that is left to tell H by (0: none),
     and of some neighbouring bins the weights (b, 2 half + 1) of the neighbours' Y in H."""
 
@@ -79,8 +79,8 @@ def lpm(
     Where u has no power of its own (a periodic u between its lines, a band not driven) the variance is infinite.
     Raises ValueError for unequal lengths, NaN or inf, an empty band, fewer than 7 degrees of freedom.
     """
-    problem = Problem.of(u, y, fs, f_lo, f_hi, step, input)
-    local = Local.of(order, half)
+    problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
+    local = LocalRegression.of(order, half)
     bins = problem.bins(half)
     found = problem.fit(bins, local)
     note = f"local polynomials of order {order} over +-{half} bins of {fs / len(u):.4g} Hz"
@@ -94,7 +94,7 @@ def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, 
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class LpmTransforms:
     """Transforms (1 + C, N // 2 + 1) of a record, input first, and the bins where the response is wanted."""
 
     spectra: Complex
@@ -116,7 +116,7 @@ class Problem:
         f_hi: float | None,
         step: int,
         input: str,
-    ) -> "Problem":
+    ) -> "LpmTransforms":
         if not (np.isfinite(fs) and fs > 0 and step >= 1):
             raise ValueError(f"sampling frequency {fs} Hz and step {step}: expected positive numbers")
         outputs = named(y)
@@ -137,19 +137,19 @@ class Problem:
             raise ValueError(f"no bin of {df:.4g} Hz in {band} has {half} neighbours on both sides")
         return np.arange(lo, hi + 1, self.step)
 
-    def fit(self, bins: Bins, local: Local) -> Fit:
+    def fit(self, bins: Bins, local: LocalRegression) -> LocalPolynomialFit:
         """The fit about every one of the bins (B,)."""
         floor = power_floor(np.abs(self.spectra[0]) ** 2)
         cuts = range(0, bins.size, BATCH_BINS)
         fits = [_solve(self.spectra, bins[first : first + BATCH_BINS], local, floor) for first in cuts]
-        return Fit(
+        return LocalPolynomialFit(
             H=np.concatenate([fit.H for fit in fits]),
             noise=np.concatenate([fit.noise for fit in fits]),
             power=np.concatenate([fit.power for fit in fits]),
             weights=fits[0].weights,
         )
 
-    def frf(self, bins: Bins, found: Fit, nu: Array, half: int, estimator: str, note: str) -> Frf:
+    def frf(self, bins: Bins, found: LocalPolynomialFit, nu: Array, half: int, estimator: str, note: str) -> Frf:
         """The response at the bins (B,) with degrees of freedom nu (B,)."""
         powered = found.power > 0.0
         cov = np.divide(found.noise, np.where(powered, found.power, 1.0)[:, None, None], dtype=complex)
@@ -178,7 +178,7 @@ def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
     return np.array([scipy.fft.rfft(c - np.mean(c)) for _, c in columns])
 
 
-def _solve(spectra: Complex, bins: Bins, local: Local, floor: float) -> Fit:
+def _solve(spectra: Complex, bins: Bins, local: LocalRegression, floor: float) -> LocalPolynomialFit:
     """Least squares about each bin by modified Gram-Schmidt, vectorised over the bins.
 
     The constant of G is the last regressor, so that its coefficient is H at once, and what is left of it after the
@@ -199,7 +199,7 @@ def _solve(spectra: Complex, bins: Bins, local: Local, floor: float) -> Fit:
         rest -= coefficient[:, None] * q
     E = columns[last + 1 :]
     weights = (local.off_transient @ columns[last].conj()) / np.where(powered, power, 1.0)
-    return Fit(
+    return LocalPolynomialFit(
         H=np.where(powered, coefficient, 0.0).T,
         noise=np.einsum("cmb,dmb->bcd", E, E.conj()) / local.dof,
         power=np.where(powered, power, 0.0),

@@ -11,7 +11,7 @@ from scipy.special import fdtri
 
 from checks.arrays import Array
 from checks.signals.spectral.frf import Frf, Mask
-from checks.signals.spectral.lpm import HALF, ORDER, Fit, Local, Problem
+from checks.signals.spectral.lpm import HALF, ORDER, LocalPolynomialFit, LocalRegression, LpmTransforms
 
 HALVES = (HALF, 2 * HALF, 4 * HALF)
 # Share of bins and channels that stay with the narrower fit though the wider one is as good. More of it would let luck
@@ -37,13 +37,13 @@ def lpm_wide(
     residual. The test uses the residuals only, which are independent of the error of H, so that regions stay honest.
     nu is that of the chosen fit; `correlation` is that of the widest. Arguments, units and errors as `lpm`.
     """
-    problem = Problem.of(u, y, fs, f_lo, f_hi, step, input)
-    local = Local.of(order, halves[0])
+    problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
+    local = LocalRegression.of(order, halves[0])
     bins = problem.bins(halves[0])
     best = problem.fit(bins, local)
     nu = np.full(bins.shape, float(local.dof))
     for half in halves[1:]:
-        local = Local.of(order, half)
+        local = LocalRegression.of(order, half)
         room = np.flatnonzero((bins > half) & (bins + half <= (problem.n - 1) // 2))
         if room.size:
             best, nu = _widen(best, nu, problem.fit(bins[room], local), float(local.dof), room)
@@ -51,13 +51,15 @@ def lpm_wide(
     return problem.frf(bins, best, nu, halves[0], "lpm_wide", note)
 
 
-def _widen(best: Fit, nu: Array, wide: Fit, dof: float, room: np.ndarray) -> tuple[Fit, Array]:
+def _widen(
+    best: LocalPolynomialFit, nu: Array, wide: LocalPolynomialFit, dof: float, room: np.ndarray
+) -> tuple[LocalPolynomialFit, Array]:
     """The wide fit, known at the bins `room` of best, wherever it is as good."""
     take = _as_good(best.noise[room], nu[room], wide.noise, dof) & (best.power[room] > 0.0)
     at = room[take]
     H, noise, power, nu = best.H.copy(), best.noise.copy(), best.power.copy(), nu.copy()
     H[at], noise[at], power[at], nu[at] = wide.H[take], wide.noise[take], wide.power[take], dof
-    return Fit(H, noise, power, wide.weights), nu
+    return LocalPolynomialFit(H, noise, power, wide.weights), nu
 
 
 def _as_good(narrow: np.ndarray, nu: Array, wide: np.ndarray, dof: float) -> Mask:

@@ -18,7 +18,7 @@ LINE_POWER = 1e-6  # a line is excited when it has this share of the strongest l
 
 
 @dataclass(frozen=True)
-class Period:
+class PeriodicPart:
     """The periodic part of a signal: `count` whole periods of `samples` samples from sample `start` on."""
 
     samples: int
@@ -42,7 +42,7 @@ class Distortion:
     distortion_var: Array
 
 
-def detect(u: Array, tolerance: float = TOLERANCE) -> Period | None:
+def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
     """The period of an input u (N,), or None when it does not repeat itself over at least two whole periods.
 
     Periodic means: an exact number of samples later the signal is the same, but for a difference of rms `tolerance` of
@@ -78,7 +78,7 @@ def _shortest_period(u: Array, tolerance: float) -> int:
     return int(lags[first + np.argmin(difference[first : first + run])])
 
 
-def _extent(u: Array, samples: int, tolerance: float) -> Period | None:
+def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
     """Grow the periodic part from the middle of u to where the signal stops repeating."""
     jump = u[samples:] - u[:-samples]
     middle = u[u.size // 4 : -(u.size // 4)]
@@ -94,11 +94,11 @@ def _extent(u: Array, samples: int, tolerance: float) -> Period | None:
     deviation = float(np.sqrt(np.mean((whole[1:] - whole[:-1]) ** 2))) / rms
     # A period that is no whole number of samples is alike from one to the next, and not from the first to the last.
     drift = float(np.sqrt(np.mean((whole[-1] - whole[0]) ** 2))) / rms
-    return Period(samples, start, count, deviation) if max(deviation, drift / 2.0) <= tolerance else None
+    return PeriodicPart(samples, start, count, deviation) if max(deviation, drift / 2.0) <= tolerance else None
 
 
 def periodic_frf(
-    u: Array, y: Array | Mapping[str, Array], fs: float, period: Period, skip: int = 1, *, input: str = "u"
+    u: Array, y: Array | Mapping[str, Array], fs: float, period: PeriodicPart, skip: int = 1, *, input: str = "u"
 ) -> Frf:
     """Responses at the excited lines, with the variance over periods; no window, no leakage.
 
@@ -136,7 +136,7 @@ def periodic_frf(
     )
 
 
-def _lines(name: str, x: Array, n: int, period: Period, skip: int) -> Complex:
+def _lines(name: str, x: Array, n: int, period: PeriodicPart, skip: int) -> Complex:
     """(periods, samples // 2 + 1) transforms of the periods that are used."""
     if np.shape(x) != (n,):
         raise ValueError(f"channel '{name}' has shape {np.shape(x)}; the input has ({n},)")

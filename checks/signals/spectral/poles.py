@@ -53,7 +53,7 @@ class Transforms:
         f = np.arange(X[input].size) * (fs / len(columns[input]))
         return cls(f, X[input], np.stack([X[name] for name in outputs], axis=1), outputs)
 
-    def window(self, f_lo: float, f_hi: float, *channels: str) -> "Window":
+    def window(self, f_lo: float, f_hi: float, *channels: str) -> "PoleWindow":
         """Bins of a band and some channels (default: all), scaled for a fit. Raises ValueError when it holds too few
         bins, or the input has no power there."""
         first, last = int(np.searchsorted(self.f, f_lo)), int(np.searchsorted(self.f, f_hi, side="right"))
@@ -66,11 +66,11 @@ class Transforms:
         if not (drive > 0 and (size > 0).all() and np.isfinite(drive) and np.isfinite(size).all()):
             raise ValueError(f"input or output is zero, or not finite, in {f_lo:.4g}..{f_hi:.4g} Hz")
         z = (2 * f - f[0] - f[-1]) / (f[-1] - f[0])
-        return Window(f, z, U / drive, Y / size, size / drive, np.ones(Y.shape), names)
+        return PoleWindow(f, z, U / drive, Y / size, size / drive, np.ones(Y.shape), names)
 
 
 @dataclass(frozen=True, eq=False)
-class Window:
+class PoleWindow:
     """Bins of a fit: f (B,) [Hz], z (B,) in -1..1, U (B,), Y (B, C) of rms 1, scale (C,) to undo that on a response,
     sd (B, C) noise of Y, in its scale."""
 
@@ -82,7 +82,7 @@ class Window:
     sd: Array
     channels: tuple[str, ...]
 
-    def thinned(self, bins: int) -> "Window":
+    def thinned(self, bins: int) -> "PoleWindow":
         """At most about so many of its bins, evenly."""
         s = slice(None, None, max(1, self.f.size // bins))
         return replace(self, f=self.f[s], z=self.z[s], U=self.U[s], Y=self.Y[s], sd=self.sd[s])
@@ -105,7 +105,7 @@ class PoleFit:
     """q (K,) scaled poles; residues (K, C) and polynomials (order + 1, C) of the response; covariance (K,) E|dq|^2;
     residual (B, C) of Y over its noise."""
 
-    window: Window
+    window: PoleWindow
     q: Complex
     residues: Complex
     polynomials: Complex
@@ -143,17 +143,17 @@ def local_basis(z: Array, q: Complex, order: int) -> Complex:
     return np.column_stack([1.0 / (z[:, None] - q), z[:, None] ** np.arange(order + 1)])
 
 
-def basis(w: Window, q: Complex, order: int) -> Complex:
+def basis(w: PoleWindow, q: Complex, order: int) -> Complex:
     """(B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
     terms = local_basis(w.z, q, order)
     return np.concatenate([w.U[:, None] * terms, terms], axis=1)
 
 
-def enough_bins(w: Window, poles: int, order: int) -> bool:
+def enough_bins(w: PoleWindow, poles: int, order: int) -> bool:
     return w.f.size >= MIN_BINS_PER_UNKNOWN * 2 * (poles + order + 1)
 
 
-def fit_poles(w: Window, start: Sequence[complex], order: int, rounds: int = ROUNDS) -> PoleFit | None:
+def fit_poles(w: PoleWindow, start: Sequence[complex], order: int, rounds: int = ROUNDS) -> PoleFit | None:
     """Fit with as many poles as `start` (scaled) names; None when one leaves the band or does not decay, or the band
     has too few bins. The window's noise is used first, then in each round that of the residual."""
     q = np.array(start, dtype=complex)
@@ -166,7 +166,7 @@ def fit_poles(w: Window, start: Sequence[complex], order: int, rounds: int = ROU
     return _result(w, q, order, state) if np.isfinite(state.cost) else None
 
 
-def with_noise_of(w: Window, residual: Complex) -> Window:
+def with_noise_of(w: PoleWindow, residual: Complex) -> PoleWindow:
     """The window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
     power = uniform_filter1d(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size), axis=0, mode="nearest")
     return replace(w, sd=np.sqrt(np.maximum(power, _FLOOR**2 * np.max(np.abs(w.Y) ** 2, axis=0))))
@@ -186,7 +186,7 @@ class _State:
     cost: float
 
 
-def _iterate(w: Window, q: Complex, order: int) -> tuple[Complex, _State]:
+def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _State]:
     """Gauss-Newton with halved steps."""
     state = _eliminate(w, q, order)
     for _ in range(_ITERATIONS):
@@ -205,7 +205,7 @@ def _iterate(w: Window, q: Complex, order: int) -> tuple[Complex, _State]:
     return q, state
 
 
-def eliminated(w: Window, A: Complex) -> tuple[Complex, Complex, Complex]:
+def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex]:
     """Weighted least squares of every channel on the same columns A (B, P): Q (C, B, P), coefficients (C, P), residual
     (C, B)."""
     weight = 1.0 / w.sd.T
@@ -240,7 +240,7 @@ def _cholesky(gram: Complex) -> Complex | None:
     return L if np.abs(np.einsum("cpp->cp", L)).min() > _DEPENDENT else None
 
 
-def _eliminate(w: Window, q: Complex, order: int) -> _State:
+def _eliminate(w: PoleWindow, q: Complex, order: int) -> _State:
     Q, coefficients, residual = eliminated(w, basis(w, q, order))
     half = coefficients.shape[1] // 2
     squared = 1.0 / (w.z[:, None] - q) ** 2
@@ -258,7 +258,7 @@ def _step(state: _State) -> tuple[Complex, float]:
     return step, float(np.sum(np.abs(J @ step) ** 2))
 
 
-def _result(w: Window, q: Complex, order: int, state: _State) -> PoleFit:
+def _result(w: PoleWindow, q: Complex, order: int, state: _State) -> PoleFit:
     K, (C, B) = q.size, state.residual.shape
     gain: Complex = np.asarray(np.linalg.pinv(state.tangent.reshape(-1, K)), dtype=np.complex128).reshape(K, C, B)
     half = K + order + 1

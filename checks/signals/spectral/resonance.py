@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import f as f_distribution
 
 from checks.arrays import Array, Complex
-from checks.signals.spectral.poles import PoleFit, Window, basis, eliminated, enough_bins, fit_poles, with_noise_of
+from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminated, enough_bins, fit_poles, with_noise_of
 
 CHANCE = 1e-3  # probability of a pole where there is none, over the whole range that is searched
 ORDER = 4  # of the polynomials beside the poles
@@ -54,7 +54,7 @@ class Resonance:
         return self.damping_ratio * self.f_Hz
 
 
-def find(w: Window, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
+def find(w: PoleWindow, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
     """The strongest resonance in f_lo..f_hi [Hz] of a window, or None when chance shows as much."""
     if not enough_bins(w, 1, order):
         return None
@@ -67,7 +67,7 @@ def find(w: Window, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance |
 
 
 def find_beside(
-    w: Window, first: Resonance, f_lo: float, f_hi: float, share: float
+    w: PoleWindow, first: Resonance, f_lo: float, f_hi: float, share: float
 ) -> tuple[Resonance, Resonance] | None:
     """(the first one fitted anew, a second one) when two poles fit better than one, else None.
 
@@ -93,7 +93,7 @@ def find_beside(
     return (one, two) if two.seen and matters and apart and f_lo <= two.f_Hz <= f_hi else None
 
 
-def candidate(w: Window, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
+def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
     """Complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many were tried.
 
     A known pole may move: its derivative is among the columns.
@@ -109,7 +109,7 @@ def candidate(w: Window, f_lo: float, f_hi: float, known: Complex, order: int) -
     return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
 
 
-def _moves(w: Window, q: Complex) -> Complex:
+def _moves(w: PoleWindow, q: Complex) -> Complex:
     squared = 1.0 / (w.z[:, None] - q) ** 2
     return np.concatenate([w.U[:, None] * squared, squared], axis=1)
 
@@ -123,7 +123,7 @@ def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
     return np.where(told, np.abs(residual.conj() @ columns) ** 2 / np.where(told, left, 1.0), 0.0)
 
 
-def _grid(w: Window, f_lo: float, f_hi: float) -> Complex:
+def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
     """Scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not tried
     more finely than the bins, nor more often than is worth its time."""
     middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
@@ -150,7 +150,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
     return min(1.0, tried * float(f_distribution.sf(ratio, added, freedom)))
 
 
-def _as_without(fitted: PoleFit, without: Complex) -> Window:
+def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
     """The window of a fit with the noise that a fit of fewer poles leaves."""
     w = fitted.window
     even = replace(w, sd=np.ones(w.sd.shape))

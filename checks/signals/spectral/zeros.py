@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.signals.spectral.poles import Window, basis, eliminated, scatter, with_noise_of
+from checks.signals.spectral.poles import PoleWindow, basis, eliminated, scatter, with_noise_of
 
 ORDER = 4
 NEAR = 0.03  # of half the band: where the coherence of a zero is read
@@ -47,7 +47,7 @@ class _Root:
     response: Complex
 
 
-def find_zero(w: Window, order: int = ORDER) -> Zero | None:
+def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
     """Zero of the only channel of a window, or None where the polynomial has no root inside it.
 
     The response is a polynomial of the frequency, so is what the record's ends left ringing. Errors move a root by the
@@ -70,7 +70,7 @@ def find_zero(w: Window, order: int = ORDER) -> Zero | None:
     )
 
 
-def _root(w: Window, order: int) -> _Root | None:
+def _root(w: PoleWindow, order: int) -> _Root | None:
     A = basis(w, _NO_POLE, order)
     w = with_noise_of(w, eliminated(w, A)[2].T)
     _, coefficients, residual = eliminated(w, A)
@@ -92,7 +92,7 @@ def _root(w: Window, order: int) -> _Root | None:
     )
 
 
-def _coherence(w: Window, root: complex, residual: Complex) -> float:
+def _coherence(w: PoleWindow, root: complex, residual: Complex) -> float:
     """Share of the output about the root that is not noise."""
     near = np.abs(w.z - root.real) < NEAR
     total = float(np.sum(np.abs(w.Y[near, 0]) ** 2))

@@ -14,8 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.base.home import home
-from accept.batch.judge_batch import Order, processes, run
-from accept.certificate.content import of as dossier_of
+from accept.batch.judge_batch import BatchRequest, processes, run
+from accept.certificate.content import content_of
 from accept.certificate.document import render
 from accept.certificate.signing import sign
 from accept.cli.main import app
@@ -82,7 +82,7 @@ def test_demo_certificates_are_trusted_as_a_demo_only(tmp_path: Path) -> None:
         assert accept("verify", tmp_path / "certificates" / f"{serial}.pdf").exit_code == 0
     folder = make_unit(tmp_path / "forged", "APA-01")
     spec = load_spec("apa-basic")
-    forged = render(dossier_of(judge_unit(unit_folder.read(folder), spec), spec, folder, "me"))
+    forged = render(content_of(judge_unit(unit_folder.read(folder), spec), spec, folder, "me"))
     (tmp_path / "forged.pdf").write_bytes(sign(forged, demo_credential(home()), datetime.now(UTC)))
     done = accept("verify", tmp_path / "forged.pdf")
     assert done.exit_code == 3
@@ -258,7 +258,7 @@ def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
     with processes(1) as broken:
         with pytest.raises(BrokenProcessPool):
             broken.submit(os._exit, 1).result()
-        order = Order(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)
+        order = BatchRequest(units, tmp_path / "out", {"apa": load_spec("apa-basic")}, "NN", workers=2, pool=broken)
         with open_store(f"sqlite:///{tmp_path / 'store.sqlite'}") as store:
             report = run(order, store, lambda words: None)
     assert [u["serial"] for u in report.units] == ["A", "B"]

@@ -1,4 +1,4 @@
-"""A realistic unit (the seed's APA 3) for the tests of certificates."""
+"""A realistic unit (the report's APA 3) for the tests of certificates."""
 
 import hashlib
 from datetime import UTC, datetime
@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from accept.certificate.content import Dossier
-from accept.certificate.content import of as dossier_of
+from accept.certificate.content import CertificateContent, content_of
 from accept.judging.result import UnitResult
 from checks.picture import Band, Heights, Line, Mark, Panel
 from checks.quantity import Contribution, Quantity
@@ -26,14 +25,14 @@ lower = 4.4
 upper = 5.5
 unit = "uF"
 rule = "guarded"
-source = "seed 2.2"
+source = "[STB] 2.2"
 [checks.stroke]
 instrument = "Millimar 1240"
 [checks.stroke.limits.stroke_um]
 lower = 304.0
 unit = "um"
 rule = "simple"
-source = "seed 2.3"
+source = "[STB] 2.3"
 """
 UNIT_TOML = b'serial = "APA-03"\nkind = "apa"\n[capacitance]\nsensor_uF = 1.72\n'
 RECORD = bytes(range(256)) * 20
@@ -90,5 +89,5 @@ def folder(path: Path) -> Path:
     return path
 
 
-def dossier(path: Path, unit: UnitResult | None = None, **more: int) -> Dossier:
-    return dossier_of(unit or result(), spec(), folder(path), "M. Keller", **more)
+def certificate_contents(path: Path, unit: UnitResult | None = None, **more: int) -> CertificateContent:
+    return content_of(unit or result(), spec(), folder(path), "M. Keller", **more)

@@ -1,4 +1,4 @@
-"""Certificates before signing: same dossier, same bytes; all that was found is on the page; nothing is cut off."""
+"""Certificates before signing: same content, same bytes; all that was found is on the page; nothing is cut off."""
 
 import hashlib
 import io
@@ -15,9 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pypdf import PdfReader
 
-from accept.certificate import content as dossiers
-from accept.certificate.content import Dossier, DossierError
-from accept.certificate.content import of as dossier_of
+from accept.certificate import content as certificate_content
+from accept.certificate.content import CertificateContent, ContentError, content_of
 from accept.certificate.document import render
 from accept.certificate.fixed_parts import code_text, field_rectangles, summary
 from accept.pdf.limit_bar import _view
@@ -26,7 +25,7 @@ from tests.accept.certificate.certificate_help import (
     RECORD,
     SPEC_TEXT,
     UNIT_TOML,
-    dossier,
+    certificate_contents,
     folder,
     panels,
     result,
@@ -35,12 +34,12 @@ from tests.accept.certificate.certificate_help import (
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Dossier:
-    return dossier(tmp_path_factory.mktemp("unit"))
+def made(tmp_path_factory: pytest.TempPathFactory) -> CertificateContent:
+    return certificate_contents(tmp_path_factory.mktemp("unit"))
 
 
 @pytest.fixture(scope="module")
-def pdf(made: Dossier) -> bytes:
+def pdf(made: CertificateContent) -> bytes:
     return render(made)
 
 
@@ -49,20 +48,21 @@ def words(pdf: bytes) -> list[str]:
     return [" ".join(page.extract_text().split()) for page in PdfReader(io.BytesIO(pdf)).pages]
 
 
-def test_equal_dossiers_give_equal_bytes(made: Dossier, pdf: bytes, tmp_path: Path) -> None:
-    assert render(dossier(tmp_path)) == pdf
+def test_equal_contents_give_equal_bytes(made: CertificateContent, pdf: bytes, tmp_path: Path) -> None:
+    assert render(certificate_contents(tmp_path)) == pdf
     assert render(replace(made, operator="Somebody else")) != pdf
 
 
-def test_equal_bytes_in_another_process(made: Dossier, tmp_path: Path) -> None:
+def test_equal_bytes_in_another_process(made: CertificateContent, tmp_path: Path) -> None:
     """Another hash seed, time zone and folder; the clock has moved on too."""
     program = (
         "import sys, hashlib; sys.path.insert(0, sys.argv[1])\n"
         "from pathlib import Path\n"
         "from dataclasses import replace\n"
-        "from tests.accept.certificate.certificate_help import dossier\n"
+        "from tests.accept.certificate.certificate_help import certificate_contents\n"
         "from accept.certificate.document import render\n"
-        "print(hashlib.sha256(render(replace(dossier(Path(sys.argv[2])), code_sha256='c' * 64))).hexdigest())"
+        "made = certificate_contents(Path(sys.argv[2]))\n"
+        "print(hashlib.sha256(render(replace(made, code_sha256='c' * 64))).hexdigest())"
     )
     command = [sys.executable, "-c", program, str(Path(__file__).parents[3]), str(tmp_path)]
     environment = os.environ | {"PYTHONHASHSEED": "4711", "TZ": "Pacific/Auckland"}
@@ -70,7 +70,7 @@ def test_equal_bytes_in_another_process(made: Dossier, tmp_path: Path) -> None:
     assert there.stdout.strip() == hashlib.sha256(render(replace(made, code_sha256="c" * 64))).hexdigest()
 
 
-def test_one_page_that_says_all(made: Dossier, pdf: bytes) -> None:
+def test_one_page_that_says_all(made: CertificateContent, pdf: bytes) -> None:
     (text,) = words(pdf)
     for expected in (
         *("APA-03", "APA300ML, basic measurements", "REJECTED", "page 1 of 1", "M. Keller"),
@@ -106,7 +106,7 @@ def test_every_letter_is_embedded(pdf: bytes) -> None:
         )  # reportlab's unused
 
 
-def test_attachments_give_the_dossier_back(made: Dossier, pdf: bytes) -> None:
+def test_attachments_give_the_dossier_back(made: CertificateContent, pdf: bytes) -> None:
     inside = {name: content[0] for name, content in PdfReader(io.BytesIO(pdf)).attachments.items()}
     assert inside["unit.toml"] == UNIT_TOML
     assert inside["raw/stroke.mat"] == RECORD
@@ -116,55 +116,57 @@ def test_attachments_give_the_dossier_back(made: Dossier, pdf: bytes) -> None:
     assert made.record_sha256 in code_text(made)
     manifest = json.loads(inside["manifest.json"])
     assert manifest["inputs"]["raw/stroke.mat"] == {"sha256": hashlib.sha256(RECORD).hexdigest(), "attached": True}
-    assert render(dossiers.read(inside)) == pdf
+    assert render(certificate_content.read(inside)) == pdf
 
 
 def test_records_above_the_limit_stay_outside_but_are_named(tmp_path: Path) -> None:
-    small = dossier(tmp_path, size_limit=1000)
+    small = certificate_contents(tmp_path, size_limit=1000)
     assert set(small.files) == {"unit.toml"}
     assert small.manifest()["inputs"]["raw/stroke.mat"]["attached"] is False
-    assert render(dossiers.read(small.attachments())) == render(small)
+    assert render(certificate_content.read(small.attachments())) == render(small)
 
 
 def test_an_input_that_changed_since_or_is_gone_is_refused(tmp_path: Path) -> None:
     home = folder(tmp_path)
     (home / "raw/stroke.mat").write_bytes(RECORD + b"x")
-    with pytest.raises(DossierError, match=r"stroke\.mat: changed since it was judged"):
-        dossier_of(result(), spec(), home, "M. Keller")
+    with pytest.raises(ContentError, match=r"stroke\.mat: changed since it was judged"):
+        content_of(result(), spec(), home, "M. Keller")
     (home / "raw/stroke.mat").unlink()
-    with pytest.raises(DossierError, match=r"stroke\.mat: cannot be attached"):
-        dossier_of(result(), spec(), home, "M. Keller")
+    with pytest.raises(ContentError, match=r"stroke\.mat: cannot be attached"):
+        content_of(result(), spec(), home, "M. Keller")
 
 
 def test_an_input_named_like_our_own_file_does_not_replace_it(tmp_path: Path) -> None:
     unit = replace(result(), inputs={"unit.toml": hashlib.sha256(UNIT_TOML).hexdigest(), "results.json": "0" * 64})
-    made = dossier_of(unit, spec(), folder(tmp_path), "M. Keller")
+    made = content_of(unit, spec(), folder(tmp_path), "M. Keller")
     assert json.loads(made.attachments()["results.json"])["serial"] == "APA-03"
     assert made.manifest()["inputs"]["results.json"]["attached"] is False
 
 
 @pytest.mark.parametrize("damage", ["format", "missing", "not json", "no spec"])
-def test_attachments_of_something_else_are_refused(made: Dossier, damage: str) -> None:
+def test_attachments_of_something_else_are_refused(made: CertificateContent, damage: str) -> None:
     inside = made.attachments()
     if damage == "format":
-        inside["manifest.json"] = dossiers.canonical(made.manifest() | {"format": 99})
+        inside["manifest.json"] = certificate_content.canonical(made.manifest() | {"format": 99})
     elif damage == "missing":
         del inside["panels.json"]
     elif damage == "not json":
         inside["results.json"] = b"{"
     else:
-        inside["manifest.json"] = dossiers.canonical({k: v for k, v in made.manifest().items() if k != "spec"})
-    with pytest.raises(DossierError):
-        dossiers.read(inside)
+        inside["manifest.json"] = certificate_content.canonical(
+            {k: v for k, v in made.manifest().items() if k != "spec"}
+        )
+    with pytest.raises(ContentError):
+        certificate_content.read(inside)
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "\udce4.mat"])
-def test_what_json_cannot_hold_is_refused(made: Dossier, value: object) -> None:
-    with pytest.raises(DossierError, match="JSON does not have"):
+def test_what_json_cannot_hold_is_refused(made: CertificateContent, value: object) -> None:
+    with pytest.raises(ContentError, match="JSON does not have"):
         render(replace(made, result=dict(made.result) | {"notes": [value]}))
 
 
-def crowded(made: Dossier, count: int) -> Dossier:
+def crowded(made: CertificateContent, count: int) -> CertificateContent:
     """As many findings as no spec has, each with a longer reason than the one before, in hostile letters."""
     entry = made.result["findings"][0]
     found = [
@@ -181,7 +183,7 @@ def crowded(made: Dossier, count: int) -> Dossier:
     )
 
 
-def test_a_long_table_flows_over_pages_with_its_head(made: Dossier) -> None:
+def test_a_long_table_flows_over_pages_with_its_head(made: CertificateContent) -> None:
     pages = words(render(crowded(made, 60)))
     assert len(pages) > 3
     text = " ".join(pages)
@@ -195,7 +197,7 @@ def test_a_long_table_flows_over_pages_with_its_head(made: Dossier) -> None:
     assert "whole text in results.json" in text  # 60 x 17 characters are more than a row shows
 
 
-def test_no_glyph_leaves_the_page(made: Dossier) -> None:
+def test_no_glyph_leaves_the_page(made: CertificateContent) -> None:
     """Every piece of text starts inside the margins of its A4 page (figures have coordinates of their own)."""
     places: list[tuple[float, float]] = []
 
@@ -210,7 +212,7 @@ def test_no_glyph_leaves_the_page(made: Dossier) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 13])
-def test_every_picture_is_on_a_page(made: Dossier, count: int) -> None:
+def test_every_picture_is_on_a_page(made: CertificateContent, count: int) -> None:
     """Several rows of figures share a page with its text; each figure is drawn once."""
     (one, *_) = panels().values()
     pages = words(render(replace(made, panels={str(n): replace(one, title=f"Panel{n:02d}.") for n in range(count)})))
@@ -233,12 +235,12 @@ def test_every_picture_is_on_a_page(made: Dossier, count: int) -> None:
 def test_each_verdict_has_its_word(tmp_path: Path, sensor: float, stroke: float, verdict: str, sentence: str) -> None:
     unit = result(sensor, stroke)
     assert summary(unit.to_json()) == sentence
-    (text,) = words(render(dossier(tmp_path, unit)))
+    (text,) = words(render(certificate_contents(tmp_path, unit)))
     assert verdict in text
     assert sentence in text
 
 
-def test_a_unit_without_pictures_and_information(made: Dossier) -> None:
+def test_a_unit_without_pictures_and_information(made: CertificateContent) -> None:
     bare = replace(made, panels={}, result=dict(made.result) | {"information": [], "notes": [], "not_judged": []})
     (text,) = words(render(bare))
     assert "Measured, without limits" not in text

@@ -15,18 +15,18 @@ from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
 from accept.certificate import attachments as contents
-from accept.certificate import content as dossiers
+from accept.certificate import content as certificate_content
 from accept.certificate import encrypted_key, keys
 from accept.certificate.attachments import Attachments
 from accept.certificate.document import render
-from accept.certificate.errors import Refused
+from accept.certificate.errors import InvalidCertificate
 from accept.certificate.fixed_parts import field_rectangles
 from accept.certificate.keys import QA, TECHNICIAN
 from accept.certificate.result_diff import differences
 from accept.certificate.signing import sign
 from accept.pdf.assemble import assemble
-from accept.verify.verification import Report, verify
-from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, dossier, result
+from accept.verify.verification import Verification, verify
+from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, made_bench, refused
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
@@ -72,12 +72,12 @@ def test_it_still_holds_when_the_certificates_have_run_out(bench: Bench) -> None
 # --- page, data and result -------------------------------------------------------------------------------------------
 
 
-def good_dossier(tmp_path: Path) -> dossiers.Dossier:
-    return dossier(tmp_path, result(4.99, 365.5))
+def good_content(tmp_path: Path) -> certificate_content.CertificateContent:
+    return certificate_contents(tmp_path, result(4.99, 365.5))
 
 
-def page_over(page: dossiers.Dossier, data: dossiers.Dossier) -> bytes:
-    """The page of one dossier over the attachments of another."""
+def page_over(page: certificate_content.CertificateContent, data: certificate_content.CertificateContent) -> bytes:
+    """The page of one certificate's content over the attachments of another."""
     stripped = PdfWriter(clone_from=PdfReader(io.BytesIO(render(page))))
     for key in ("/Names", "/AF", "/AcroForm"):
         del stripped._root_object[key]
@@ -91,18 +91,18 @@ def test_a_page_that_says_other_than_its_data_is_found(
     bench: Bench, tmp_path: Path, sensor: float, stroke: float
 ) -> None:
     """Signed with the right keys: another verdict, or one digit of a number."""
-    mixed = page_over(dossier(tmp_path, result(sensor, stroke)), dossier(tmp_path))
+    mixed = page_over(certificate_contents(tmp_path, result(sensor, stroke)), certificate_contents(tmp_path))
     refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not show what the attached data say")
 
 
-def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Report:
+def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Verification:
     """Report on a certificate with these attachments, signed with the right key."""
-    plain = render(dossiers.read(attachments))
+    plain = render(certificate_content.read(attachments))
     return bench.check(sign(plain, bench.technician, WHEN))
 
 
 def test_inputs_that_are_not_those_judged_are_found(bench: Bench, tmp_path: Path) -> None:
-    made = dossier(tmp_path)
+    made = certificate_contents(tmp_path)
     refused(resigned(bench, made.attachments() | {"unit.toml": b"other"}), "unit.toml is not the file that was judged")
     refused(resigned(bench, made.attachments() | {"more.csv": b"1"}), "more.csv is not the file that was judged")
     wrong = replace(made, inputs=dict(made.inputs) | {"x.mat": "0" * 64})
@@ -111,7 +111,7 @@ def test_inputs_that_are_not_those_judged_are_found(bench: Bench, tmp_path: Path
 
 def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None:
     """Another version may draw another page: the bytes are not compared, serial and verdict are."""
-    old, good = (replace(d, code_sha256="0" * 64) for d in (dossier(tmp_path), good_dossier(tmp_path)))
+    old, good = (replace(d, code_sha256="0" * 64) for d in (certificate_contents(tmp_path), good_content(tmp_path)))
     report = bench.check(sign(page_over(old, old), bench.technician, WHEN))
     assert report.valid, report.reason
     assert any("drawn by another version" in line for line in report.details)
@@ -148,7 +148,7 @@ def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
 
 
 def test_too_large_records_are_told_not_judged(bench: Bench, tmp_path: Path) -> None:
-    small = sign(render(dossier(tmp_path, size_limit=100)), bench.technician, WHEN)
+    small = sign(render(certificate_contents(tmp_path, size_limit=100)), bench.technician, WHEN)
     report = bench.check(small, rejudge=lambda a: pytest.fail("must not be called"))
     assert report.valid
     assert any("raw/stroke.mat too large to be attached" in line for line in report.details)
@@ -156,7 +156,7 @@ def test_too_large_records_are_told_not_judged(bench: Bench, tmp_path: Path) -> 
 
 @pytest.mark.parametrize("name", ["../evil", "/etc/passwd", "a/../../b", "c:\\x", "..\\x", ""])
 def test_no_attachment_is_unpacked_outside_its_folder(tmp_path: Path, name: str) -> None:
-    with pytest.raises(Refused, match="leads out of its folder"):
+    with pytest.raises(InvalidCertificate, match="leads out of its folder"):
         Attachments({}, "", {name: b"x"}).unpack(tmp_path / "inner")
     assert list(tmp_path.rglob("*")) == []
 

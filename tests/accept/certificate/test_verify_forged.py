@@ -16,7 +16,7 @@ from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 from pypdf import PdfReader, PdfWriter
 
 from accept.certificate import authority
-from accept.certificate import content as dossiers
+from accept.certificate import content as certificate_content
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.signing import _append, _signer, sign
 from accept.verify.verification import verify
@@ -59,7 +59,7 @@ def swap_attachment(writer: IncrementalPdfFileWriter) -> None:
     names = writer.root["/Names"]["/EmbeddedFiles"]["/Names"]
     file = names[2 * [str(names[n]) for n in range(0, len(names), 2)].index("results.json") + 1]
     stream = file["/EF"].raw_get("/F")
-    content = dossiers.canonical(result(4.99, 365.5).to_json())
+    content = certificate_content.canonical(result(4.99, 365.5).to_json())
     writer.objects[(stream.generation, stream.idnum)] = generic.StreamObject(stream_data=content)
 
 

@@ -16,8 +16,8 @@ from accept.certificate import authority
 from accept.certificate.document import render
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.signing import sign
-from accept.verify.verification import Report, verify
-from tests.accept.certificate.certificate_help import WHEN, dossier
+from accept.verify.verification import Verification, verify
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 NOW = WHEN + timedelta(days=400)
 LATER = WHEN + timedelta(hours=2)
@@ -37,7 +37,7 @@ class Bench:
     def trust(self) -> list[x509.Certificate]:
         return [self.technician.ca]
 
-    def check(self, pdf: bytes, **more: Any) -> Report:
+    def check(self, pdf: bytes, **more: Any) -> Verification:
         return verify(pdf, self.trust, now=NOW, **more)
 
 
@@ -54,12 +54,12 @@ def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> t
 def made_bench(folder: Path) -> Bench:
     """Of a unit in a folder."""
     technician, qa = credentials()
-    unsigned = render(dossier(folder))
+    unsigned = render(certificate_contents(folder))
     signed = sign(unsigned, technician, WHEN)
     return Bench(technician, qa, unsigned, signed, sign(signed, qa, LATER))
 
 
-def refused(report: Report, *words: str) -> None:
+def refused(report: Verification, *words: str) -> None:
     """Not valid, for a reason in one printable line that says at least one of these words."""
     assert not report.valid
     assert report.reason.isprintable()

@@ -1,4 +1,4 @@
-"""Who stands out of a fleet: the seed's stiffnesses, simulated fleets, curves."""
+"""Who stands out of a fleet: the report's stiffnesses, simulated fleets, curves."""
 
 from pathlib import Path
 

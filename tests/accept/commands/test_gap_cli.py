@@ -38,7 +38,7 @@ def crossed(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     """A strut with a high-pass through `accept gap`: its folder, what was written, what was found."""
     place = tmp_path_factory.mktemp("gap")
     unit, out = make_strut(place / "X-1", "X-1", HIGHPASS), place / "out"
-    found: list[analyse_unit.Done] = []
+    found: list[analyse_unit.GapAnalysis] = []
     analyse = analyse_unit.analyse
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analyse_unit, "analyse", lambda *a, **k: found.append(analyse(*a, **k)) or found[-1])

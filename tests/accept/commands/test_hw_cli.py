@@ -15,7 +15,7 @@ from accept.commands.bench.simulate_bench import Struck
 from accept.simulate.bench_truth import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
-from hw.simulated import Fault, FaultKind, Stage
+from hw.simulated import FaultKind, LineFault, Stage
 from specs.bench import InstrumentEntry, LineEntry, parse_bench
 from tests.accept.units.test_watch_folder import stroke_bytes
 from tests.accept.units.units import make_unit
@@ -59,7 +59,7 @@ def test_the_bench_file_in_the_bench_s_folder_is_the_default(bench, bench_home):
 
 
 def test_an_instrument_that_fails_gives_exit_5_and_the_reason(bench):
-    bench.gauge.inject(Fault(FaultKind.MENU_OPEN))
+    bench.gauge.inject(LineFault(FaultKind.MENU_OPEN))
     done = run("hw", "test", "--bench", bench.bench_file)
     assert done.exit_code == 5
     assert "is a menu open" in done.output
@@ -82,7 +82,7 @@ def test_measure_begins_a_unit_and_enters_the_values(bench, tmp_path):
 
 
 def test_measure_that_fails_gives_exit_5(bench, tmp_path):
-    bench.lcr.inject(Fault(FaultKind.OVERRANGE))
+    bench.lcr.inject(LineFault(FaultKind.OVERRANGE))
     make_unit(tmp_path / "U")
     done = run("hw", "measure", tmp_path / "U", "capacitance", "--bench", bench.bench_file)
     assert done.exit_code == 5

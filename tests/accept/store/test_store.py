@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from accept.base.version import code_sha256
-from accept.store import Entry, Head, Store, StoreError, check_lines, open_store
+from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store.store import _PAGE
 
 WRITER = Path(__file__).with_name("store_writer.py")
@@ -61,7 +61,11 @@ def test_anyone_can_recompute_the_chain_from_the_file(home: Path, store: Store) 
 
 
 def test_payload_text_does_not_depend_on_the_order_of_keys() -> None:
-    assert Entry("x", payload={"a": 1, "b": 2}).text() == Entry("x", payload={"b": 2, "a": 1}).text() == '{"a":1,"b":2}'
+    assert (
+        NewEvent("x", payload={"a": 1, "b": 2}).text()
+        == NewEvent("x", payload={"b": 2, "a": 1}).text()
+        == '{"a":1,"b":2}'
+    )
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), b"bytes", {1, 2}, object()])
@@ -79,17 +83,17 @@ def test_fields_that_no_database_keeps_are_refused(store: Store, subject: str, w
 
 
 def test_many_are_stored_whole_or_not_at_all(store: Store) -> None:
-    good = [Entry("a", "U1"), Entry("b", "U2", {"x": 1}, "apa@1")]
+    good = [NewEvent("a", "U1"), NewEvent("b", "U2", {"x": 1}, "apa@1")]
     assert [e.seq for e in store.append_many(good, who="Ada")] == [1, 2]
     with pytest.raises(StoreError):
-        store.append_many([Entry("c"), Entry("d", payload={"x": float("nan")})], who="Ada")
+        store.append_many([NewEvent("c"), NewEvent("d", payload={"x": float("nan")})], who="Ada")
     assert store.append_many([], who="Ada") == []
     assert [(e.what, e.spec) for e in store.events()] == [("a", ""), ("b", "apa@1")]
     assert store.check() is None
 
 
 def test_events_are_found_by_subject_kind_and_number(store: Store) -> None:
-    store.append_many([Entry(what, unit) for unit in ("U1", "U2") for what in ("a", "b", "a")], who="Ada")
+    store.append_many([NewEvent(what, unit) for unit in ("U1", "U2") for what in ("a", "b", "a")], who="Ada")
     assert [e.seq for e in store.events(subject="U2")] == [4, 5, 6]
     assert [e.seq for e in store.events(what="a")] == [1, 3, 4, 6]
     assert [e.seq for e in store.events(subject="U1", what="a", after=1)] == [3]
@@ -100,7 +104,7 @@ def test_events_are_found_by_subject_kind_and_number(store: Store) -> None:
 
 
 def test_reading_goes_on_over_pages_and_while_others_append(store: Store) -> None:
-    store.append_many([Entry("a")] * (_PAGE + 3), who="Ada")
+    store.append_many([NewEvent("a")] * (_PAGE + 3), who="Ada")
     reader = store.events()
     first = next(reader)
     store.append("late", "", {}, who="Ada")
@@ -130,17 +134,17 @@ def test_pragmas_that_durability_rests_on(store: Store) -> None:
 
 @pytest.mark.parametrize("statement", ["UPDATE events SET who = 'Eve'", "DELETE FROM events WHERE seq = 2"])
 def test_the_database_itself_refuses_to_change_events(home: Path, store: Store, statement: str) -> None:
-    store.append_many([Entry("a")] * 2, who="Ada")
+    store.append_many([NewEvent("a")] * 2, who="Ada")
     with pytest.raises(sqlite3.IntegrityError, match="never changed or removed"):
         sqlite3.connect(home / "store.sqlite").execute(statement)
 
 
 def test_report_says_unbroken_or_names_the_event(home: Path, store: Store) -> None:
     kept = [store.append("unit_judged", f"APA-{i:02d}", {"i": i}, who="Ada") for i in range(1, 5)]
-    exported = Head(2, kept[1].hash)
+    exported = StoreHead(2, kept[1].hash)
     assert check_lines(store) == (True, [f"store: 4 events, head {kept[-1].hash}: unbroken"])
     assert check_lines(store, exported)[0]
-    assert not check_lines(store, Head(2, kept[2].hash))[0]
+    assert not check_lines(store, StoreHead(2, kept[2].hash))[0]
     raw = sqlite3.connect(home / "store.sqlite", isolation_level=None)
     raw.execute("DROP TRIGGER events_no_update")
     raw.execute("UPDATE events SET payload = '{\"i\":7}' WHERE seq = 3")

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from accept.store import Entry, Event, Head, Problem, StoreError, open_store
+from accept.store import ChainBreak, Event, NewEvent, StoreError, StoreHead, open_store
 from accept.store.event import digest
 
 N = 8
@@ -37,7 +37,9 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def checked(original: Path, tamper: Tamper, exported: Head | None = None, with_file: bool = True) -> Problem | None:
+def checked(
+    original: Path, tamper: Tamper, exported: StoreHead | None = None, with_file: bool = True
+) -> ChainBreak | None:
     """What `check` says of a copy of the store after `tamper`; nothing may be appended to it when it says anything."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(original / "store.sqlite", folder)
@@ -154,7 +156,7 @@ def test_a_tail_cut_off_together_with_the_table_head_is_missed_by_the_file(origi
         raw.execute("UPDATE head SET seq = ?, hash = ?", (kept, last))
 
     problem = checked(original, cut)
-    assert problem == Problem(kept + 1, f"event {kept + 1} is missing: store.head holds the hash of event {N}")
+    assert problem == ChainBreak(kept + 1, f"event {kept + 1} is missing: store.head holds the hash of event {N}")
     assert checked(original, cut, with_file=False) is None  # as documented: then only an exported head tells
 
 
@@ -249,7 +251,7 @@ def test_nothing_is_appended_to_a_damaged_end(original: Path, tmp_path: Path, st
         raw.execute(f"DROP TRIGGER events_no_{verb}")
     raw.execute(statement)
     with open_store(f"sqlite:///{tmp_path}/store.sqlite") as store, pytest.raises(StoreError, match="store check"):
-        store.append_many([Entry("a")], who="Ada")
+        store.append_many([NewEvent("a")], who="Ada")
 
 
 @pytest.mark.parametrize("content", ["", "8", "8 abc", "x " + "0" * 64, "9 " + "0" * 64, "8 " + "0" * 64, "\xff"])
@@ -269,7 +271,7 @@ def test_a_head_file_that_lags_is_no_problem(original: Path, tmp_path: Path) -> 
     shutil.copytree(original, tmp_path, dirs_exist_ok=True)
     with open_store(f"sqlite:///{tmp_path}/store.sqlite") as store:
         third = list(store.events())[2]
-        (tmp_path / "store.head").write_text(str(Head(3, third.hash)))
+        (tmp_path / "store.head").write_text(str(StoreHead(3, third.hash)))
         assert store.check() is None
         assert store.append("a", "", {}, who="Ada").seq == N + 1
     assert (tmp_path / "store.head").read_text().startswith(f"{N + 1} ")

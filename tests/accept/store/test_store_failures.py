@@ -13,7 +13,7 @@ import pytest
 from sqlalchemy import event
 from sqlalchemy.pool import Pool
 
-from accept.store import Entry, Store, StoreError, open_store
+from accept.store import NewEvent, Store, StoreError, open_store
 
 BIG = {"text": "x" * 20_000}
 
@@ -26,7 +26,7 @@ def url_of(folder: Path) -> str:
 def made(tmp_path: Path) -> Path:
     """Folder of a store that holds two events."""
     with open_store(url_of(tmp_path)) as store:
-        store.append_many([Entry("a", "U1"), Entry("b", "U2")], who="Ada")
+        store.append_many([NewEvent("a", "U1"), NewEvent("b", "U2")], who="Ada")
     return tmp_path
 
 
@@ -176,7 +176,7 @@ def test_a_file_that_is_no_database(tmp_path: Path, content: bytes) -> None:
 
 def test_a_database_with_overwritten_pages(tmp_path: Path) -> None:
     with open_store(url_of(tmp_path)) as store:
-        store.append_many([Entry("a", "U", BIG)] * 20, who="Ada")
+        store.append_many([NewEvent("a", "U", BIG)] * 20, who="Ada")
     file = tmp_path / "store.sqlite"
     content = bytearray(file.read_bytes())
     content[4096 : len(content)] = b"\xa5" * (len(content) - 4096)
@@ -193,7 +193,7 @@ def touch_everything(folder: Path) -> None:
 
 def test_a_truncated_database(tmp_path: Path) -> None:
     with open_store(url_of(tmp_path)) as store:
-        store.append_many([Entry("a", "U", BIG)] * 20, who="Ada")
+        store.append_many([NewEvent("a", "U", BIG)] * 20, who="Ada")
     os.truncate(tmp_path / "store.sqlite", 3 * 4096)
     with pytest.raises(StoreError, match="is damaged"):
         touch_everything(tmp_path)

@@ -5,31 +5,31 @@ import random
 import pytest
 
 from accept.store import BenchState, Event, StoreError, UnitState, fold
-from accept.store.event import GENESIS, Entry, sealed
+from accept.store.event import GENESIS, NewEvent, sealed
 
 TIME = "2026-01-01T00:00:00.000000+00:00"
 
 
-def chain(*entries: Entry, who: str = "Ada") -> list[Event]:
+def chain(*entries: NewEvent, who: str = "Ada") -> list[Event]:
     events: list[Event] = []
     for i, entry in enumerate(entries, start=1):
         events.append(sealed(i, TIME, who, entry, "code", events[-1].hash if events else GENESIS))
     return events
 
 
-def judged(serial: str, verdict: str = "accepted", sha: str = "1", path: str = "") -> Entry:
+def judged(serial: str, verdict: str = "accepted", sha: str = "1", path: str = "") -> NewEvent:
     inputs = {"unit.toml": sha}
     result = {"serial": serial, "verdict": verdict}
     payload = {"path": path or f"units/{serial}", "inputs": inputs, "spec_sha256": "s", "code_sha256": "c"}
-    return Entry("unit_judged", serial, payload | {"result": result}, "apa@s")
+    return NewEvent("unit_judged", serial, payload | {"result": result}, "apa@s")
 
 
-def written(serial: str, sha: str = "w") -> Entry:
-    return Entry("certificate_written", serial, {"path": f"{serial}.pdf", "sha256": sha})
+def written(serial: str, sha: str = "w") -> NewEvent:
+    return NewEvent("certificate_written", serial, {"path": f"{serial}.pdf", "sha256": sha})
 
 
-def signed(serial: str, role: str, sha: str) -> Entry:
-    return Entry("certificate_signed", serial, {"path": f"{serial}.pdf", "sha256": sha, "role": role})
+def signed(serial: str, role: str, sha: str) -> NewEvent:
+    return NewEvent("certificate_signed", serial, {"path": f"{serial}.pdf", "sha256": sha, "role": role})
 
 
 def test_no_events_no_state() -> None:
@@ -79,28 +79,28 @@ def test_a_new_certificate_has_no_signatures_and_a_new_judgement_no_certificate(
 
 
 def test_a_refused_folder_is_remembered_until_it_is_judged() -> None:
-    refused = Entry("unit_refused", "", {"path": "units/U1", "reason": "no unit.toml"})
+    refused = NewEvent("unit_refused", "", {"path": "units/U1", "reason": "no unit.toml"})
     assert fold(chain(refused)).refused == {"units/U1": "no unit.toml"}
     assert fold(chain(refused, judged("U1"))).refused == {}
 
 
 def test_other_kinds_only_pass() -> None:
-    state = fold(chain(Entry("batch_started", "", {"paths": []}), Entry("never_heard_of")))
+    state = fold(chain(NewEvent("batch_started", "", {"paths": []}), NewEvent("never_heard_of")))
     assert state == BenchState(seq=2)
 
 
 @pytest.mark.parametrize(
     "entry",
     [
-        Entry("unit_judged", "U1", {"path": "x"}),
-        Entry("unit_judged", "U1", dict(judged("U1").payload) | {"result": {}}),
-        Entry("unit_judged", "U1", dict(judged("U1").payload) | {"result": None}),
-        Entry("unit_refused", "", {}),
+        NewEvent("unit_judged", "U1", {"path": "x"}),
+        NewEvent("unit_judged", "U1", dict(judged("U1").payload) | {"result": {}}),
+        NewEvent("unit_judged", "U1", dict(judged("U1").payload) | {"result": None}),
+        NewEvent("unit_refused", "", {}),
         written("never-judged"),
         signed("never-judged", "qa", "a"),
     ],
 )
-def test_an_unusable_payload_names_its_event(entry: Entry) -> None:
+def test_an_unusable_payload_names_its_event(entry: NewEvent) -> None:
     with pytest.raises(StoreError, match=f"event 1 .{entry.what}"):
         fold(chain(entry))
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.store import Entry, open_store
+from accept.store import NewEvent, open_store
 from tests.accept.batch.killing import SOAK, Points, fork
 
 WRITER = Path(__file__).with_name("store_writer.py")
@@ -34,7 +34,7 @@ def work(folder: Path, points: Points) -> None:
         for i in range(2):
             event_ = store.append("unit_judged", f"U{i}", {"i": i, "text": "x" * 6000}, who="Ada")
             os.write(acks, f"{event_.seq} {event_.hash}\n".encode())
-        for event_ in store.append_many([Entry("group", "", {"i": i}) for i in range(GROUP)], who="Ada"):
+        for event_ in store.append_many([NewEvent("group", "", {"i": i}) for i in range(GROUP)], who="Ada"):
             os.write(acks, f"{event_.seq} {event_.hash}\n".encode())
     os.write(acks, f"points {points.passed}\n".encode())
 

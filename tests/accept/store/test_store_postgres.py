@@ -13,7 +13,7 @@ import pytest
 from sqlalchemy import create_engine, text
 from sqlalchemy.exc import DBAPIError
 
-from accept.store import Entry, Head, StoreError, check_lines, open_store
+from accept.store import NewEvent, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
 
 WRITER = Path(__file__).with_name("store_writer.py")
@@ -60,12 +60,12 @@ def execute(url: str, *statements: str) -> None:
 def test_append_read_and_check(url: str) -> None:
     with open_store(url) as store:
         event = store.append("unit_judged", "APA-03", {"µ": "größer", "nul": "a\0b"}, who="Ada", spec="apa@1")
-        many = store.append_many([Entry("a", "U1"), Entry("b", "U2")], who="Ada")
+        many = store.append_many([NewEvent("a", "U1"), NewEvent("b", "U2")], who="Ada")
         assert list(store.events()) == [event, *many]
         assert list(store.events(subject="U1", what="a")) == [many[0]]
         assert store.latest("U2", "b") == many[1]
         assert store.check() is None
-        assert store.check(Head(1, event.hash)) is None
+        assert store.check(StoreHead(1, event.hash)) is None
     with open_store(url) as again:
         assert check_lines(again)[0]
         assert again.append("c", "", {}, who="Ada").seq == 4
@@ -98,7 +98,7 @@ def test_the_database_itself_refuses_to_change_events(url: str, statement: str) 
 )
 def test_tampering_is_named(url: str, statement: str, seq: int) -> None:
     with open_store(url) as store:
-        store.append_many([Entry("a", str(i), {"i": i}) for i in range(4)], who="Ada")
+        store.append_many([NewEvent("a", str(i), {"i": i}) for i in range(4)], who="Ada")
         execute(url, "DROP TRIGGER events_append_only ON events", statement)
         problem = store.check()
         assert problem is not None
@@ -107,7 +107,7 @@ def test_tampering_is_named(url: str, statement: str, seq: int) -> None:
 
 def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
     with open_store(url) as store:
-        store.append_many([Entry("a")] * 3, who="Ada")
+        store.append_many([NewEvent("a")] * 3, who="Ada")
         execute(url, "DROP TRIGGER events_append_only ON events", "DELETE FROM events WHERE seq = 3")
         with pytest.raises(StoreError, match="store check"):
             store.append("a", "", {}, who="Ada")

@@ -17,7 +17,7 @@ from textual.widgets import DataTable
 sys.path.insert(0, str(Path(__file__).parents[3]))
 from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
-from accept.simulate import Order, simulate
+from accept.simulate import UnitRequest, simulate
 from accept.tui.screens.start import Given
 from accept.workflow.bench import open_bench
 from accept.workflow.training import open_training
@@ -61,7 +61,7 @@ async def measuring(out: Path) -> None:
 
 def strut(folder: Path) -> Path:
     model = open_model("strut").with_values({"misalignment.dy_um": 150.0})
-    for name, content in simulate(Order("ST-07", "strut", model, seed=7)).files.items():
+    for name, content in simulate(UnitRequest("ST-07", "strut", model, seed=7)).files.items():
         write_atomic(folder / "ST-07" / name, content)
     return folder / "ST-07"
 

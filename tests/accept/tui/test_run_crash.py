@@ -2,7 +2,7 @@
 
 import pytest
 
-from accept.commands.bench.run import Wanted, run
+from accept.commands.bench.run import RunOptions, run
 from accept.tui.app import BenchApp
 
 
@@ -13,7 +13,7 @@ def test_a_fault_of_the_program_is_no_verdict(monkeypatch: pytest.MonkeyPatch, c
     monkeypatch.setenv("TEXTUAL_DRIVER", "textual.drivers.headless_driver:HeadlessDriver")
     monkeypatch.setattr(BenchApp, "on_mount", broken)
     with pytest.raises(SystemExit) as ended:
-        run(Wanted())
+        run(RunOptions())
     assert ended.value.code == 1
     said = capsys.readouterr().err
     assert "RuntimeError: a fault" in said

@@ -10,7 +10,7 @@ from textual.widgets import DataTable, Input
 from accept.base.home import home
 from accept.commands.trust.verify import verify_here
 from accept.store import Store, StoreError, open_store
-from accept.tui.screens.ask import Ask
+from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
 from accept.workflow.session import Session
@@ -140,7 +140,7 @@ async def test_a_known_serial_is_measured_again_as_a_new_attempt():
         await press(pilot, "escape")
         await pilot.press(*"APA-02")
         await press(pilot, "f8")
-        assert screen(pilot) == "Ask"
+        assert screen(pilot) == "Question"
         await type_line(pilot, "came back from the maker")
         assert "attempt 2" in words(pilot, ".title")
     assert [e["reason"] for e in stored("attempt_started")] == ["", "came back from the maker"]
@@ -173,7 +173,7 @@ async def test_signing_needs_the_passphrase():
         await press(pilot, "escape", "down", "down", "enter")
         await type_line(pilot, "365")
         await press(pilot, "escape", "s", "f2")
-        assert isinstance(pilot.app.screen, Ask)
+        assert isinstance(pilot.app.screen, Question)
         await type_line(pilot, "wrong")
         assert "✗" in words(pilot, "#status")
         assert "not signed" in words(pilot, "#certificate")

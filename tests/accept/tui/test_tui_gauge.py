@@ -6,7 +6,7 @@ from accept.store import open_store
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.live_value import Gauge, gauge_text
-from accept.workflow.bench import Bench
+from accept.workflow.bench import Workbench
 from checks.declare import Measured
 from hw.errors import NoReply
 from specs import Limit
@@ -17,7 +17,7 @@ SENSOR = Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test")
 
 
 def with_meter(fake: Fake):
-    def load() -> Bench:
+    def load() -> Workbench:
         return replace(loader()(), instruments=Only("capacitance", fake))
 
     return load

@@ -10,7 +10,7 @@ from textual.pilot import Pilot
 from accept.base.home import home
 from accept.certificate import keys as signing_keys
 from accept.store import open_store
-from accept.tui.widgets.text_entry import Entry
+from accept.tui.widgets.text_entry import TextEntry
 from tests.accept.batch.killing import SOAK
 from tests.accept.tui.tui_help import loader, press, running, settled
 
@@ -60,8 +60,8 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
                 return
             case "Start":
                 for name, value in (("operator", "Ann"), ("kind", "apa"), ("serial", serial)):
-                    screen.query_one(f"#{name}", Entry).value = value
-                screen.query_one("#kind", Entry).focus()
+                    screen.query_one(f"#{name}", TextEntry).value = value
+                screen.query_one("#kind", TextEntry).focus()
                 await press(pilot, "enter")
             case "Steps":
                 await press(pilot, "enter")

@@ -9,7 +9,7 @@ from textual.widgets import DataTable
 
 from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
-from accept.simulate import Order, simulate
+from accept.simulate import UnitRequest, simulate
 from accept.tui.screens.gap import answer
 from accept.tui.widgets.pictures import Pictures
 from accept.units import unit_folder
@@ -36,7 +36,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A strut of the built-in model whose APA sits beside the axis, and nothing else is wrong."""
     model = open_model("strut").with_values({"misalignment.dy_um": DY_UM})
     folder = tmp_path_factory.mktemp("records") / "ST-01"
-    order = Order("ST-01", "strut", model, seed=5, repeats=False, low_s=RECORD_S, high_s=RECORD_S)
+    order = UnitRequest("ST-01", "strut", model, seed=5, repeats=False, low_s=RECORD_S, high_s=RECORD_S)
     for name, content in simulate(order).files.items():
         write_atomic(folder / name, content)
     return folder

@@ -16,7 +16,7 @@ from textual.widgets import DataTable, Input
 
 from accept.base.version import code_sha256
 from accept.judging.judge_unit import load_spec
-from accept.workflow.bench import Begun, Bench, open_bench
+from accept.workflow.bench import Begun, Workbench, open_bench
 from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import entries
@@ -55,11 +55,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         os.utime(path, (1e9 + n, 1e9 + n))
 
 
-def apa() -> Bench:
+def apa() -> Workbench:
     return replace(open_bench("apa-basic", RECORDS), instruments=METER)
 
 
-def strut() -> Bench:
+def strut() -> Workbench:
     """With a strut whose responses are taken, and judged already where a model takes part."""
     bench = open_bench("strut", RECORDS)
     session, _ = bench.open_unit(Begun("ST-01", "strut", "Ann"))

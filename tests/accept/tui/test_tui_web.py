@@ -8,7 +8,7 @@ import pytest
 
 from accept.base.exit_codes import Exit
 from accept.commands.bench import web
-from accept.commands.bench.run import Wanted
+from accept.commands.bench.run import RunOptions
 
 aiohttp = pytest.importorskip("aiohttp")
 pytest.importorskip("textual_serve")
@@ -64,6 +64,6 @@ def test_without_the_extra_one_line_says_what_to_install(monkeypatch, capsys):
 
 
 def test_the_browser_gets_what_was_asked_for(tmp_path: Path):
-    wanted = Wanted("APA-02", "apa", None, tmp_path, "Ann", True, 3)
+    wanted = RunOptions("APA-02", "apa", None, tmp_path, "Ann", True, 3)
     words = ["APA-02", "--spec", "apa", "--records", str(tmp_path), "--operator", "Ann", "--seed", "3", "--training"]
     assert wanted.arguments() == words

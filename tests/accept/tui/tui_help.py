@@ -13,25 +13,25 @@ from textual.worker import WorkerFailed
 
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
-from accept.workflow.bench import Bench, open_bench
-from accept.workflow.worker.process import Apart
+from accept.workflow.bench import Workbench, open_bench
+from accept.workflow.worker.process import WorkerProcess
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
 NARROW, WIDE = (80, 24), (140, 40)
-HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the seed
+HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the report
 
 
-APART = Apart()  # one for all tests of a process: to start it takes longer than what it has to do
+APART = WorkerProcess()  # one for all tests of a process: to start it takes longer than what it has to do
 atexit.register(APART.close)
 
 
-def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Bench]:
+def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Workbench]:
     return lambda: replace(open_bench(spec, records), apart=APART)
 
 
 @asynccontextmanager
 async def running(
-    load: Callable[[], Bench] | None = None, size: tuple[int, int] = NARROW, given: Given | None = None
+    load: Callable[[], Workbench] | None = None, size: tuple[int, int] = NARROW, given: Given | None = None
 ) -> AsyncIterator[Pilot[None]]:
     app = BenchApp(load or loader(), given or Given("Ann"))
     async with app.run_test(size=size) as pilot:

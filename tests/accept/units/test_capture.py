@@ -13,7 +13,7 @@ from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
 from hw import records
 from hw.errors import Implausible, InstrumentError
-from hw.simulated import Fault, FaultKind, Stage
+from hw.simulated import FaultKind, LineFault, Stage
 from tests.hw.instruments.simbench import HEIGHTS_UM, measure, new_unit, simulated_bench
 
 
@@ -56,7 +56,7 @@ def test_a_passing_fault_costs_a_repeat_and_no_reading(kind, tmp_path):
     said = []
     with simulated_bench(tmp_path / "bench") as (simulated, bench):
         folder = new_unit(tmp_path / "U")
-        simulated.probe.inject(Fault(kind, after=12, at=3, seconds=0.05, seed=3))
+        simulated.probe.inject(LineFault(kind, after=12, at=3, seconds=0.05, seed=3))
         measure("flatness", folder, bench, said.append)
     assert any("once more" in words for words in said)
     assert len(next((folder / "readings").iterdir()).read_text().splitlines()) == 24
@@ -65,7 +65,7 @@ def test_a_passing_fault_costs_a_repeat_and_no_reading(kind, tmp_path):
 def test_a_lasting_fault_ends_the_run_with_its_reason_and_no_entry(tmp_path):
     with simulated_bench(tmp_path / "bench") as (simulated, bench):
         folder = new_unit(tmp_path / "U")
-        simulated.lcr.inject(Fault(FaultKind.OVERRANGE))
+        simulated.lcr.inject(LineFault(FaultKind.OVERRANGE))
         with pytest.raises(InstrumentError, match="PRIM:OVER"):
             measure("capacitance", folder, bench)
     assert not unit_folder.read(folder).sections

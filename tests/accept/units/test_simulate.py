@@ -10,15 +10,15 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.certificate.attachments import Attachments
-from accept.certificate.errors import Refused
+from accept.certificate.errors import InvalidCertificate
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
-from accept.simulate import FAULTS, Order, OrderError, simulate, write
+from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
 from accept.simulate.apa import heights
 from accept.simulate.order import drawn
-from accept.simulate.records import Bench, axial_Hz, noise_record, slow_record
+from accept.simulate.records import DrivenUnit, axial_Hz, noise_record, slow_record
 from accept.units import unit_folder as units
 from accept.verify import rejudge
 from checks.acceptance import CHECKS
@@ -47,13 +47,13 @@ def apa() -> Model:
     return open_model("apa-frame").with_values({"bench.payload_kg": 5.0})
 
 
-def order(model: Model, kind: str = "strut", **changes: Any) -> Order:
-    made = Order("T-1", kind, model, 1, repeats=False, low_s=SHORT, high_s=SHORT, compact=False)
+def order(model: Model, kind: str = "strut", **changes: Any) -> UnitRequest:
+    made = UnitRequest("T-1", kind, model, 1, repeats=False, low_s=SHORT, high_s=SHORT, compact=False)
     made = replace(made, effects=(MISALIGNED,)) if kind == "strut" else made
     return replace(made, **changes)
 
 
-def judged(of: Order, folder: Path) -> UnitResult:
+def judged(of: UnitRequest, folder: Path) -> UnitResult:
     write(simulate(of), folder)
     return judge_unit(units.read(folder), load_spec(of.kind))
 
@@ -69,7 +69,7 @@ def test_measured_responses_are_the_model_within_noise(
     """Steps of converters and encoder and noise of sensors are all that is between them, and the estimator says how
     much that is: squared distance over its variance has median ln 2 and mean one over independent bins, more by what
     the estimated variance scatters (17 degrees of freedom) and the local polynomials leave at the sharpest peaks."""
-    bench = Bench(order(strut, effects=effects, low_s=20.0, high_s=20.0), with_effects(strut, effects))
+    bench = DrivenUnit(order(strut, effects=effects, low_s=20.0, high_s=20.0), with_effects(strut, effects))
     record = noise_record(bench, "x", high)
     found = lpm(record["Va"], {c: record[c] for c in strut.channels}, 1e4, f_lo=lo, f_hi=hi, step=17)
     z = np.abs(found.H - bench.model.frf(found.f)) ** 2 / found.var
@@ -90,7 +90,7 @@ def test_converters_step_and_end() -> None:
 
 
 def test_hysteresis_of_the_drive_is_in_every_channel(strut: Model) -> None:
-    bench = Bench(order(strut, effects=(MISALIGNED, ("hysteresis", {"relative_width": 0.12}))), strut)
+    bench = DrivenUnit(order(strut, effects=(MISALIGNED, ("hysteresis", {"relative_width": 0.12}))), strut)
     record = slow_record(bench, "x")
     spec = load_spec("strut").checks["hysteresis"]
     made = Record(record["t"], {c: record[c] for c in ("Va", "Vs", "de")}, {"Va": "V", "Vs": "V", "de": "m"})
@@ -178,7 +178,7 @@ def test_repeats_are_other_realisations(strut: Model) -> None:
 
 def test_measured_data_are_never_replaced(strut: Model, tmp_path: Path) -> None:
     (tmp_path / "unit.toml").write_text('serial = "REAL"\n')
-    with pytest.raises(OrderError, match="not simulated"):
+    with pytest.raises(UnitRequestError, match="not simulated"):
         write(simulate(order(strut)), tmp_path)
     assert (tmp_path / "unit.toml").read_text() == 'serial = "REAL"\n'
 
@@ -195,7 +195,7 @@ def test_measured_data_are_never_replaced(strut: Model, tmp_path: Path) -> None:
     ],
 )
 def test_impossible_orders_are_refused(strut: Model, changes: dict[str, Any], words: str) -> None:
-    with pytest.raises(OrderError, match=words):
+    with pytest.raises(UnitRequestError, match=words):
         simulate(order(strut, **changes))
 
 
@@ -225,7 +225,7 @@ def test_the_demo_trusts_its_own_strut_and_no_altered_one() -> None:
     assert rejudge.rejudge_demo(own)["verdict"] == "accepted"
     altered = dict(strut.files)
     altered["hysteresis.mat"] = altered["frf_noise.mat"]
-    with pytest.raises(Refused, match="no unit of the demo"):
+    with pytest.raises(InvalidCertificate, match="no unit of the demo"):
         rejudge.rejudge_demo(replace(own, files=altered))
 
 

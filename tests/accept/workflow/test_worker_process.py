@@ -10,75 +10,75 @@ from pathlib import Path
 
 import pytest
 
-from accept.workflow.worker.process import Apart, Broken, NotDone, Work
+from accept.workflow.worker.process import Broken, NotDone, Work, WorkerProcess
 from tests.accept.batch.killing import TIMEOUT_S, gone, until
 from tests.accept.workflow import worker_orders as work
 
 
 @pytest.fixture
-def apart() -> Iterator[Apart]:
-    started = Apart()
+def apart() -> Iterator[WorkerProcess]:
+    started = WorkerProcess()
     yield started
     started.close()
 
 
-def test_the_answer_comes_back_with_what_was_said(apart: Apart):
+def test_the_answer_comes_back_with_what_was_said(worker: WorkerProcess):
     said: list[str] = []
-    assert apart.run(Work(work.twice, 21.0), said.append) == 42.0
+    assert worker.run(Work(work.twice, 21.0), said.append) == 42.0
     assert said == ["looking", "doubling"]
 
 
-def test_what_is_printed_there_spoils_nothing(apart: Apart):
-    assert apart.run(Work(work.prints, 1.5)) == 1.5
+def test_what_is_printed_there_spoils_nothing(worker: WorkerProcess):
+    assert worker.run(Work(work.prints, 1.5)) == 1.5
 
 
-def test_a_refusal_is_told_in_its_words(apart: Apart):
+def test_a_refusal_is_told_in_its_words(worker: WorkerProcess):
     with pytest.raises(NotDone, match="no band is measured"):
-        apart.run(Work(work.refuse, expected=(work.Refused,)))
+        worker.run(Work(work.refuse, expected=(work.Refused,)))
 
 
-def test_a_fault_of_the_program_comes_with_its_traceback(apart: Apart):
+def test_a_fault_of_the_program_comes_with_its_traceback(worker: WorkerProcess):
     with pytest.raises(Broken, match=r"break_down(.|\n)*ZeroDivisionError: bug"):
-        apart.run(Work(work.break_down, expected=(work.Refused,)))
+        worker.run(Work(work.break_down, expected=(work.Refused,)))
 
 
-def test_a_process_that_the_system_ends_gives_no_answer(apart: Apart):
+def test_a_process_that_the_system_ends_gives_no_answer(worker: WorkerProcess):
     with pytest.raises(NotDone, match="memory"):
-        apart.run(Work(work.die))
+        worker.run(Work(work.die))
 
 
-def test_it_is_stopped_at_once(apart: Apart, tmp_path: Path):
+def test_it_is_stopped_at_once(worker: WorkerProcess, tmp_path: Path):
     endless, ready = Work(work.wait_for_ever, tmp_path / "pid"), threading.Event()
     threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), apart.cancel(endless)), daemon=True).start()
     with pytest.raises(NotDone, match="stopped"):
-        apart.run(endless, lambda words: ready.set())
+        worker.run(endless, lambda words: ready.set())
     assert gone(int((tmp_path / "pid").read_text()))
 
 
-def test_one_process_does_one_work_after_the_other(apart: Apart):
-    first = apart.run(Work(work.number))
+def test_one_process_does_one_work_after_the_other(worker: WorkerProcess):
+    first = worker.run(Work(work.number))
     with pytest.raises(NotDone):
-        apart.run(Work(work.refuse, expected=(work.Refused,)))
-    assert apart.run(Work(work.number)) == first
+        worker.run(Work(work.refuse, expected=(work.Refused,)))
+    assert worker.run(Work(work.number)) == first
 
 
 @pytest.mark.parametrize("end", [work.die, work.break_down])
-def test_after_a_work_that_ended_its_process_there_is_another(apart: Apart, end):
-    first = apart.run(Work(work.number))
+def test_after_a_work_that_ended_its_process_there_is_another(worker: WorkerProcess, end):
+    first = worker.run(Work(work.number))
     with pytest.raises((NotDone, Broken)):
-        apart.run(Work(end))
-    assert apart.run(Work(work.number)) != first
+        worker.run(Work(end))
+    assert worker.run(Work(work.number)) != first
 
 
-def test_what_waits_for_its_turn_gets_it_when_the_first_is_stopped(apart: Apart, tmp_path: Path):
+def test_what_waits_for_its_turn_gets_it_when_the_first_is_stopped(worker: WorkerProcess, tmp_path: Path):
     endless, ready, answers = Work(work.wait_for_ever, tmp_path / "pid"), threading.Event(), []
 
     def first() -> None:
         with pytest.raises(NotDone, match="stopped"):
-            apart.run(endless, lambda words: ready.set())
+            worker.run(endless, lambda words: ready.set())
 
     def second() -> None:
-        answers.append(apart.run(Work(work.twice, 4.0)))
+        answers.append(worker.run(Work(work.twice, 4.0)))
 
     threads = [threading.Thread(target=first), threading.Thread(target=second)]
     threads[0].start()
@@ -91,26 +91,26 @@ def test_what_waits_for_its_turn_gets_it_when_the_first_is_stopped(apart: Apart,
     assert answers == [8.0]
 
 
-def test_a_process_that_died_while_it_had_nothing_to_do_is_replaced(apart: Apart):
-    first = apart.run(Work(work.number))
+def test_a_process_that_died_while_it_had_nothing_to_do_is_replaced(worker: WorkerProcess):
+    first = worker.run(Work(work.number))
     os.kill(first, signal.SIGKILL)
     assert until(lambda: gone(first))
-    assert apart.run(Work(work.number)) != first
+    assert worker.run(Work(work.number)) != first
 
 
-def test_it_ends_when_it_is_closed_whatever_it_is_at(apart: Apart, tmp_path: Path):
+def test_it_ends_when_it_is_closed_whatever_it_is_at(worker: WorkerProcess, tmp_path: Path):
     endless, ready = Work(work.wait_for_ever, tmp_path / "pid"), threading.Event()
-    threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), apart.close()), daemon=True).start()
+    threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), worker.close()), daemon=True).start()
     with pytest.raises(NotDone, match="stopped"):
-        apart.run(endless, lambda words: ready.set())
+        worker.run(endless, lambda words: ready.set())
     assert gone(int((tmp_path / "pid").read_text()))
 
 
-def test_what_was_stopped_before_it_began_does_not_begin(apart: Apart, tmp_path: Path):
+def test_what_was_stopped_before_it_began_does_not_begin(worker: WorkerProcess, tmp_path: Path):
     endless = Work(work.wait_for_ever, tmp_path / "pid")
     apart.cancel(endless)
     with pytest.raises(NotDone):
-        apart.run(endless)
+        worker.run(endless)
     assert not (tmp_path / "pid").exists()
 
 

@@ -16,7 +16,7 @@ from accept.workflow.session import Session
 from checks.declare import Measured
 from hw.errors import NoReply
 from hw.link import Traffic
-from hw.simulated import SimulatedBench, World
+from hw.simulated import BenchSetup, SimulatedBench
 from specs.bench import load_bench
 from tests.hw.instruments.fake_instrument import Fake
 
@@ -101,7 +101,7 @@ def test_recall_finds_units_that_the_workflow_measured(session: Session):
 
 
 def test_every_byte_of_a_simulated_meter_is_kept(session: Session, tmp_path):
-    world = World("APA-02", (0.0,) * 8, 4.99e-6, 9.85e-6, 120e-6, 240e-6)
+    world = BenchSetup("APA-02", (0.0,) * 8, 4.99e-6, 9.85e-6, 120e-6, 240e-6)
     with SimulatedBench(world, tmp_path / "bench") as bench:
         instruments = BenchInstruments(load_bench(bench.bench_file))
         meter = instruments.serving("capacitance", "sensor_uF", None)

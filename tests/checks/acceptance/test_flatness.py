@@ -1,4 +1,4 @@
-"""Flatness against the seed's table (both columns), closed forms and invariants."""
+"""Flatness against the report's table (both columns), closed forms and invariants."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from specs import CheckSpec, StatedU
 
 POSITIONS = np.array(POSITIONS_MM) * 1e-3
 SPEC = CheckSpec(required=False, uncertainty={"z_um": StatedU(U=0.5, source="probe")})
-# Exact half-widths [um] of the facts page, APA 1..6 and 7b.
+# Exact half-widths [um] of the published description, APA 1..6 and 7b.
 EXACT = {1: 6.48, 2: 1.88, 3: 2.07, 4: 2.02, 5: 1.45, 6: 6.44, 7: 2.43}
 
 
@@ -32,7 +32,7 @@ def test_first_measurement_of_apa_7() -> None:
 
 @pytest.mark.parametrize("apa", SEED_APAS, ids=lambda a: a.serial)
 def test_published_column_is_the_published_algorithm_stopped_early(apa) -> None:
-    """Nelder-Mead on the seed's objective in metres from zeros, first steps 0.00025 and both tolerances 1e-4."""
+    """Nelder-Mead on the report's objective in metres from zeros, first steps 0.00025 and both tolerances 1e-4."""
     points = np.column_stack([POSITIONS, np.array(apa.heights_um) * 1e-6])
 
     def worst_distance(x: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from accept.capture.watch_folder import Watched, pick_up
 from accept.judging import judge_unit
 from accept.judging.calibration import statement
 from accept.judging.result import UnitResult
-from accept.simulate import Order, simulate, write
+from accept.simulate import UnitRequest, simulate, write
 from accept.simulate.bench_truth import world_of
 from accept.store import open_store
 from accept.store.instrument_recall import touched
@@ -40,7 +40,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("whole")
     model = open_model("apa-frame").with_values({"bench.payload_kg": 5.0})
     # the specs ask for 10 s
-    write(simulate(Order("APA-01", "apa", model, 1, repeats=False, low_s=10.5, high_s=10.5)), folder / "truth")
+    write(simulate(UnitRequest("APA-01", "apa", model, 1, repeats=False, low_s=10.5, high_s=10.5)), folder / "truth")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ACCEPT_HOME", str(folder / "home"))
         new_unit(folder / "APA-01")

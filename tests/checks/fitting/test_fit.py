@@ -13,7 +13,7 @@ from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset, dataset_from_records, simulated
 from checks.fitting.fit import Fit, calibrate, fit, free_of
 from checks.fitting.goodness import gaps
-from checks.fitting.response import Function, Response
+from checks.fitting.response import FunctionResponse, Response
 from checks.model.effects import with_effects
 from hw.model_files import open_model
 from hw.records import read
@@ -68,7 +68,7 @@ LITTLE = [
     Free("ga", -32.2, 3.0),
     Free("gs", 0.088, 0.01),
 ]
-PEAKS = Function(two_peaks, {p.name: 1e-5 * abs(p.prior) for p in LITTLE})
+PEAKS = FunctionResponse(two_peaks, {p.name: 1e-5 * abs(p.prior) for p in LITTLE})
 CHANNELS = ("Vs", "de", "da")
 
 
@@ -172,7 +172,7 @@ def plain_data(values: dict[str, float], sigma: float = 1e-3) -> Dataset:
 def test_any_function_can_be_fitted_and_a_far_peak_is_found() -> None:
     """The peak begins a hundred of its widths from the true one: differences alone would leave it where it is."""
     data = plain_data({"f0": 200.0, "gain": -1.5})
-    response = Function(peak, {"f0": 1e-3, "gain": 1e-5})
+    response = FunctionResponse(peak, {"f0": 1e-3, "gain": 1e-5})
     free = [Free("f0", 100.0, 60.0, lo=1.0), Free("gain", -1.0, scale=0.3)]
     for starts in (1, 5):
         found = fit(response, data, free, starts=starts, seed=1)
@@ -184,7 +184,7 @@ def test_any_function_can_be_fitted_and_a_far_peak_is_found() -> None:
 
 def test_a_value_on_its_bound_is_said() -> None:
     data = plain_data({"f0": 200.0, "gain": -1.5})
-    response = Function(peak, {"f0": 1e-3, "gain": 1e-5})
+    response = FunctionResponse(peak, {"f0": 1e-3, "gain": 1e-5})
     found = fit(response, data, [Free("f0", 199.0, 5.0, hi=199.5), Free("gain", -1.0)])
     assert found.at_bound == ("f0",)
     assert found.at["f0"] <= 199.5
@@ -253,7 +253,7 @@ def test_the_wrong_model_file_shows() -> None:
     assert found.gaps["de"].G > 3
 
 
-class Falls(Function):
+class Falls(FunctionResponse):
     """Stands at the priors; every derivative is taken where nothing does."""
 
     def jacobian(self, *args: object, **more: object) -> np.ndarray:

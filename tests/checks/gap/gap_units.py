@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from accept.models.model_file import open_model
-from accept.simulate import Order, simulate, write
+from accept.simulate import UnitRequest, simulate, write
 
 HIGHPASS = ("sensor_highpass", {"f_Hz": 4.0})
 SECONDS = 10.5  # the checks of a spec ask for 10
@@ -15,5 +15,5 @@ def make_strut(
 ) -> Path:
     """A unit folder with these effects hidden in it."""
     model = open_model("strut")
-    order = Order(serial, "strut", model, seed, effects, repeats=repeats, low_s=SECONDS, high_s=SECONDS)
+    order = UnitRequest(serial, "strut", model, seed, effects, repeats=repeats, low_s=SECONDS, high_s=SECONDS)
     return write(simulate(order), folder)

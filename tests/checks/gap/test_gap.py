@@ -14,7 +14,7 @@ from accept.gap.analyse_unit import run_gap
 from checks.gap import effects as library
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.unmodelled_modes import stand_ins
+from checks.gap.modelling.unmodelled_modes import unmodelled_modes
 from checks.gap.records import record_faults as early
 from checks.gap.search.levenberg_marquardt import annealed, go_on
 from checks.gap.statistics.adequacy import judge
@@ -68,7 +68,7 @@ class TestLibrary:
         built_in = with_effects(strut(), [(name, values)])
         np.testing.assert_allclose(fitted, built_in.frf(F, channels=CHANNELS), rtol=1e-12)
 
-    @pytest.mark.parametrize("member", [*EFFECTS.values(), *stand_ins(CHANNELS)], ids=lambda m: m.name)
+    @pytest.mark.parametrize("member", [*EFFECTS.values(), *unmodelled_modes(CHANNELS)], ids=lambda m: m.name)
     def test_derivatives(self, member) -> None:
         if not getattr(member, "fits", lambda m: True)(strut()):
             pytest.skip("shows in no response")
@@ -187,7 +187,7 @@ def test_recorded_unit(serial: str) -> None:
             outside += not lo <= value <= hi
             assert abs(value - p["value"]) <= hi - lo
     assert outside <= 1
-    if serial == "S-02":  # misalignment shows in de, hardly in da and Vs (seed 6.2): so must the gap before it
+    if serial == "S-02":  # misalignment shows in de, hardly in da and Vs ([STB] 6.2): so must the gap before it
         before = found["gap_before"]["channels"]
         assert before["de"] > 1000 * before["da"]
         assert before["Vs"] < 1

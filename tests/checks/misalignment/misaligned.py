@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from checks.fitting.dataset import Dataset, simulated
-from checks.misalignment.table import Table, grid, ratios, table_frequencies
+from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
 from hw.model_files import open_model
 from tests.checks.model.units_model import NOMINAL
@@ -49,10 +49,10 @@ def seen(H: np.ndarray, rng: np.random.Generator) -> Dataset:
     return simulated(F, H, CHANNELS, cov.astype(complex), rng)
 
 
-def table_of(model: Model, nx: int = 21, ny: int = 21) -> Table:
+def table_of(model: Model, nx: int = 21, ny: int = 21) -> MisalignmentTable:
     """A small table, in memory."""
     f, (dx, dy) = table_frequencies(), grid(nx, ny)
-    return Table(dx, dy, f, np.array([ratios(model, x, dy, f) for x in dx]), model.name, model.sha256)
+    return MisalignmentTable(dx, dy, f, np.array([ratios(model, x, dy, f) for x in dx]), model.name, model.sha256)
 
 
 @lru_cache
@@ -72,7 +72,7 @@ def sharp() -> Model:
 
 
 @lru_cache
-def small_table(of: str) -> Table:
+def small_table(of: str) -> MisalignmentTable:
     """Of "builtin" or "exact"."""
     model = {"builtin": builtin, "exact": exact}[of]()
     return table_of(replace(model, damping="modal"), 11, 13)

@@ -18,9 +18,9 @@ from checks.fitting.common_drive import DELAY, FALL, GAIN, Driven
 from checks.fitting.dataset import Dataset
 from checks.misalignment.apa_asymmetry import own_offsets
 from checks.misalignment.estimate import estimate
-from checks.misalignment.estimate_types import Estimate
+from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
-from checks.misalignment.table import Table
+from checks.misalignment.table import MisalignmentTable
 from checks.model.dynamics.complex_modes import modal
 from checks.model.dynamics.modal_damping import modally_damped
 from checks.model.dynamics.real_modes import real_modal
@@ -41,7 +41,7 @@ def builtin() -> Model:
 
 
 @pytest.fixture(scope="module")
-def builtin_table() -> Table:
+def builtin_table() -> MisalignmentTable:
     return misaligned.small_table("builtin")
 
 
@@ -51,15 +51,15 @@ def exact() -> Model:
 
 
 @pytest.fixture(scope="module")
-def exact_table() -> Table:
+def exact_table() -> MisalignmentTable:
     return misaligned.small_table("exact")
 
 
-def off(found: Estimate, dx: float, dy: float) -> tuple[float, float]:
+def off(found: MisalignmentEstimate, dx: float, dy: float) -> tuple[float, float]:
     return found.dx.value - dx, found.dy.value - dy
 
 
-def covers(found: Estimate, dx: float, dy: float) -> bool:
+def covers(found: MisalignmentEstimate, dx: float, dy: float) -> bool:
     x, y = off(found, dx, dy)
     return abs(x) <= found.dx.U and abs(y) <= found.dy.U
 
@@ -67,7 +67,7 @@ def covers(found: Estimate, dx: float, dy: float) -> bool:
 # recorded struts, from an independent simulation
 
 
-def recorded(serial: str, model: Model, table: Table) -> tuple[Estimate, float, float]:
+def recorded(serial: str, model: Model, table: MisalignmentTable) -> tuple[MisalignmentEstimate, float, float]:
     measured = responses(DATA / "units" / serial, channels=CHANNELS)
     true = truth(serial)["effects"].get("misalignment", {"dx_um": 0.0, "dy_um": 0.0})
     return estimate(model, measured.first, table, measured.second), true["dx_um"], true["dy_um"]
@@ -75,7 +75,7 @@ def recorded(serial: str, model: Model, table: Table) -> tuple[Estimate, float, 
 
 @needs_data
 @pytest.mark.parametrize("serial", ["S-01", "S-02", "S-03", "S-05", "S-06"])
-def test_recorded_with_the_right_model(serial: str, exact: Model, exact_table: Table) -> None:
+def test_recorded_with_the_right_model(serial: str, exact: Model, exact_table: MisalignmentTable) -> None:
     """Within 4 um and the stated interval. S-03's amplifier and S-05's high-pass on Vs are not in the ratio."""
     found, dx, dy = recorded(serial, exact, exact_table)
     assert found.reason is None
@@ -85,7 +85,7 @@ def test_recorded_with_the_right_model(serial: str, exact: Model, exact_table: T
 
 @needs_data
 @pytest.mark.parametrize("serial", ["S-02", "S-05", "S-06"])
-def test_recorded_with_the_built_in_model(serial: str, builtin: Model, builtin_table: Table) -> None:
+def test_recorded_with_the_built_in_model(serial: str, builtin: Model, builtin_table: MisalignmentTable) -> None:
     """A worse model: dy within 40 um and an interval that holds the truth, or no result."""
     found, dx, dy = recorded(serial, builtin, builtin_table)
     if found.reason is None:
@@ -94,7 +94,7 @@ def test_recorded_with_the_built_in_model(serial: str, builtin: Model, builtin_t
 
 
 @needs_data
-def test_a_mode_of_the_bench_gives_no_result(exact: Model, exact_table: Table) -> None:
+def test_a_mode_of_the_bench_gives_no_result(exact: Model, exact_table: MisalignmentTable) -> None:
     """S-04's adds to encoder and interferometer alike, so it is in the ratio; dy would be wrong by two U."""
     found, _, _ = recorded("S-04", exact, exact_table)
     assert found.reason is not None
@@ -110,12 +110,14 @@ def good(builtin: Model) -> Drawn:
     return draw(builtin, 3)
 
 
-def given(builtin: Model, table: Table, first: Dataset, second: Dataset | None = None) -> Estimate:
+def given(
+    builtin: Model, table: MisalignmentTable, first: Dataset, second: Dataset | None = None
+) -> MisalignmentEstimate:
     return estimate(misaligned.sharp(), first, table, second)
 
 
 def test_the_good_one_has_a_result_with_and_without_a_second_realisation(
-    builtin: Model, builtin_table: Table, good: Drawn
+    builtin: Model, builtin_table: MisalignmentTable, good: Drawn
 ) -> None:
     for second in (good.second, None):
         found = given(builtin, builtin_table, good.first, second)
@@ -124,7 +126,7 @@ def test_the_good_one_has_a_result_with_and_without_a_second_realisation(
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(199.0, 0.0), (0.0, -650.0)])
-def test_beyond_the_table(builtin: Model, builtin_table: Table, dx: float, dy: float) -> None:
+def test_beyond_the_table(builtin: Model, builtin_table: MisalignmentTable, dx: float, dy: float) -> None:
     rng = np.random.default_rng(2)
     at = {"misalignment.dx_um": dx, "misalignment.dy_um": dy}
     pair = [seen(builtin.frf(draw(builtin, 3).first.f, at, CHANNELS), rng) for _ in range(2)]
@@ -133,7 +135,7 @@ def test_beyond_the_table(builtin: Model, builtin_table: Table, dx: float, dy: f
     assert "edge" in found.reason or "does not explain" in found.reason or "the data fit only with" in found.reason
 
 
-def test_what_the_model_lacks(builtin: Model, builtin_table: Table) -> None:
+def test_what_the_model_lacks(builtin: Model, builtin_table: MisalignmentTable) -> None:
     """An encoder bracket with a mode of its own at 450 Hz."""
     lacking = builtin.with_values({"encoder.bracket_Hz": 450.0, "encoder.bracket_damping_ratio": 0.02})
     drawn = draw(lacking, 4)
@@ -142,14 +144,14 @@ def test_what_the_model_lacks(builtin: Model, builtin_table: Table) -> None:
     assert "G = " in found.reason
 
 
-def test_the_reason_names_what_leaves_its_prior(builtin: Model, builtin_table: Table) -> None:
+def test_the_reason_names_what_leaves_its_prior(builtin: Model, builtin_table: MisalignmentTable) -> None:
     wrong = draw(builtin.with_values({"encoder.head_mass_kg": 0.095, "encoder.ruler_mass_kg": 0.095}), 4)
     found = given(builtin, builtin_table, wrong.first, wrong.second)
     assert found.reason is not None
     assert "where the model allows" in found.reason or "does not explain" in found.reason
 
 
-def test_a_model_without_encoder(builtin: Model, builtin_table: Table, good: Drawn) -> None:
+def test_a_model_without_encoder(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     with pytest.raises(ModelError, match="'de'"):
         estimate(builtin.without_encoder(), good.first, builtin_table, None)
 
@@ -237,14 +239,14 @@ def test_frame_and_finite_elements_are_as_lopsided(builtin: Model, exact: Model)
     assert own_offsets(builtin)[0] == pytest.approx(own_offsets(exact)[0], rel=0.03)  # the frame's tolerance
 
 
-def test_the_pictures(builtin: Model, builtin_table: Table, good: Drawn) -> None:
+def test_the_pictures(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     drawn = panels(given(builtin, builtin_table, good.first, good.second))
     assert set(drawn) == {"ratio", "ratio phase", "map"}
     image = drawn["map"].items[0]
     assert image.z.shape == (image.y.size, image.x.size)
 
 
-def test_the_pictures_of_no_result_show_no_place(builtin: Model, builtin_table: Table, good: Drawn) -> None:
+def test_the_pictures_of_no_result_show_no_place(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     """The numbers of an estimate that is none stand on no picture, and nothing marks a place."""
     found = given(builtin, builtin_table, good.first, good.second)
     drawn = panels(replace(found, reason="the model does not explain de"))

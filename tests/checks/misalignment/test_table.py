@@ -15,7 +15,7 @@ from accept.cli.main import app
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table, table_for, write_table
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
-from checks.misalignment.table import Likelihood, Table, grid, ratios, table_frequencies
+from checks.misalignment.table import Likelihood, MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
 from hw.model_files import open_model
 from tests.checks.misalignment.misaligned import CHANNELS, F, draw, noise_m_per_V, table_of
@@ -30,7 +30,7 @@ def strut() -> Model:
 
 
 @pytest.fixture(scope="module")
-def table(strut: Model) -> Table:
+def table(strut: Model) -> MisalignmentTable:
     return table_of(strut)
 
 
@@ -50,7 +50,7 @@ def rng(seed: int) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def test_a_row_is_the_models_own_ratio(strut: Model, table: Table) -> None:
+def test_a_row_is_the_models_own_ratio(strut: Model, table: MisalignmentTable) -> None:
     x, y = 7, 13
     at = {"misalignment.dx_um": table.dx[x], "misalignment.dy_um": table.dy[y]}
     H = strut.frf(table.f, at, CHANNELS)
@@ -60,7 +60,7 @@ def test_a_row_is_the_models_own_ratio(strut: Model, table: Table) -> None:
     assert table.dy[0] == -600.0
 
 
-def test_gain_and_delay_of_the_drive_drop_out(strut: Model, table: Table) -> None:
+def test_gain_and_delay_of_the_drive_drop_out(strut: Model, table: MisalignmentTable) -> None:
     late = strut.with_values({"delay.tau_us": 300.0, "amplifier.f_Hz": 1500.0, "constants.ga_N_per_V": -20.0})
     assert np.allclose(ratios(late, 0.0, np.array([0.0]), table.f)[0], table.R[10, 10], rtol=1e-5)
 
@@ -75,11 +75,13 @@ def test_dz_hardly_shows(strut: Model) -> None:
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.0, 0.0), (-120.0, 480.0), (60.0, -60.0), (180.0, 540.0)])
-def test_a_place_of_the_grid_is_found(strut: Model, table: Table, dx: float, dy: float) -> None:
+def test_a_place_of_the_grid_is_found(strut: Model, table: MisalignmentTable, dx: float, dy: float) -> None:
     assert table.query(plain(strut, dx, dy)).minima(1) == [(dx, dy)]
 
 
-def test_the_misfit_is_the_weighted_square(strut: Model, table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_misfit_is_the_weighted_square(
+    strut: Model, table: MisalignmentTable, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The quadratic form on the basis against the sum over bins, at places where the misfit is small and large."""
     monkeypatch.setattr("checks.misalignment.table.SHIFTS", (0.0,))
     data = plain(strut, 60.0, -60.0)
@@ -93,7 +95,7 @@ def test_the_misfit_is_the_weighted_square(strut: Model, table: Table, monkeypat
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_drawn_strut_is_found_within_a_basin(strut: Model, table: Table, seed: int) -> None:
+def test_a_drawn_strut_is_found_within_a_basin(strut: Model, table: MisalignmentTable, seed: int) -> None:
     """Other masses, stiffnesses and damping than the table's: within two steps of the check's own, coarser scan."""
     drawn = draw(strut, seed)
     dx, dy = table.query(drawn.first).minima(1)[0]
@@ -108,7 +110,7 @@ def test_minima_come_lowest_first() -> None:
     assert found == [(3.0, 4.0), (1.0, 1.0)]
 
 
-def test_data_elsewhere_are_refused(strut: Model, table: Table) -> None:
+def test_data_elsewhere_are_refused(strut: Model, table: MisalignmentTable) -> None:
     with pytest.raises(ModelError, match="no bin of"):
         table.query(plain(strut, 0.0, 0.0).band(10.0, 60.0))
 

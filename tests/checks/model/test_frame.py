@@ -12,7 +12,7 @@ from checks.model.model import frequency_and_damping
 from checks.model.structure.apa import superelement_body
 from checks.model.structure.craig_bampton import craig_bampton
 from checks.model.structure.frame import frame_apa, frame_matrices
-from checks.model.structure.frame_geometry import Block, FrameGeometry
+from checks.model.structure.frame_geometry import FrameGeometry, SolidBlock
 from checks.model.structure.rigid_motion import rigid_motions
 from checks.model.structure.superelement import Superelement
 from checks.model.structure.superelement_check import check_superelement
@@ -102,11 +102,11 @@ class TestFacts:
 
     def test_strut_clamped_at_both_ends(self) -> None:
         f, _ = frequency_and_damping(open_model("strut").clamped().poles())
-        assert f[:3] == pytest.approx([189.0, 285.0, 400.0], rel=0.03)  # the seed's own finite-element strut
+        assert f[:3] == pytest.approx([189.0, 285.0, 400.0], rel=0.03)  # the report's own finite-element strut
 
     def test_strut_under_its_payload(self) -> None:
         f, _ = frequency_and_damping(open_model("strut").poles())
-        assert f[0] == pytest.approx(85.7, rel=0.01)  # facts page; a compliance within 1 % makes 0.5 %
+        assert f[0] == pytest.approx(85.7, rel=0.01)  # published description; a compliance within 1 % makes 0.5 %
 
     def test_a_wrong_shell_is_seen(self) -> None:
         """Arms a tenth thicker leave the accepted band: the figures above do test the shell."""
@@ -187,11 +187,11 @@ class TestRefused:
 
     def test_impossible_part_of_a_block(self) -> None:
         with pytest.raises(ModelError, match="end"):
-            FrameGeometry(end=Block(box=(1e-3, 0.0, 1e-3), center=0.0, neck=(1e-3, 1e-3)))
+            FrameGeometry(end=SolidBlock(box=(1e-3, 0.0, 1e-3), center=0.0, neck=(1e-3, 1e-3)))
 
     def test_center_that_is_no_number(self) -> None:
         with pytest.raises(ModelError, match=r"top\.center is nan"):
-            FrameGeometry(top=Block(box=(1e-3, 1e-3, 1e-3), center=np.nan, neck=(1e-3, 1e-3)))
+            FrameGeometry(top=SolidBlock(box=(1e-3, 1e-3, 1e-3), center=np.nan, neck=(1e-3, 1e-3)))
 
     def test_stations_out_of_order(self) -> None:
         with pytest.raises(ModelError, match="do not rise"):

@@ -30,7 +30,7 @@ def second_order(f_Hz: float, damping_ratio: float) -> np.ndarray:
 
 
 class TestFactors:
-    """H with the effect over H without it, channel by channel (design, section 6)."""
+    """H with the effect over H without it, channel by channel ([DESIGN] 6)."""
 
     @pytest.mark.parametrize(
         ("name", "parameters", "on", "factor"),

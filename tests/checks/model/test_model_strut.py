@@ -1,4 +1,4 @@
-"""The strut: the facts page's figures, the seed's statements, and the laws that any strut must obey."""
+"""The strut: the published figures, the report's statements, and the laws that any strut must obey."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from scipy import linalg
 from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import direct_frf, modal
 from checks.model.model import Model, frequency_and_damping
-from checks.model.parameter_sweep import SEED_SWEEPS, Sweep, panels, sweep, table
+from checks.model.parameter_sweep import PUBLISHED_SWEEPS, Sweep, panels, sweep, table
 from checks.model.structure.apa import superelement_body
 from checks.model.structure.frame import frame_apa
 from checks.model.structure.matrix_builder import Builder, System
@@ -174,7 +174,7 @@ class TestSeedStatements:
         return {r.value: [z for z in r.zeros.f if first < z < second] for r in s.rows}
 
     def run(self, model: Model, name: str, channel: str = "de") -> Sweep:
-        names, values = SEED_SWEEPS[name]
+        names, values = PUBLISHED_SWEEPS[name]
         return sweep(model, names, values, channel, BAND)
 
     def test_dy_decides_the_zero_between_the_first_two_resonances(self, either: Model) -> None:

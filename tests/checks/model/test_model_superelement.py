@@ -15,7 +15,7 @@ from hw.superelement import read_superelement
 from tests.checks.model.statics import amplification, clamped_modes_Hz, end_compliance, end_stiffness
 from tests.checks.model.units_model import APA300ML, FLEXOR, needs_data
 
-PRINTED = 1e-3  # the facts page asks for 0.1 %, and prints about as many digits
+PRINTED = 1e-3  # the published description asks for 0.1 %, and prints about as many digits
 
 
 def beam() -> Superelement:

@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 from scipy.stats import binom
 
-from checks.signals.spectral.periodic import Period, detect, distortion, periodic_frf
+from checks.signals.spectral.periodic import PeriodicPart, detect, distortion, periodic_frf
 
 P, FS = 2048, 1024.0
 LAST = 400  # highest excited line
@@ -22,7 +22,7 @@ def multisine(seed: int, first: int = 1, last: int = LAST) -> np.ndarray:
 @pytest.mark.parametrize("count", [2, 3, 7])
 def test_period_is_found(count: int) -> None:
     found = detect(np.tile(multisine(1), count) + 2.5)
-    assert found == Period(P, 0, count, pytest.approx(0.0, abs=1e-12))
+    assert found == PeriodicPart(P, 0, count, pytest.approx(0.0, abs=1e-12))
 
 
 def test_ramps_and_quantisation_are_no_obstacle() -> None:
@@ -95,7 +95,7 @@ def test_cubic_distortion_is_told_from_noise() -> None:
     for seed in range(R):
         u = np.tile(multisine(seed), 5)
         y = u + a * u**3 + sigma * np.random.default_rng(1000 + seed).standard_normal(u.size)
-        frfs.append(periodic_frf(u, y, FS, Period(P, 0, 5, 0.0)))
+        frfs.append(periodic_frf(u, y, FS, PeriodicPart(P, 0, 5, 0.0)))
     found = distortion(frfs)
     noise = sigma**2 * P / 4 / (P**2 / 4 * 2 / LAST)
     share = found.frf.f / found.frf.f[-1]
@@ -115,7 +115,7 @@ def test_linear_system_shows_no_distortion() -> None:
     for seed in range(20):
         u = np.tile(multisine(seed), 5)
         y = u + 0.1 * np.random.default_rng(seed).standard_normal(u.size)
-        frfs.append(periodic_frf(u, y, FS, Period(P, 0, 5, 0.0)))
+        frfs.append(periodic_frf(u, y, FS, PeriodicPart(P, 0, 5, 0.0)))
     found = distortion(frfs)
     # Clipped at zero the scatter of the difference leaves about 0.15 of the noise.
     assert found.distortion_var.mean() < 0.25 * 20 * found.noise_var.mean()
@@ -125,14 +125,14 @@ def test_linear_system_shows_no_distortion() -> None:
 def test_refusals() -> None:
     u = np.tile(multisine(1), 3)
     with pytest.raises(ValueError, match=r"2 period\(s\) less 1 leave 1"):
-        periodic_frf(u, u, FS, Period(P, 0, 2, 0.0))
+        periodic_frf(u, u, FS, PeriodicPart(P, 0, 2, 0.0))
     with pytest.raises(ValueError, match="channel 'y0' has shape"):
-        periodic_frf(u, u[:-1], FS, Period(P, 0, 3, 0.0))
+        periodic_frf(u, u[:-1], FS, PeriodicPart(P, 0, 3, 0.0))
     with pytest.raises(ValueError, match="channel 'y0' holds NaN or inf"):
-        periodic_frf(u, np.where(np.arange(u.size) == 3000, np.nan, u), FS, Period(P, 0, 3, 0.0))
-    one = periodic_frf(u, u, FS, Period(P, 0, 3, 0.0))
+        periodic_frf(u, np.where(np.arange(u.size) == 3000, np.nan, u), FS, PeriodicPart(P, 0, 3, 0.0))
+    one = periodic_frf(u, u, FS, PeriodicPart(P, 0, 3, 0.0))
     with pytest.raises(ValueError, match=r"1 realisation\(s\)"):
         distortion([one])
     other = np.tile(multisine(1, last=300), 3)
     with pytest.raises(ValueError, match="excited lines"):
-        distortion([one, periodic_frf(other, other, FS, Period(P, 0, 3, 0.0))])
+        distortion([one, periodic_frf(other, other, FS, PeriodicPart(P, 0, 3, 0.0))])

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from accept.workflow.instruments.port import Instrument
+from accept.workflow.instruments.port import InstrumentPort
 
 
 class Fake:
@@ -40,8 +40,8 @@ class Fake:
 class Only:
     """Instruments of which there is one, for one check."""
 
-    def __init__(self, check: str, instrument: Instrument) -> None:
+    def __init__(self, check: str, instrument: InstrumentPort) -> None:
         self._check, self._instrument = check, instrument
 
-    def serving(self, check: str, name: str, index: int | None) -> Instrument | None:
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         return self._instrument if check == self._check else None

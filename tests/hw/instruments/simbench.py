@@ -9,12 +9,12 @@ from accept.capture.operator_actions import Staged
 from accept.store import open_store
 from accept.units import toml_edit
 from hw.instruments import open_instrument
-from hw.simulated import SimulatedBench, World
-from specs.bench import Bench, load_bench
+from hw.simulated import BenchSetup, SimulatedBench
+from specs.bench import BenchFile, load_bench
 
-# APA 1 of the seed, its stroke split into one stack and the two others.
+# APA 1 of the report, its stroke split into one stack and the two others.
 HEIGHTS_UM = (0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46)
-WORLD = World("APA-01", tuple(z * 1e-6 for z in HEIGHTS_UM), 5.10e-6, 10.03e-6, 124.4e-6, 248.8e-6)
+WORLD = BenchSetup("APA-01", tuple(z * 1e-6 for z in HEIGHTS_UM), 5.10e-6, 10.03e-6, 124.4e-6, 248.8e-6)
 
 
 def nobody(words: str) -> str:
@@ -22,12 +22,12 @@ def nobody(words: str) -> str:
 
 
 @contextmanager
-def simulated_bench(folder: Path, world: World = WORLD) -> Iterator[tuple[SimulatedBench, Bench]]:
+def simulated_bench(folder: Path, world: BenchSetup = WORLD) -> Iterator[tuple[SimulatedBench, BenchFile]]:
     with SimulatedBench(world, folder, timeout_s=0.5) as simulated:
         yield simulated, load_bench(simulated.bench_file)
 
 
-def measure(section: str, unit: Path, bench: Bench, say=lambda words: None) -> Captured:
+def measure(section: str, unit: Path, bench: BenchFile, say=lambda words: None) -> Captured:
     """Capture a section with the bench's instrument for it and its staged hands."""
     name, entry = next((n, e) for n, e in bench.instruments.items() if section in e.measures)
     assert bench.stage is not None

@@ -20,7 +20,7 @@ from hw.instruments.lcr800 import Lcr800Settings
 from hw.instruments.millimar_m1240 import M1240Settings
 from hw.instruments.millimar_optors import OptorsSettings
 from hw.link import LineSettings, Link
-from hw.simulated import Fault, FaultKind, HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice, Server
+from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
 from hw.simulated.server import swap
 
 SEQUENCES = 1000 if os.environ.get("ACCEPT_SOAK") == "1" else 50
@@ -73,7 +73,7 @@ class Bench:
 
 def random_fault(rng):
     seconds = rng.choice((0.01, 0.05, 0.2))
-    return Fault(rng.choice(KINDS), rng.randrange(8), rng.randrange(40), seconds, rng.randrange(10**9))
+    return LineFault(rng.choice(KINDS), rng.randrange(8), rng.randrange(40), seconds, rng.randrange(10**9))
 
 
 def sequence(bench, rng, outcomes):

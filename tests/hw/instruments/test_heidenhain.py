@@ -2,7 +2,7 @@
 
 import pytest
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused, WrongInstrument
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange, WrongInstrument
 from hw.instruments.heidenhain import FUNCTIONS, KEYS, TEXTS, Heidenhain, HeidenhainSettings
 from tests.hw.instruments.dialogue import dialogue
 
@@ -94,7 +94,7 @@ def test_another_identification():
 @pytest.mark.parametrize(
     ("reply", "error"),
     [
-        (b"\x15", Refused),
+        (b"\x15", InstrumentRefused),
         (b"ERR1\r\n", Garbled),
         (b"\x02ND 287\r\nx\r\ny\r\n", Garbled),
         (b"\x02ND 287    \r\n349797-01 \r\n", NoReply),
@@ -115,7 +115,7 @@ def test_functions_and_keys(function):
     sent = b"\x1b" + code.encode() + b"\r"
     with dialogue((sent, b"\x06")) as link:
         probe(link).do(function)
-    with dialogue((sent, b"\x15")) as link, pytest.raises(Refused, match="not possible"):
+    with dialogue((sent, b"\x15")) as link, pytest.raises(InstrumentRefused, match="not possible"):
         probe(link).do(function)
     with dialogue((sent, b"?")) as link, pytest.raises(Garbled):
         probe(link).do(function)

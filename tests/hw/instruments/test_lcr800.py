@@ -2,7 +2,7 @@
 
 import pytest
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange
 from hw.instruments.lcr800 import Lcr800, Lcr800Settings
 from tests.hw.instruments.dialogue import dialogue
 
@@ -95,7 +95,7 @@ def test_a_handshake_that_fails(reply):
 def test_no_setting_is_taken_for_granted(n):
     """A lost echo and a wrong one, of every setting."""
     message = SETTINGS[n][0]
-    for reply, error in ((b"", NoReply), (b"MAIN:XXXX\n", Refused)):
+    for reply, error in ((b"", NoReply), (b"MAIN:XXXX\n", InstrumentRefused)):
         with (
             dialogue(*SESSION, *SETTINGS[:n], (message, reply)) as link,
             pytest.raises(error, match=r"acknowledged|echo"),
@@ -106,7 +106,7 @@ def test_no_setting_is_taken_for_granted(n):
 @pytest.mark.parametrize("n", [0, 1])
 def test_a_bias_that_is_on(n):
     on = (BIAS[n][0], BIAS[n][1].replace(b"OFF.", b"ON.."))
-    with dialogue(*SESSION, *SETTINGS, *SPEED, *BIAS[:n], on) as link, pytest.raises(Refused, match="poled"):
+    with dialogue(*SESSION, *SETTINGS, *SPEED, *BIAS[:n], on) as link, pytest.raises(InstrumentRefused, match="poled"):
         lcr(link).read()
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hw.errors import Garbled, NoReply, Refused
+from hw.errors import Garbled, InstrumentRefused, NoReply
 from hw.instruments.lcr800_commands import CHOICES, NUMBERS, QUESTIONS, SWITCHES, setting
 from hw.simulated import Lcr800Device
 from tests.hw.instruments.dialogue import dialogue
@@ -79,7 +79,7 @@ def test_what_the_meter_does_not_have_is_never_sent(function, value, words):
 
 def test_a_setting_that_is_not_echoed_is_not_set():
     sent = setting("SPEE", "FAST").encode() + b"\n\r"
-    with dialogue(*SESSION, (sent, b"MAIN:SPEE:SLOW\n")) as link, pytest.raises(Refused, match="not set"):
+    with dialogue(*SESSION, (sent, b"MAIN:SPEE:SLOW\n")) as link, pytest.raises(InstrumentRefused, match="not set"):
         lcr(link).set_to("SPEE", "FAST")
     with dialogue(*SESSION, (sent, b"")) as link, pytest.raises(NoReply, match="not acknowledged"):
         lcr(link).set_to("SPEE", "FAST")
@@ -127,7 +127,10 @@ def test_zeroing(which):
     sent = f"OFFS:{which}\n\r".encode()
     with dialogue(*SESSION, (sent, f"{which}:OK\n".encode())) as link:
         lcr(link).zero(which)
-    with dialogue(*SESSION, (sent, f"{which}:FAIL\n".encode())) as link, pytest.raises(Refused, match="not zeroed"):
+    with (
+        dialogue(*SESSION, (sent, f"{which}:FAIL\n".encode())) as link,
+        pytest.raises(InstrumentRefused, match="not zeroed"),
+    ):
         lcr(link).zero(which)
     with dialogue(*SESSION, (sent, b"")) as link, pytest.raises(NoReply, match="not acknowledged"):
         lcr(link, zeroing_s=0.05).zero(which)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hw.errors import Garbled, Implausible, NoReply, OverRange, Refused, WrongInstrument
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange, WrongInstrument
 from hw.instruments.millimar_m1240 import M1240Settings, MillimarM1240
 from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
 from hw.link import Deadline
@@ -115,13 +115,13 @@ def test_another_serial_number_answers():
 @pytest.mark.parametrize(
     ("reply", "error", "words"),
     [
-        (b"ERR0\r\n", Refused, "sensor error"),
-        (b"ERR1\r\n", Refused, "does not know"),
-        (b"ERR2\r\n", Refused, "parity"),
+        (b"ERR0\r\n", InstrumentRefused, "sensor error"),
+        (b"ERR1\r\n", InstrumentRefused, "does not know"),
+        (b"ERR2\r\n", InstrumentRefused, "parity"),
         (b"ERR3\r\n", OverRange, "range"),
-        (b"ERR5\r\n", Refused, "probe"),
-        (b"ERR6\r\n", Refused, "feature"),
-        (b"ERR9\r\n", Refused, "no meaning"),
+        (b"ERR5\r\n", InstrumentRefused, "probe"),
+        (b"ERR6\r\n", InstrumentRefused, "feature"),
+        (b"ERR9\r\n", InstrumentRefused, "no meaning"),
         (b"OV\r\n", OverRange, "out of range"),
         (b"0.365in\r\n", Implausible, "is in in"),
         (b"0.365um\r\n", Implausible, "is in um"),
@@ -226,7 +226,7 @@ def test_m1240_identity_as_the_sibling_writes_it():
     ("reply", "error"),
     [
         (b"M1, 0.3x5\r", Garbled), (b"M2, 0.365\r", Garbled), (b"M1, \r", Garbled), (b"0.365\r", Garbled),
-        (b"M1, 5.365\r", Implausible), (b"ERR5\r", Refused), (b"OV\r", OverRange), (b"", NoReply),
+        (b"M1, 5.365\r", Implausible), (b"ERR5\r", InstrumentRefused), (b"OV\r", OverRange), (b"", NoReply),
     ],
 )  # fmt: skip
 def test_m1240_errors_are_no_reading(reply, error):
@@ -235,7 +235,7 @@ def test_m1240_errors_are_no_reading(reply, error):
 
 
 def test_m1240_a_unit_that_is_not_acknowledged():
-    with dialogue(ASKED, (b"P86,1\r", b"ERR1\r")) as link, pytest.raises(Refused):
+    with dialogue(ASKED, (b"P86,1\r", b"ERR1\r")) as link, pytest.raises(InstrumentRefused):
         m1240(link).read()
 
 
@@ -249,7 +249,7 @@ def test_m1240_a_unit_that_is_not_acknowledged():
 def test_m1240_commands_are_echoed(do, sent):
     with dialogue((sent, sent)) as link:
         do(m1240(link))
-    with dialogue((sent, b"ERR3\r")) as link, pytest.raises(Refused):
+    with dialogue((sent, b"ERR3\r")) as link, pytest.raises(InstrumentRefused):
         do(m1240(link))
 
 

@@ -1,9 +1,9 @@
-"""The simulated instruments against the facts page: bytes in, bytes out, without any driver in between."""
+"""The simulated instruments against the published description: bytes in, bytes out, without any driver in between."""
 
 import pytest
 
 from hw.link import Deadline, LineSettings, Link
-from hw.simulated import Fault, FaultKind, HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice, Server
+from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
 from hw.simulated.faults import damaged
 from hw.simulated.lcr800 import _scaled
 
@@ -194,7 +194,7 @@ def test_heidenhain_output_is_held_and_released():
 def test_damage_is_damage():
     """Each seed changes the bytes or, rarely, puts the same byte back."""
     reply = b"-365.000um\r\n"
-    changed = sum(damaged(reply, Fault(FaultKind.GARBAGE, seed=s)) != reply for s in range(500))
+    changed = sum(damaged(reply, LineFault(FaultKind.GARBAGE, seed=s)) != reply for s in range(500))
     assert changed > 490
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from checks.declare import Series, Table
+from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
 from tests.hw.records import records_files as made
@@ -170,7 +170,7 @@ def test_channels_and_shapes_are_listed_in_every_format(put, tmp_path):
 
 def test_a_table(put):
     path = put("flatness.csv", b"\xef\xbb\xbfx_mm, y_mm,z_um\r\n-29.5,9,0\r\n\r\n16,-9,-2.5\r\n")
-    table = records.read_table(path, Table("points", "Heights", ("x_mm", "z_um"), min_rows=2))
+    table = records.read_table(path, CsvTable("points", "Heights", ("x_mm", "z_um"), min_rows=2))
     assert {k: v.tolist() for k, v in table.items()} == {"x_mm": [-29.5, 16.0], "z_um": [0.0, -2.5]}
 
 
@@ -195,7 +195,9 @@ def test_a_table(put):
 )
 def test_tables_that_are_refused(raw, words, put):
     with pytest.raises(RecordError) as refusal:
-        records.read_table(put("flatness.csv", raw), Table("points", "Heights", ("x_mm", "y_mm", "z_um"), min_rows=2))
+        records.read_table(
+            put("flatness.csv", raw), CsvTable("points", "Heights", ("x_mm", "y_mm", "z_um"), min_rows=2)
+        )
     assert words in str(refusal.value)
     assert str(refusal.value).startswith("flatness.csv: ")
 
