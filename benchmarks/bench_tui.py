@@ -47,7 +47,7 @@ async def key_answers_s(count: int = 30) -> list[float]:
         await press(pilot, *["enter"] * 6)
         for name in ("frf_noise.mat", "frf_noise_hf.mat"):
             await type_line(pilot, name)
-        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.apart).judge
+        session, over, judge = pilot.app.session, threading.Event(), Elsewhere(pilot.app.bench.worker).judge
         judging = threading.Thread(target=lambda: [session.judge_step("frf", judge) for _ in iter(over.is_set, True)])
         judging.start()
         line, took = pilot.app.screen.query(Input).first(), []

@@ -21,7 +21,7 @@ def test_help_imports_nothing_heavy() -> None:
     code = f"""
 import sys
 sys.argv = ["accept", "--help"]
-from accept.cli import main
+from accept.cli.main import main
 try:
     main()
 except SystemExit as e:

@@ -46,7 +46,7 @@ class BenchApp(App[None]):
         """The start screen, with what is proposed for the next unit."""
         self.push_screen(StartScreen(self.load, self.bench, self.given), self._begun)
 
-    def on_start_bench_opened(self, event: StartScreen.BenchOpened) -> None:
+    def on_start_screen_bench_opened(self, event: StartScreen.BenchOpened) -> None:
         self.bench = event.bench
 
     def _begun(self, begin: Begin | None) -> None:

@@ -31,7 +31,7 @@ class Work(Generic[T]):
     """`work(say, *given)`, to be run elsewhere. What goes in and comes back must be picklable, `work` a function of a
     module.
 
-    expected : errors of `work` that a bench can have; `Apart.run` then raises NotDone with their words.
+    expected : errors of `work` that a bench can have; `WorkerProcess.run` then raises NotDone with their words.
     """
 
     def __init__(self, work: Callable[..., T], *given: Any, expected: tuple[type[Exception], ...] = ()) -> None:

@@ -119,7 +119,7 @@ class TestAgain:
         before = [file.read_bytes() for file in files]
         order = ("batch", units, "--spec", judged.spec, "--out", judged.out, "--workers", 1)
         with monkeypatch.context() as patch:
-            patch.setattr(attach_to_result.gap, "analyse", forbidden)
+            patch.setattr(attach_to_result.analyse_unit, "analyse", forbidden)
             assert "3 of 3 units unchanged" in accept(*order).stderr
         assert [file.read_bytes() for file in files] == before
         (judged.out / "models" / "X-1.toml").unlink()
@@ -137,7 +137,7 @@ class TestAgain:
                 raise KeyboardInterrupt
             raise attach_to_result.GapRefused("not today")
 
-        monkeypatch.setattr(attach_to_result.gap, "analyse", stop_at_the_second)
+        monkeypatch.setattr(attach_to_result.analyse_unit, "analyse", stop_at_the_second)
         stopped = accept(*order)
         assert stopped.exit_code == 4
         assert "run again to go on" in stopped.stderr
@@ -146,7 +146,7 @@ class TestAgain:
         assert set(entries(tmp_path / "out")) == {"N-1", "S-1", "X-1"}
 
     def test_another_model_is_another_question(self, units: Path, tmp_path: Path, monkeypatch) -> None:
-        monkeypatch.setattr(attach_to_result.gap, "analyse", refused)
+        monkeypatch.setattr(attach_to_result.analyse_unit, "analyse", refused)
         model = tmp_path / "m.toml"
         builtin = Path(__file__).parents[3] / "specs" / "models" / "strut.toml"
         model.write_text(builtin.read_text())
@@ -168,7 +168,7 @@ class TestFails:
         def broken(*_: object, **__: object) -> object:
             raise error
 
-        monkeypatch.setattr(attach_to_result.gap, "analyse", broken)
+        monkeypatch.setattr(attach_to_result.analyse_unit, "analyse", broken)
         done = accept("report", units / "X-1", "--spec", spec_with_gap(tmp_path), "--out", tmp_path / "X.pdf")
         assert done.exit_code == 0, done.output
         text = " ".join(" ".join(page.extract_text() for page in PdfReader(tmp_path / "X.pdf").pages).split())

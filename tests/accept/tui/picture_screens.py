@@ -37,7 +37,7 @@ async def to_steps(pilot: Pilot[None], serial: str = "") -> None:
     if serial:
         await type_line(pilot, serial)
     for _ in range(6):
-        if type(pilot.app.screen).__name__ == "Start":
+        if type(pilot.app.screen).__name__ == "StartScreen":
             await press(pilot, "enter")
 
 

@@ -43,7 +43,7 @@ async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
         await type_line(pilot, "battery staple")
         assert "countersigned" in words(pilot, "#certificate")
         await press(pilot, "f4")
-        assert screen(pilot) == "Start"
+        assert screen(pilot) == "StartScreen"
         assert pilot.app.screen.query_one("#operator", Input).value == "Ann"
         assert pilot.app.done.verdicts == {"APA-02": "accepted"}
     content = (home() / "certificates" / "APA-02.pdf").read_bytes()
@@ -159,7 +159,7 @@ async def test_a_serial_that_cannot_be_is_said_at_once():
         await press(pilot)
         assert "✗ serial 'a b'" in words(pilot, "#about")
         await press(pilot, "enter", "enter")
-        assert screen(pilot) == "Start"
+        assert screen(pilot) == "StartScreen"
 
 
 async def test_signing_needs_the_passphrase():
@@ -188,7 +188,7 @@ async def test_a_second_program_at_the_unit_is_told():
             await type_line(pilot, "APA-02")
             await press(pilot, "enter")
             assert "open in another program" in words(pilot, "#status")
-            assert screen(pilot) == "Start"
+            assert screen(pilot) == "StartScreen"
             other.close()
             await press(pilot, "enter")
             assert screen(pilot) == "Steps"
@@ -308,7 +308,7 @@ async def test_arrows_go_from_line_to_line_where_the_form_is_longer_than_the_scr
     async with running(loader("strut-basic")) as pilot:
         await type_line(pilot, "ST-01")
         for _ in range(6):
-            if screen(pilot) == "Start":
+            if screen(pilot) == "StartScreen":
                 await press(pilot, "enter")
         await press(pilot, "enter")
         assert pilot.app.screen.query_one("#body").max_scroll_y > 0

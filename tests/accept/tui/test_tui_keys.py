@@ -58,7 +58,7 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
         match type(screen).__name__:
             case "StepScreen":
                 return
-            case "Start":
+            case "StartScreen":
                 for name, value in (("operator", "Ann"), ("kind", "apa"), ("serial", serial)):
                     screen.query_one(f"#{name}", TextEntry).value = value
                 screen.query_one("#kind", TextEntry).focus()

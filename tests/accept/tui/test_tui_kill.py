@@ -101,7 +101,7 @@ async def stands_at() -> str | None:
     """The step at which a restarted workflow stands."""
     async with running() as pilot:
         await type_line(pilot, "APA-02")
-        await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
+        await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "StartScreen" else []))
         table = pilot.app.screen.query_one(DataTable)
         expected = pilot.app.session.next_step()
         here = pilot.app.session.steps[table.cursor_row].name

@@ -56,7 +56,7 @@ def begun(records: Path) -> Iterator[Session]:
 async def to_steps(pilot) -> None:
     await type_line(pilot, "ST-01")
     for _ in range(6):  # serial, kind, and what a strut is made of
-        if type(pilot.app.screen).__name__ == "Start":
+        if type(pilot.app.screen).__name__ == "StartScreen":
             await press(pilot, "enter")
     assert type(pilot.app.screen).__name__ == "Steps"
 

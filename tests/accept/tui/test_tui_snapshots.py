@@ -124,7 +124,7 @@ async def test_the_screens_of_an_apa(size: tuple[int, int]):
     async with running(apa, size) as pilot:
         await type_line(pilot, "APA-02")
         look(pilot, "start")
-        await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
+        await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "StartScreen" else []))
         look(pilot, "steps")
         await press(pilot, "f5")
         look(pilot, "note")
@@ -187,7 +187,7 @@ async def test_the_screens_of_a_strut(size: tuple[int, int]):
     async with running(strut, size) as pilot:
         await type_line(pilot, "ST-01")
         for _ in range(6):  # serial, kind, and what a strut is made of
-            if type(pilot.app.screen).__name__ == "Start":
+            if type(pilot.app.screen).__name__ == "StartScreen":
                 await press(pilot, "enter")
         look(pilot, "strut")
         await go_to(pilot, "misalignment")
@@ -206,7 +206,7 @@ async def test_without_colour_every_state_has_its_mark(monkeypatch: pytest.Monke
     async with running(strut) as pilot:
         await type_line(pilot, "ST-01")
         for _ in range(6):
-            if type(pilot.app.screen).__name__ == "Start":
+            if type(pilot.app.screen).__name__ == "StartScreen":
                 await press(pilot, "enter")
         marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")) for row in ROWS]
         assert marks == ["○", "✗", "·", "○"]

@@ -26,7 +26,7 @@ atexit.register(APART.close)
 
 
 def loader(spec: str = "apa-basic", records: Path | None = None) -> Callable[[], Workbench]:
-    return lambda: replace(open_bench(spec, records), apart=APART)
+    return lambda: replace(open_bench(spec, records), worker=APART)
 
 
 @asynccontextmanager
@@ -86,7 +86,7 @@ async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:
 async def begin(pilot: Pilot[None], serial: str = "APA-02") -> None:
     """From the start screen to the list of steps."""
     await type_line(pilot, serial)
-    await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "Start" else []))
+    await press(pilot, *(["enter"] if type(pilot.app.screen).__name__ == "StartScreen" else []))
     assert type(pilot.app.screen).__name__ == "Steps"
 
 

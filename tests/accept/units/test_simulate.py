@@ -238,7 +238,7 @@ def run(*words: object) -> Any:
 
 def test_command_line(tmp_path: Path) -> None:
     model = tmp_path / "mine.toml"
-    builtin = Path(units.__file__).parents[1] / "specs" / "models" / "strut.toml"
+    builtin = Path(__file__).parents[3] / "specs" / "models" / "strut.toml"
     slow = '[[effects]]\nname = "hysteresis"\nrelative_width = 0.05\n'
     model.write_text(builtin.read_text() + slow)
     done = run(

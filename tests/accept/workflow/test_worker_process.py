@@ -16,7 +16,7 @@ from tests.accept.workflow import worker_orders as work
 
 
 @pytest.fixture
-def apart() -> Iterator[WorkerProcess]:
+def worker() -> Iterator[WorkerProcess]:
     started = WorkerProcess()
     yield started
     started.close()
@@ -49,7 +49,7 @@ def test_a_process_that_the_system_ends_gives_no_answer(worker: WorkerProcess):
 
 def test_it_is_stopped_at_once(worker: WorkerProcess, tmp_path: Path):
     endless, ready = Work(work.wait_for_ever, tmp_path / "pid"), threading.Event()
-    threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), apart.cancel(endless)), daemon=True).start()
+    threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), worker.cancel(endless)), daemon=True).start()
     with pytest.raises(NotDone, match="stopped"):
         worker.run(endless, lambda words: ready.set())
     assert gone(int((tmp_path / "pid").read_text()))
@@ -85,7 +85,7 @@ def test_what_waits_for_its_turn_gets_it_when_the_first_is_stopped(worker: Worke
     assert ready.wait(TIMEOUT_S)
     threads[1].start()
     assert answers == []
-    apart.cancel(endless)
+    worker.cancel(endless)
     for thread in threads:
         thread.join(TIMEOUT_S)
     assert answers == [8.0]
@@ -108,7 +108,7 @@ def test_it_ends_when_it_is_closed_whatever_it_is_at(worker: WorkerProcess, tmp_
 
 def test_what_was_stopped_before_it_began_does_not_begin(worker: WorkerProcess, tmp_path: Path):
     endless = Work(work.wait_for_ever, tmp_path / "pid")
-    apart.cancel(endless)
+    worker.cancel(endless)
     with pytest.raises(NotDone):
         worker.run(endless)
     assert not (tmp_path / "pid").exists()
@@ -117,9 +117,9 @@ def test_what_was_stopped_before_it_began_does_not_begin(worker: WorkerProcess, 
 def test_a_program_that_is_killed_leaves_no_computation_behind(tmp_path: Path):
     pid_file = tmp_path / "pid"
     code = (
-        "from pathlib import Path; from accept.workflow.worker.process import Apart, Work; "
+        "from pathlib import Path; from accept.workflow.worker.process import WorkerProcess, Work; "
         "from tests.accept.workflow import worker_orders as w;"
-        f"Apart().run(Work(w.wait_for_ever, Path({str(pid_file)!r})))"
+        f"WorkerProcess().run(Work(w.wait_for_ever, Path({str(pid_file)!r})))"
     )
     parent = subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parents[3])
     assert until(lambda: pid_file.exists() and pid_file.read_text() != "")
