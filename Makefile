@@ -3,34 +3,37 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+# What tests, linters and pictures need beside the program.
+DEV    := $(VENV)/.developer
+LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
 
 .PHONY: demo test soak bench challenge lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
-test: $(STAMP) lint
+test: $(DEV) lint
 	$(BIN)/python -m pytest -n 2
 
-lint: $(STAMP)
+lint: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 # The heavy proofs in full: every kill, every damaged file.
-soak: $(STAMP)
+soak: $(DEV)
 	ACCEPT_SOAK=1 $(BIN)/python -m pytest
 
 # Speed as ratios measured in one run; numbers, not verdicts.
-bench: $(STAMP)
+bench: $(DEV)
 	for b in benchmarks/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
 # The blind test of the gap workflow: CASES units it has never seen, truth sealed beforehand, scores against their targets.
 CASES ?= 300
-challenge: $(STAMP)
+challenge: $(DEV)
 	$(BIN)/python -m validation.challenge --cases $(CASES) --out out/challenge
 
-setup: $(STAMP)
+setup: $(DEV)
 
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "accept needs Python 3.11 or later; set PYTHON=..."; exit 1; }
@@ -41,16 +44,21 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
+$(DEV): $(STAMP) requirements-dev.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
+	touch $@
+
 # Renew the pictures of the documentation (needs pdftoppm).
-pictures: $(STAMP)
+pictures: $(DEV)
 	$(BIN)/accept demo --out build/pictures
 	mkdir -p docs/img
 	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
 	$(BIN)/python tests/accept/tui/picture_screens.py docs/img
 
-# Renew the lock after a change of pyproject.toml (needs uv).
+# Renew the locks after a change of pyproject.toml (needs uv): what runs, and what develops, at the same versions.
 lock:
-	uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header --all-extras pyproject.toml -o requirements.lock
+	$(LOCK) --all-extras pyproject.toml -o requirements-dev.lock
+	$(LOCK) --extra build --constraint requirements-dev.lock pyproject.toml -o requirements.lock
 
 clean:
 	rm -rf $(VENV) build out .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
