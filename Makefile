@@ -28,10 +28,10 @@ soak: $(DEV)
 bench: $(DEV)
 	for b in benchmarks/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
-# The blind test of the gap workflow: CASES units it has never seen, truth sealed beforehand, scores against their targets.
-CASES ?= 300
+# The blind test: 300 units nobody has seen, truth sealed beforehand, scores against their targets. Goes on where it was
+# stopped. SET=scatter-1 runs one set only, CASES=10 the first ten units of each.
 challenge: $(DEV)
-	$(BIN)/python -m validation.challenge --cases $(CASES) --out out/challenge
+	$(BIN)/python -m validation.challenge --out out/challenge $(if $(SET),--set $(SET)) $(if $(CASES),--cases $(CASES))
 
 setup: $(DEV)
 

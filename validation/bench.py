@@ -61,7 +61,7 @@ class World:
     """A strut and all that stands between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da;
     filters: (channels, filter) multiplied in, in order; crosstalk: of the amplifier's output per volt of Va into Vs;
     drive_filters: on every output; tau: delay of every output, lags: of single ones [s]; bends: what is not linear in
-    the drive; cubic: spring on the payload [N/m3]."""
+    the drive; cubic: spring on the payload [N/m3]; exchanged: two channels each in the place of the other."""
 
     strut: Strut
     modes: tuple[tuple[float, float, float], ...] = ()
@@ -73,11 +73,13 @@ class World:
     lags: tuple[float, float, float] = (0.0, 0.0, 0.0)
     bends: tuple[Bend, ...] = ()
     cubic: float = 0.0
+    exchanged: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)
 class Setting:
-    """How the bench stood on that day: excitation, noise, mains, drift. rms of noise at the full rate."""
+    """How the bench stood on that day: excitation, noise, mains, drift. rms of noise at the full rate; interpolation_m:
+    amplitude of the error that the encoder makes within each of its periods."""
 
     low_rms_V: float = 0.04
     low_Hz: float = 300.0
@@ -95,6 +97,26 @@ class Setting:
     drift_V: float = 0.0
     mains_m: float = 0.0
     mains_V: float = 0.0
+    mains_lines: tuple[tuple[float, float], ...] = ((50.03, 1.0), (150.09, 0.3))  # [Hz], share of the amplitude
+    interpolation_m: float = 0.0
+    period_m: float = 4e-6
+    seconds: float = SECONDS
+
+
+def draw_rough(rng: np.random.Generator, calm: Setting) -> Setting:
+    """The same day on a rough bench: five times the noise, mains hum with its harmonics as ground loops make it, and an
+    encoder whose two signals are not quite equal."""
+    hum = rng.uniform(49.95, 50.05)
+    return replace(
+        calm,
+        **{name: 5 * getattr(calm, name) for name in ("encoder_m", "interferometer_m", "sensor_V")},
+        **{name: 5 * getattr(calm, name) for name in ("floor_m", "coloured_V", "drift_m", "drift_V")},
+        mains_m=rng.uniform(2e-9, 10e-9),
+        mains_V=rng.uniform(2e-3, 10e-3),
+        mains_lines=tuple((k * hum, share) for k, share in ((1, 1.0), (2, 0.2), (3, 0.5), (5, 0.3), (7, 0.1))),
+        interpolation_m=rng.uniform(3e-9, 12e-9),
+        period_m=float(np.exp(rng.uniform(np.log(0.5e-6), np.log(4e-6)))),
+    )
 
 
 def draw_setting(rng: np.random.Generator) -> Setting:
@@ -216,7 +238,7 @@ def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) ->
 
 def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
     """(N,) noise of the low or the high record, with its preroll, before the converter."""
-    n = int((SECONDS + s.preroll_s) * FS)
+    n = int((s.seconds + s.preroll_s) * FS)
     white = rng.standard_normal(n)
     if high:
         shape = signal.butter(4, [s.high_from_Hz, s.high_to_Hz], "bandpass", fs=FS, output="sos")
@@ -236,9 +258,7 @@ def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
     white = rng.standard_normal((3, n)) * [[s.encoder_m], [s.interferometer_m], [s.sensor_V]]
     decay = np.exp(-2 * np.pi * s.coloured_Hz / fs)
     slow = signal.lfilter([np.sqrt(1 - decay**2)], [1.0, -decay], rng.standard_normal((2, n)))
-    mains = sum(
-        a * np.sin(2 * np.pi * f * t + rng.uniform(0, 2 * np.pi, (3, 1))) for f, a in ((50.03, 1.0), (150.09, 0.3))
-    )
+    mains = sum(a * np.sin(2 * np.pi * f * t + rng.uniform(0, 2 * np.pi, (3, 1))) for f, a in s.mains_lines)
     wander = np.cumsum(rng.standard_normal((2, n)), axis=1) / n
     drift = t / t[-1] + 0.3 * np.sqrt(n) * wander
     metres = s.floor_m * slow[0] + s.drift_m * drift[0]
@@ -253,7 +273,15 @@ def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool) -
     start = int(s.preroll_s * FS)
     y = y[:, start:]
     y = y + _noise(rng, s, y.shape[1], FS)
-    return {"t": np.arange(y.shape[1]) / FS, "Va": Va[start:], **_read(y)}
+    columns = {"t": np.arange(y.shape[1]) / FS, "Va": Va[start:], **_read(y, s)}
+    return _exchanged(columns, playing.world.exchanged)
+
+
+def _exchanged(columns: dict[str, Array], pair: tuple[str, str] | None) -> dict[str, Array]:
+    if pair is None:
+        return columns
+    first, second = pair
+    return {**columns, first: columns[second], second: columns[first]}
 
 
 def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
@@ -266,8 +294,9 @@ def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
         u = u * SOFTER
 
 
-def _read(y: Array) -> dict[str, Array]:
+def _read(y: Array, s: Setting) -> dict[str, Array]:
     de, da, Vs = y
+    de = de + s.interpolation_m * np.sin(2 * np.pi * de / s.period_m)
     converted = quantise(Vs, LSB_V, CONVERTER_V), quantise(de, ENCODER_M), quantise(da, INTERFEROMETER_M)
     return dict(zip(("Vs", "de", "da"), converted, strict=True))
 
@@ -277,7 +306,7 @@ def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[
     cycle = np.sin(2 * np.pi * np.arange(int(SLOW_FS)) / SLOW_FS)
     Va = np.concatenate([a * np.tile(cycle, SLOW_CYCLES) for a in SLOW_AMPLITUDES_V])
     y = playing.drive(Va, SLOW_FS, SLOW_TIMES if playing.world.cubic else 1) + _noise(rng, s, Va.size, SLOW_FS)
-    return {"t": np.arange(Va.size) / SLOW_FS, "Va": Va, "de": _read(y)["de"]}
+    return {"t": np.arange(Va.size) / SLOW_FS, "Va": Va, "de": _read(y, s)["de"]}
 
 
 def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -> Path:

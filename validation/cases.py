@@ -1,7 +1,7 @@
-"""Which units a blind test holds: the mix, the draw of each, the sealed truth, and how visible each effect is.
+"""What a blind test is made of: the mix, the draw of each unit, the sealed truth, and how visible each effect is.
 
-The mix is that of the method: 30 % nothing missing, 40 % one effect, 15 % two, 15 % outside the library; effects take
-turns, so that each stands equally often. A seed settles everything.
+The mix of the exact set is that of the method: 30 % nothing missing, 40 % one effect, 15 % two, 15 % outside the
+library; effects take turns, so that each stands equally often. A seed settles everything. The sets: `sets`.
 """
 
 import hashlib
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from validation.bench import FS, SECONDS, Setting, World, draw_setting, frf, write_unit
+from validation.bench import FS, Setting, World, draw_setting, frf, write_unit
 from validation.effects import LIBRARY, NEVER_TOGETHER, OUTSIDE, Values
-from validation.strut import Strut, draw, modes_Hz, plant, priors
+from validation.strut import CHANNELS, Strut, draw, modes_Hz, plant, priors
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -37,7 +37,8 @@ USED = 0.65  # of the bins' power that is left to the estimate once local polyno
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One unit before it is recorded. effects: name -> parameters; outside: name -> parameters."""
+    """One unit before it is recorded. effects: name -> parameters; outside: name -> parameters; dead: a channel without
+    a signal; exchanged: two channels each in the other's place."""
 
     serial: str
     kind: str
@@ -46,10 +47,13 @@ class Case:
     setting: Setting
     effects: Mapping[str, Values]
     outside: Mapping[str, Values]
+    dead: str | None = None
+    exchanged: tuple[str, str] | None = None
 
     @property
     def world(self) -> World:
-        world = World(self.strut)
+        gains = tuple(0.0 if channel == self.dead else 1.0 for channel in CHANNELS)
+        world = World(self.strut, gains=gains, exchanged=self.exchanged)
         for name, parameters in self.effects.items():
             world = LIBRARY[name].add(world, parameters)
         for name, parameters in self.outside.items():
@@ -61,9 +65,11 @@ class Case:
         return write_unit(parent / self.serial, self.serial, self.world, self.setting, self.seed)
 
     def truth(self) -> dict[str, Any]:
-        nominal = {k: v for k, v in asdict(self.strut).items() if k in priors()}
+        nominal = {k: getattr(self.strut, k) for k in (*priors(), "ruler_x", "ruler_y")}
         stated = {"kind": self.kind, "seed": self.seed, "effects": dict(self.effects), "outside": dict(self.outside)}
-        return stated | {"alike": self.alike, "nominal": nominal}
+        bench = {k: v for k, v in asdict(self.setting).items() if k in ("interpolation_m", "period_m", "mains_lines")}
+        wrong = {"dead": self.dead, "exchanged": self.exchanged}
+        return stated | {"alike": self.alike, "nominal": nominal, "built": _first(self.strut), "bench": bench} | wrong
 
     @property
     def alike(self) -> list[str]:
@@ -71,15 +77,26 @@ class Case:
 
     def detectability(self, rounds: int = ROUNDS) -> float | None:
         """Length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's own
-        parameters and their priors could do; none for what is not linear. rounds: of calibration; one for the weak."""
+        parameters and their priors could do; none for what is not linear, or for a shell that is not its matrices: how
+        much of an effect its modes hide is what the workflow's stated limits have to say. rounds: of calibration; one
+        for the weak."""
         if not self.effects and not self.outside:
             return 0.0
+        if self.strut.built is not None:
+            return None
         world = self.world
         if world.bends or world.cubic:
             return None
         f = np.geomspace(*BAND_HZ, BINS)
         whiten = _whiteners(frf(World(self.strut), f), self.setting, f)
         return _beyond(frf(world, f), self.strut, whiten, f, rounds, _start(self.strut, world.strut))
+
+
+def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:
+    """How the lowest modes of its shell differ, for whoever reads the truth afterwards."""
+    if strut.built is None:
+        return None
+    return {k: getattr(strut.built, k)[:modes].tolist() for k in ("frequency", "damping")}
 
 
 def _start(strut: Strut, hidden: Strut) -> Array:
@@ -141,7 +158,7 @@ def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
     noise = np.array([s.encoder_m, s.interferometer_m, s.sensor_V]) ** 2 * 2 / FS
     high = f > MERGE_HZ
     drive = np.where(high, s.high_rms_V**2 / (s.high_to_Hz - s.high_from_Hz), s.low_rms_V**2 / s.low_Hz)
-    averages = np.gradient(f) * SECONDS * USED
+    averages = np.gradient(f) * s.seconds * USED
     apart = np.abs(np.subtract.outer(np.log10(f), np.log10(f)))
     smooth = TOLERANCE**2 * np.exp(-apart / SMOOTH_DECADES)
     return [
@@ -150,17 +167,20 @@ def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
     ]
 
 
-def counts(number: int) -> dict[str, int]:
-    """How many of each kind; every kind at least once from four units on, what rounding leaves goes to one effect."""
-    share = {kind: max(int(number * part), 1) for kind, part in SHARES.items() if kind != "one"}
-    return share | {"one": max(number - sum(share.values()), 0)}
+def counts(number: int, shares: Mapping[str, float] = SHARES) -> dict[str, int]:
+    """How many of each kind; every kind at least once from four units on, what rounding leaves goes to the largest."""
+    most = max(shares, key=lambda kind: shares[kind])
+    share = {kind: max(int(number * part), 1) for kind, part in shares.items() if kind != most}
+    return share | {most: max(number - sum(share.values()), 0)}
 
 
-def draw_cases(number: int, seed: int, prefix: str = "B") -> list[Case]:
+def draw_cases(
+    number: int, seed: int | Sequence[int], prefix: str = "B", shares: Mapping[str, float] = SHARES
+) -> list[Case]:
     """The units of a blind test, in no order that tells anything."""
     rng = np.random.default_rng(seed)
-    kinds = [kind for kind, n in counts(number).items() for _ in range(n)]
-    turns = {kind: _turns(kind, rng) for kind in SHARES}
+    kinds = [kind for kind, n in counts(number, shares).items() for _ in range(n)][:number]
+    turns = {kind: _turns(kind, rng) for kind in dict.fromkeys(kinds)}
     made = [(kind, *next(turns[kind])) for kind in kinds]
     order = rng.permutation(number)
     return [_case(f"{prefix}-{i:03d}", *made[k], rng) for i, k in enumerate(order)]
@@ -171,12 +191,17 @@ def _turns(kind: str, rng: np.random.Generator) -> Iterator[tuple[Sequence[str],
     choices: dict[str, list[tuple[Sequence[str], Sequence[str]]]] = {
         "none": [((), ())],
         "one": [((name,), ()) for name in LIBRARY],
-        "two": [(pair, ()) for pair in combinations(LIBRARY, 2) if set(pair) not in NEVER_TOGETHER],
+        "two": [(names, ()) for names in combinations(LIBRARY, 2) if _together(names)],
+        "three": [(names, ()) for names in combinations(LIBRARY, 3) if _together(names)],
         "outside": [((), (name,)) for name in OUTSIDE],
     }
     while True:
         for k in rng.permutation(len(choices[kind])):
             yield choices[kind][k]
+
+
+def _together(names: Sequence[str]) -> bool:
+    return not any(pair <= set(names) for pair in NEVER_TOGETHER)
 
 
 def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str], rng: np.random.Generator) -> Case:

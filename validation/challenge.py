@@ -1,5 +1,7 @@
-"""The blind test: `make challenge`, or `python -m validation.challenge --cases 300`. Units are drawn, their truth is
-sealed, its hash and that of the thresholds are printed, and only then is anything run; the workflow sees folders alone.
+"""The blind test: `make challenge`, or `python -m validation.challenge --set scatter-1 --cases 10`. Units are drawn,
+their truth is sealed, its hash and those of thresholds and code are written down, and only then is anything run; the
+workflow sees folders alone. Every finished unit is kept, so that a run goes on where it was stopped and can be made in
+pieces.
 
 Seeds: whoever sets thresholds uses those in `DEVELOPMENT_SEEDS`; what is reported comes from `REPORTED_SEED` alone.
 """
@@ -8,25 +10,32 @@ import argparse
 import importlib
 import json
 import os
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Protocol
 
-from validation.cases import Case, draw_cases, draw_weak, seal
+from validation.cases import Case, seal
+from validation.model_files import write_model
+from validation.report import report_of_set, summary
 from validation.results_store import Mixed, Store, stamp
-from validation.scores import Outcome, Score, confusion, controls, details, power, scores
-from validation.strut import MATRICES, MODEL_FILE
+from validation.scores import Outcome
+from validation.sets import SETS, Batch, draw_set
+from validation.shell import MATRICES
+from validation.strut import MODEL_FILE
 
-REPORTED_SEED = 20261121
+REPORTED_SEED = 20261122
 DEVELOPMENT_SEEDS = range(1000)
 WORKFLOW = "accept.gap.analyse_unit:run_gap"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+PATIENCE_S = 900.0
+ROOT = Path(__file__).parent.parent
 
 
 class Workflow(Protocol):
@@ -39,12 +48,15 @@ class Workflow(Protocol):
 
 @dataclass(frozen=True)
 class Job:
-    """One unit to run. without: effects to take out of the library, which makes it a control."""
+    """One unit to run with a model file. without: effects to take out of the library, which makes it a control;
+    misalign: `accept misalign` is asked too, where nothing else is hidden."""
 
     case: Case
     truth: Mapping[str, Any]
     workflow: str = WORKFLOW
     without: tuple[str, ...] = ()
+    model: Path = MODEL_FILE
+    misalign: bool = False
 
     @property
     def name(self) -> str:
@@ -60,12 +72,48 @@ def run(job: Job) -> Outcome:
         start, busy = time.perf_counter(), time.process_time()
         try:
             # through text, as it is promised: what json cannot hold is an error as well
-            gap, error = json.loads(json.dumps(workflow(folder, MODEL_FILE, None, without=job.without))), None
+            gap, error = json.loads(json.dumps(workflow(folder, job.model, None, without=job.without))), None
         except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
             gap, error = {}, f"{type(e).__name__}: {e}"
         wall, seconds = time.perf_counter() - start, time.process_time() - busy
+        asked = job.misalign and not set(job.case.effects) - {"misalignment"} and not job.case.outside
+        misalign = _misalign(folder, job.model) if asked else None
     truth = {**job.truth, "detectability": job.case.detectability()}
-    return Outcome(job.case.serial, truth, gap, seconds, error, job.without, wall)
+    return Outcome(job.case.serial, truth, gap, seconds, error, job.without, wall, misalign)
+
+
+def _misalign(folder: Path, model: Path) -> Mapping[str, Any]:
+    """What `accept misalign` writes; nothing where it wrote none."""
+    out = folder.parent / "misalign.json"
+    done = _accept("misalign", str(folder), "--model", str(model), "--json", str(out))
+    return dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.returncode}: {done.stderr}"}
+
+
+def _accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "accept", *arguments],
+        cwd=ROOT,
+        env={**os.environ, **dict.fromkeys(THREADS, "1")},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def learned(batch: Batch, base: Path, out: Path) -> Path:
+    """The model file that `accept model learn` makes of a batch's other units; raises RuntimeError where it makes none.
+    A file that is there stays."""
+    path = out / "population.toml"
+    if path.exists():
+        return path
+    _talk(f"{batch.name}: learning from {len(batch.learn)} units")
+    with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
+        folders = [str(case.write(Path(parent))) for case in batch.learn]
+        done = _accept("model", "learn", *folders, "--model", str(base), "--out", str(out))
+    if not path.exists():
+        raise RuntimeError(f"{batch.name}: nothing was learned, exit {done.returncode}: {done.stderr}")
+    return path
 
 
 def run_all(jobs: Sequence[Job], workers: int, store: Store | None = None) -> list[Outcome]:
@@ -103,76 +151,62 @@ def _talk(text: str) -> None:
 def control_jobs(jobs: Sequence[Job], number: int) -> list[Job]:
     """The first units with one effect, each with a library that does not have it."""
     single = [job for job in jobs if job.case.kind == "one"][:number]
-    return [Job(job.case, job.truth, job.workflow, tuple(job.case.effects)) for job in single]
+    return [replace(job, without=tuple(job.case.effects), misalign=False) for job in single]
 
 
-def report(outcomes: Sequence[Outcome], removed: Sequence[Outcome]) -> str:
-    """Everything that a run has to say, as text."""
-    parts = [_table(scores(outcomes)), "Controls", _table(controls(outcomes, removed))]
-    parts += ["In detail", _table(details(outcomes))]
-    parts += ["Truth, and what was said first", *_confusion(outcomes), "Seen, against detectability", *_power(outcomes)]
-    failures = [f"  {o.serial}: {o.error}" for o in (*outcomes, *removed) if o.error]
-    wrong = [f"  {o.serial}: {', '.join(o.false_names)}, was {_was(o)}" for o in outcomes if o.false_names]
-    return "\n".join([*parts, "False names", *(wrong or ["  none"]), "Errors", *(failures or ["  none"])])
+def challenge_set(name: str, a: argparse.Namespace) -> tuple[list[Outcome], bool]:
+    """Draw, seal, run, score one set: its outcomes, and whether every target is met."""
+    it, out = SETS[name], a.out / name
+    first = it.units if a.cases is None else a.cases
+    batches = draw_set(name, a.seed, max(first, it.units), a.weak if it.exact else 0)
+    text, digest = seal([case for b in batches for case in (*b.learn, *b.judge)])
+    version = stamp(digest)
+    head = _sealed(name, a.seed, version, out)
+    base = write_model(it, out / "model")
+    truth, jobs = json.loads(text), []
+    for batch in batches:
+        cases = batch.judge if batch.name == "weak" else batch.judge[: max(first - len(jobs), 0)]
+        if not cases:
+            continue
+        model = learned(batch, base, out / "models" / f"{version.code[:12]}-{batch.name}") if batch.learn else base
+        jobs += [Job(case, truth[case.serial], a.workflow, model=model, misalign=True) for case in cases]
+    controls = control_jobs(jobs, a.controls) if it.exact else []
+    outcomes = run_all([*jobs, *controls], a.workers, Store(out / "cases", version))
+    (out / "truth.json").write_text(text)  # after the run: it may not lie beside the folders while they are judged
+    said, met = report_of_set(name, outcomes[: len(jobs)], outcomes[len(jobs) :])
+    print(said, flush=True)
+    (out / "report.txt").write_text(f"{head}\n{said}\n")
+    return outcomes[: len(jobs)], met
 
 
-def _was(o: Outcome) -> str:
-    return "+".join((*o.truth["effects"], *o.truth["outside"])) or "nothing"
-
-
-def _table(rows: Sequence[Score]) -> str:
-    lines = [f"{'score':47} {'value':>8} {'n':>4}  {'interval':19} {'target':16} "]
-    for s in rows:
-        verdict = ("met" if s.met else ("NOT MET" if s.n else "NOT MEASURED")) if s.target else ""
-        lines.append(f"{s.name:47} {s.value:8.3f} {s.n:4d}  {s.lo:8.3f} ..{s.hi:8.3f} {s.target:16} {verdict}")
-    return "\n".join(lines)
-
-
-def _confusion(outcomes: Sequence[Outcome]) -> list[str]:
-    return [
-        f"  {truth:26} " + ", ".join(f"{said} {n}" for said, n in row.most_common())
-        for truth, row in confusion(outcomes).items()
-    ]
-
-
-def _power(outcomes: Sequence[Outcome]) -> list[str]:
-    return [
-        f"  {lo:9.0f} ..{hi:9.0f} sd: {s.value:6.1%} of {s.n} ({s.lo:.1%} .. {s.hi:.1%})"
-        for lo, hi, s in power(outcomes)
-    ]
+def _sealed(name: str, seed: int, version: Any, out: Path) -> str:
+    """Written down before anything is run: the hashes of the truth, of the thresholds and of the code."""
+    use = " (development)" if seed in DEVELOPMENT_SEEDS else ""
+    head = f"set {name} of seed {seed}{use}\ntruth      sha256 {version.sealed}\n"
+    head += f"thresholds sha256 {version.thresholds}\ncode       sha256 {version.code}"
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "sealed.txt").write_text(head + "\n")
+    print(head, flush=True)
+    return head
 
 
 def challenge(a: argparse.Namespace) -> bool:
-    """Draw, seal, run, score. Returns whether every target is met."""
-    number, seed, out = a.cases, a.seed, a.out
-    out.mkdir(parents=True, exist_ok=True)
-    cases = [*draw_cases(number, seed), *draw_weak(a.weak, seed)]
-    text, digest = seal(cases)
-    version = stamp(digest)
-    use = " (development)" if seed in DEVELOPMENT_SEEDS else ""
-    head = f"{number} units of seed {seed}{use}, {a.weak} with weak effects, {a.controls} controls\n"
-    head += f"truth      sha256 {digest}\nthresholds sha256 {version.thresholds}\ncode       sha256 {version.code}"
-    print(head, flush=True)
-    truth = json.loads(text)
-    jobs = [Job(case, truth[case.serial], a.workflow) for case in cases]
-    every = [*jobs, *control_jobs(jobs, a.controls)]
-    outcomes = run_all(every, a.workers, Store(out / "cases", version))
-    (out / "truth.json").write_text(text)  # after the run: it may not lie beside the folders while they are judged
-    blind, removed = outcomes[: len(jobs)], outcomes[len(jobs) :]
-    said = report(blind, removed)
+    """Every set that was asked for. Returns whether every target is met."""
+    os.environ.setdefault("ACCEPT_HOME", str((a.out / "home").resolve()))
+    found = {name: challenge_set(name, a) for name in a.set or SETS}
+    said, met = summary({name: outcomes for name, (outcomes, _) in found.items()})
     print(said)
-    (out / "report.txt").write_text(f"{head}\n{said}\n")
-    return all(s.met for s in (*scores(blind), *controls(blind, removed)))
+    (a.out / "summary.txt").write_text(said + "\n")
+    return met and all(each for _, each in found.values())
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="challenge", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--cases", type=int, default=300)
+    parser.add_argument("--set", action="append", choices=list(SETS), help="only this set; may be given again")
+    parser.add_argument("--cases", type=int, help="only the first so many units of each set, or more than it has")
     parser.add_argument("--seed", type=int, default=REPORTED_SEED)
-    parser.add_argument("--controls", type=int, default=30, help="units run again without their effect in the library")
-    parser.add_argument(
-        "--weak", type=int, default=36, help="units with one weak effect: power, and no part of the mix"
-    )
+    parser.add_argument("--controls", type=int, default=15, help="exact units run again without their effect")
+    parser.add_argument("--weak", type=int, default=0, help="units with one weak effect: power, and no part of the mix")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("out/challenge"))
     parser.add_argument("--workflow", default=WORKFLOW, help="module:function to put to the test")

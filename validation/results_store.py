@@ -59,7 +59,7 @@ class Store:
                     "version; give --out another folder, or delete the files of this one"
                 )
         o = stated["outcome"]
-        return Outcome(o["serial"], o["truth"], o["gap"], o["seconds"], o["error"], tuple(o["without"]), o["wall"])
+        return Outcome(**{**o, "without": tuple(o["without"])})
 
     def keep(self, name: str, seed: int, outcome: Outcome) -> None:
         """Written beside and renamed: a run that is killed leaves no half of a file."""

@@ -17,6 +17,7 @@ Json = Mapping[str, Any]
 WILSON = 0.95
 IDENTIFIABLE = 5.0  # standard deviations beyond what calibration could do; less is a matter of power
 G_MOST = 1.1
+REFUSALS = ("GapRefused", "RecordError", "UnitError", "ModelError", "NoResult")
 OPEN = ("unexplained", "ambiguous", "partly_explained")
 SHUFFLES = 400
 
@@ -25,7 +26,7 @@ SHUFFLES = 400
 class Outcome:
     """One unit. truth: of the sealed file; gap: gap.json, or nothing where `error` says why; without: effects that were
     taken out of the library; seconds of processor: of wall too on a free core, as it is one process; wall: as it was,
-    beside the other worker and whatever else ran."""
+    beside the other worker and whatever else ran. misalign: what `accept misalign` wrote, where it was asked."""
 
     serial: str
     truth: Json
@@ -34,6 +35,12 @@ class Outcome:
     error: str | None = None
     without: tuple[str, ...] = ()
     wall: float = nan
+    misalign: Json | None = None
+
+    @property
+    def refused(self) -> bool:
+        """Whether the workflow said that these records cannot be used, rather than broke off."""
+        return self.error is not None and self.error.partition(":")[0] in REFUSALS
 
     @property
     def kind(self) -> str:

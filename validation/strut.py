@@ -1,31 +1,28 @@
 """A strut on its bench, written from the words of `../shared/data/units/model.toml` alone, for blind tests.
 
-Nothing of `checks.model` or `checks.gap` is used here: what judges the gap workflow must not share its mistakes. The
-super-element matrices are the real ones. Frame: z the strut axis, x the long axis of the shell, y across. SI.
+Nothing of the model that it tests is used here: what judges the gap workflow must not share its mistakes. The
+super-element matrices are the real ones, or what was built by them (`shell`). Frame: z the strut axis, x the long axis
+of the shell, y across. SI.
 """
 
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
-import scipy.io
 from numpy.typing import NDArray
 from scipy import linalg
 
 from validation.rational import Rational
+from validation.shell import DATA, NODES, Built, across, free_shell
 
 Array = NDArray[np.float64]
 
-DATA = Path(__file__).parents[2] / "shared" / "data"
 MODEL_FILE = DATA / "units" / "model.toml"
-MATRICES = DATA / "superelements" / "APA300ML.mat"
 
 CHANNELS = ("de", "da", "Vs")
 AMPLIFIER_GAIN = 20.0
-NODES = {"bottom": 0, "top": 1, "sensor_left": 2, "sensor_right": 3, "actuator_left": 4, "actuator_right": 6}
 JOINT_CENTRE = 12.75e-3
 JOINT_MASS_AT = 6.4e-3
 HALF_JOINT_KG = 0.0146
@@ -34,7 +31,6 @@ JOINT_LATERAL = 12.7e6
 JOINT_AXIS_DAMPING = 10.0
 ENCODER_COM = np.array([0.0, 11.5e-3, 9.5e-3])
 ENCODER_INERTIA = np.array([3.0e-5, 6.0e-6, 2.6e-5])
-RIGID_BELOW_HZ = 20.0  # six modes of the free shell are rigid, 0..0.6 Hz by rounding; elastic ones start at 1.9 kHz
 DYNAMIC_BELOW_HZ = 15e3  # faster modes follow the drive: statics miss less than 0.1 % at 2 kHz (tested)
 
 
@@ -51,7 +47,8 @@ class Hung:
 class Strut:
     """All that differs from strut to strut, SI. stiffening: of the sensor stack, in parts of the stiffness that the
     free shell has across it; modal: whether each mode is damped for itself, as in the recorded units, or the dampers
-    also join the modes, as real ones do."""
+    also join the modes, as real ones do. built: how its shell differs from the matrices; ruler_x, ruler_y: where the
+    ruler is read, none where the head is."""
 
     kz: float
     kRx: float
@@ -72,6 +69,9 @@ class Strut:
     stiffening: float = 0.0
     modal: bool = False
     hung: Hung | None = None
+    built: Built | None = None
+    ruler_x: float | None = None
+    ruler_y: float | None = None
 
 
 # field of Strut -> section and name in the model file, factor to SI
@@ -118,25 +118,6 @@ def _draw(rng: np.random.Generator, mean: float, sd: float) -> float:
             return float(value)
 
 
-@cache
-def _shell() -> tuple[Array, Array, Array, float]:
-    """K, M, C for a damping ratio of one, and the stiffness across the sensor stack, of the free shell."""
-    content = scipy.io.loadmat(MATRICES)
-    K, M = (np.asarray((content[k] + content[k].T) / 2, dtype=float) for k in "KM")
-    w2, shapes = linalg.eigh(K, M)
-    elastic = w2 > (2 * np.pi * RIGID_BELOW_HZ) ** 2
-    omega, MV = np.sqrt(w2[elastic]), M @ shapes[:, elastic]
-    across = _across(K.shape[0]) @ shapes[:, elastic]
-    return K, M, MV @ (2 * omega[:, None] * MV.T), float(1 / np.sum((across / omega) ** 2))
-
-
-def _across(size: int) -> Array:
-    """(size,) picks the elongation of the sensor stack."""
-    pick = np.zeros(size)
-    pick[6 * NODES["sensor_right"]], pick[6 * NODES["sensor_left"]] = 1.0, -1.0
-    return pick
-
-
 def _lever(at: Array) -> Array:
     """(3, 6): displacement of a point that moves rigidly with a node, from the node's three and three: u + theta x r"""
     x, y, z = at
@@ -147,13 +128,13 @@ class _Assembly:
     """Matrices being put together: shell, then payload (one, along z), then the hung mass where there is one."""
 
     def __init__(self, strut: Strut) -> None:
-        K, M, C, across = _shell()
+        K, M, C, stack = free_shell(strut.built)
         self.payload, self.hung, size = K.shape[0], K.shape[0] + 1, K.shape[0] + 2
         self.K, self.M, self.C = (np.zeros((size, size)) for _ in range(3))
         inner = slice(0, self.payload)
         self.K[inner, inner], self.M[inner, inner], self.C[inner, inner] = K, M, strut.zeta * C
-        pick = _across(size)
-        self.K += strut.stiffening * across * np.outer(pick, pick)
+        pick = across(size)
+        self.K += strut.stiffening * stack * np.outer(pick, pick)
 
     def body(self, node: int, at: Array, mass: float, inertia: Array) -> None:
         block = slice(6 * node, 6 * node + 6)
@@ -161,10 +142,10 @@ class _Assembly:
         self.M[block, block] += mass * lever.T @ lever
         self.M[block, block][3:, 3:] += np.diag(inertia)
 
-    def springs(self, across: Array, k: Array, c: Array) -> None:
-        """across (n, size): the elongations; k, c (n,)."""
-        self.K += across.T @ (k[:, None] * across)
-        self.C += across.T @ (c[:, None] * across)
+    def springs(self, along: Array, k: Array, c: Array) -> None:
+        """along (n, size): the elongations; k, c (n,)."""
+        self.K += along.T @ (k[:, None] * along)
+        self.C += along.T @ (c[:, None] * along)
 
     def point(self, node: int, at: Array) -> Array:
         """(3, size) displacement of a point fixed to a node."""
@@ -181,13 +162,13 @@ def _joint(a: _Assembly, strut: Strut, node: int, side: float) -> None:
     """side: -1 the bottom joint, to the ground; +1 the top one, to the payload. The shell stands off the axis."""
     axis = np.array([-strut.dx, -strut.dy, 0.0])
     a.body(node, axis + _up(side * JOINT_MASS_AT), HALF_JOINT_KG, HALF_JOINT_INERTIA)
-    across = np.zeros((6, a.K.shape[0]))
-    across[:3] = a.point(node, axis + _up(side * JOINT_CENTRE))
-    across[3:, 6 * node + 3 : 6 * node + 6] = np.eye(3)
+    along = np.zeros((6, a.K.shape[0]))
+    along[:3] = a.point(node, axis + _up(side * JOINT_CENTRE))
+    along[3:, 6 * node + 3 : 6 * node + 6] = np.eye(3)
     if side > 0:
-        across[2, a.payload] = -1.0
+        along[2, a.payload] = -1.0
     k = np.array([JOINT_LATERAL, JOINT_LATERAL, strut.kz, strut.kRx, strut.kRy, strut.kRz])
-    a.springs(across, k, np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
+    a.springs(along, k, np.array([JOINT_AXIS_DAMPING] * 3 + [strut.cR] * 3))
 
 
 def _encoder(a: _Assembly, strut: Strut) -> None:
@@ -199,9 +180,9 @@ def _encoder(a: _Assembly, strut: Strut) -> None:
         return
     h, omega = strut.hung, 2 * np.pi * strut.hung.f_Hz
     a.M[a.hung, a.hung] = h.mass
-    across = -a.point(NODES["top"], below)[2:]
-    across[0, a.hung] += 1.0
-    a.springs(across, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
+    along = -a.point(NODES["top"], below)[2:]
+    along[0, a.hung] += 1.0
+    a.springs(along, np.array([h.mass * omega**2]), np.array([2 * h.damping_ratio * omega * h.mass]))
 
 
 def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
@@ -217,11 +198,16 @@ def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
     force = AMPLIFIER_GAIN * strut.ga
     inputs[6 * NODES["actuator_right"], 0], inputs[6 * NODES["actuator_left"], 0] = force, -force
     inputs[a.payload, 1] = 1.0
-    reads = np.array([strut.arm_x, strut.arm_y, 0.0])
-    outputs[0] = a.point(NODES["top"], reads)[2] - a.point(NODES["bottom"], reads)[2]
+    head = np.array([strut.arm_x, strut.arm_y, 0.0])
+    ruler = np.array([_or(strut.ruler_x, strut.arm_x), _or(strut.ruler_y, strut.arm_y), 0.0])
+    outputs[0] = a.point(NODES["top"], head)[2] - a.point(NODES["bottom"], ruler)[2]
     outputs[1, a.payload] = 1.0
-    outputs[2] = strut.gs * _across(size)
+    outputs[2] = strut.gs * across(size)
     return a.M, a.C, a.K, inputs, outputs
+
+
+def _or(value: float | None, other: float) -> float:
+    return other if value is None else value
 
 
 def plant(strut: Strut, column: int = 0) -> Rational:

@@ -18,7 +18,7 @@ from scipy import integrate, signal
 
 from accept.units.unit_folder import read
 from checks.arrays import Array
-from validation import bench, rational
+from validation import bench, model_files, rational, sets, shell
 from validation import cases as blind_cases
 from validation import effects as blind_effects
 from validation import strut as blind_strut
@@ -27,8 +27,8 @@ from validation.strut import DATA, Strut
 
 ROOT = Path(__file__).parents[2]
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
-MODULES = (rational, blind_strut, bench, blind_effects, blind_cases)
-needs_data = pytest.mark.skipif(not blind_strut.MATRICES.exists(), reason="the matrices are not beside the repository")
+MODULES = (rational, shell, blind_strut, bench, blind_effects, blind_cases, sets, model_files)
+needs_data = pytest.mark.skipif(not shell.MATRICES.exists(), reason="the matrices are not beside the repository")
 
 TRUTH = {  # field of Strut -> name in truth.json, factor to SI
     "kz": ("kz_N_per_um", 1e6),

@@ -12,7 +12,8 @@ from checks.gap.effects import EFFECTS
 from validation.bench import Setting
 from validation.cases import Case
 from validation.effects import LIBRARY
-from validation.strut import MATRICES, MODEL_FILE, nominal
+from validation.shell import MATRICES
+from validation.strut import MODEL_FILE, nominal
 
 SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 SEED = 11  # of development

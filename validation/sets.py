@@ -1,0 +1,147 @@
+"""The sets of the challenge: how many units, of which kinds, on which shells, on which bench, with what the model file
+states of them.
+
+Every set is drawn from the seed and its own name, so it can be run alone and comes out the same.
+"""
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from validation.bench import draw_rough
+from validation.cases import SHARES, Case, draw_cases, draw_weak
+from validation.effects import LIBRARY
+from validation.shell import draw_bias, draw_shell
+
+Array = NDArray[np.float64]
+
+DAMPING = 0.20  # 1 sd of every mode's damping ratio, wherever shells scatter
+MIX = {"none": 0.30, "one": 0.45, "two": 0.10, "outside": 0.15}
+PLAIN = {"none": 0.30, "one": 0.70}
+DX_LIMIT_UM, DY_LIMIT_UM = 50.0, 100.0  # of the built-in spec of a strut
+ABOUT_UM = (-12.0, 15.0)  # about a limit
+TO_LEARN = 10
+BATCH = 10  # units that are judged with what was learned from others
+
+
+@dataclass(frozen=True)
+class Set:
+    """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: what the model file says of it,
+    zero where it says nothing; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside:
+    the ruler is not read where the head is; learned: the model is learned from other units of the batch first."""
+
+    units: int
+    shares: Mapping[str, float]
+    frequency: float = 0.0
+    stated: float = 0.0
+    bias: float = 0.0
+    lopsided: float = 0.0
+    beside: bool = False
+    rough: bool = False
+    learned: bool = False
+    seconds: float = 12.0
+
+    @property
+    def exact(self) -> bool:
+        return self.frequency == 0.0 and self.bias == 0.0
+
+
+SETS: Mapping[str, Set] = {
+    "exact": Set(60, SHARES, seconds=20.0),
+    "scatter-0.5": Set(30, MIX, 0.005, 0.01),
+    "scatter-1": Set(50, MIX, 0.01, 0.01, seconds=20.0),
+    "scatter-2": Set(30, MIX, 0.02, 0.02),
+    "batch": Set(40, MIX, 0.01, 0.01, bias=0.02, beside=True, learned=True),
+    "rough": Set(20, PLAIN, 0.005, 0.01, rough=True, seconds=20.0),
+    "three": Set(20, {"three": 1.0}, 0.01, 0.01, seconds=20.0),
+    "limit": Set(30, {"limit": 1.0}, 0.01, 0.01),
+    "faults": Set(12, {"fault": 1.0}, 0.01, 0.01),
+    "lopsided": Set(8, {"none": 1.0}, 0.01, 0.01, lopsided=0.01),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Units that share a bias: those to learn from, where the set learns, and those to judge."""
+
+    name: str
+    learn: tuple[Case, ...]
+    judge: tuple[Case, ...]
+
+
+def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0) -> list[Batch]:
+    """The units of a set, in batches; a set that does not learn is one batch without. units: default the full number.
+    weak: how many units with one weak effect on top, in the exact set alone."""
+    it = SETS[name]
+    number, own = it.units if units is None else units, [seed, zlib.crc32(name.encode())]
+    batches = []
+    for k, size in enumerate(_sizes(number) if it.learned else [number]):
+        rng = np.random.default_rng([*own, k])
+        bias = draw_bias(rng, it.bias) if it.bias else None
+        beside = _beside(rng) if it.beside else None
+        prefix = f"{name}-{chr(65 + k)}" if it.learned else name
+        judged = _drawn(it, size, [*own, k, 1], prefix)
+        learn = draw_cases(TO_LEARN, [*own, k, 2], f"{prefix}-L", {"none": 0.9, "one": 0.1}) if it.learned else []
+        dressed = [[_dress(c, it, rng, bias, beside) for c in cases] for cases in (learn, judged)]
+        batches.append(Batch(prefix, tuple(dressed[0]), tuple(dressed[1])))
+    if weak and it.exact:
+        batches.append(Batch("weak", (), tuple(draw_weak(weak, seed))))
+    return batches
+
+
+def _sizes(number: int) -> list[int]:
+    """Units of each batch."""
+    return [min(BATCH, number - start) for start in range(0, number, BATCH)]
+
+
+def _drawn(it: Set, number: int, seed: Sequence[int], prefix: str) -> list[Case]:
+    special = {"limit": _about_a_limit, "fault": _faulty}
+    for kind, change in special.items():
+        if kind in it.shares:
+            rng = np.random.default_rng([*seed, 9])
+            plain = draw_cases(number, seed, prefix, {"none": 1.0})
+            return [change(replace(case, kind=kind), k, rng) for k, case in enumerate(plain)]
+    return draw_cases(number, seed, prefix, it.shares)
+
+
+def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, beside: Array | None) -> Case:
+    """The unit on a shell and a bench of its set."""
+    strut = case.strut
+    if not it.exact:
+        strut = replace(strut, built=draw_shell(rng, it.frequency, DAMPING, bias, it.lopsided))
+    if beside is not None:
+        x, y = beside + 1e-4 * rng.standard_normal(2)
+        strut = replace(strut, ruler_x=strut.arm_x + x, ruler_y=strut.arm_y + y)
+    setting = draw_rough(rng, case.setting) if it.rough else case.setting
+    return replace(case, strut=strut, setting=replace(setting, seconds=it.seconds))
+
+
+def _beside(rng: np.random.Generator) -> Array:
+    """(2,) [m] from where the head is read to where the ruler is, alike in a batch: it is how they are glued."""
+    return np.array([rng.normal(0.0, 0.3e-3), rng.choice([-1.0, 1.0]) * rng.uniform(0.5e-3, 1.5e-3)])
+
+
+def _about_a_limit(case: Case, k: int, rng: np.random.Generator) -> Case:
+    """Misaligned by about the limit of dx and of dy in turns, on either side of it."""
+    sign = rng.choice([-1.0, 1.0], 2)
+    near = rng.uniform(*ABOUT_UM)
+    if k % 2 == 0:
+        dx, dy = DX_LIMIT_UM + near, rng.uniform(0, 50)
+    else:
+        dx, dy = rng.uniform(0, 25), DY_LIMIT_UM + near
+    return replace(case, effects={"misalignment": {"dx_um": float(sign[0] * dx), "dy_um": float(sign[1] * dy)}})
+
+
+def _faulty(case: Case, k: int, rng: np.random.Generator) -> Case:
+    """Vs reversed, a channel without a signal, two channels exchanged: in turns."""
+    match k % 3:
+        case 0:
+            return replace(case, effects={"sensor_polarity": LIBRARY["sensor_polarity"].draw(rng)})
+        case 1:
+            return replace(case, dead=str(rng.choice(["de", "da", "Vs"])))
+        case _:
+            pairs = (("de", "da"), ("da", "Vs"), ("de", "Vs"))
+            return replace(case, exchanged=pairs[int(rng.integers(len(pairs)))])
