@@ -26,6 +26,7 @@ from specs.model_sections import (
     JointSection,
     Misalignment,
     ModelSection,
+    PopulationRecord,
     Sensor,
     Tolerance,
 )
@@ -49,6 +50,7 @@ class ModelDocument(Strict):
     tolerance: Tolerance = Field(default_factory=Tolerance)
     effects: list[EffectEntry] = Field(default_factory=list)
     fit: FitRecord | None = None
+    population: PopulationRecord | None = None
 
     @model_validator(mode="before")
     @classmethod

@@ -228,3 +228,41 @@ class FitRecord(Strict):
             if not self.covariance[i][i] > 0:
                 raise ValueError(f"covariance of {name} with itself is {self.covariance[i][i]:g}, expected above 0")
         return self
+
+
+class PopulationRecord(Strict):
+    """What a batch of units says of one more: mean and covariance of the named parameters in the names' units, the
+    prior of every fit of such a unit. covariance: row i has the entries with the names 0 .. i. scatter: 1 sd from unit
+    to unit; mean_sd: standard uncertainty of the mean; both for people. units: serials that it was learned from; apart:
+    those that did not belong. model, model_sha256: what was learned with."""
+
+    names: Annotated[list[Words], Field(min_length=1)]
+    mean: list[Finite]
+    scatter: list[Positive]
+    mean_sd: list[Positive]
+    covariance: list[list[Finite]]
+    units: list[Words]
+    apart: list[Words] = Field(default_factory=list)
+    model: Words
+    model_sha256: Words
+
+    @model_validator(mode="after")
+    def _shapes(self) -> "PopulationRecord":
+        p = len(self.names)
+        if len(set(self.names)) != p:
+            raise ValueError("names: one stands there twice")
+        for key in ("mean", "scatter", "mean_sd", "covariance"):
+            if len(getattr(self, key)) != p:
+                raise ValueError(f"{key}: has {len(getattr(self, key))} entries, expected one for each of {p} names")
+        for i, (name, row) in enumerate(zip(self.names, self.covariance, strict=True)):
+            if len(row) != i + 1:
+                raise ValueError(f"covariance: row {i + 1} has {len(row)} numbers, expected {i + 1}")
+            if not row[i] > 0:
+                raise ValueError(f"covariance of {name} with itself is {row[i]:g}, expected above 0")
+        return self
+
+    @property
+    def full(self) -> list[list[float]]:
+        """The covariance with its upper half."""
+        rows = self.covariance
+        return [[rows[max(i, j)][min(i, j)] for j in range(len(rows))] for i in range(len(rows))]

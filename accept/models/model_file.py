@@ -17,7 +17,7 @@ from checks.model.effects import with_effects
 from checks.model.model import Model
 from hw.model_files import model_of
 from specs.model import ModelSpec, load_model, parse_model
-from specs.model_sections import FitRecord
+from specs.model_sections import FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
@@ -75,13 +75,15 @@ def write_model(
     effects: Effects = (),
     damping: str | None = None,
     record: FitRecord | None = None,
+    population: PopulationRecord | None = None,
     name: str | None = None,
 ) -> ModelSpec:
     """Write a model file that is `spec` with other values, and what was read back from it.
 
     values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
-    those that the file has. Comments stay. The superelement's path is made relative to the new place. The file is read
-    back before it replaces anything, so that what is there can be opened. Raises SpecError, ModelError, OSError."""
+    those that the file has. population: the batch that the values are of; an earlier unit's fit and an earlier batch
+    then go. Comments stay. The superelement's path is made relative to the new place. The file is read back before it
+    replaces anything, so that what is there can be opened. Raises SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
         document["name"] = name
@@ -95,6 +97,9 @@ def write_model(
         _add_effect(document, effect, parameters)
     if record is not None:
         document["fit"] = _record_table(record)
+    if population is not None:
+        document.pop("fit", None)
+        document["population"] = _record_table(population)
     content = tomlkit.dumps(document).encode()
     read = parse_model(content, str(path), path.parent)
     write_atomic(path, content)
@@ -137,8 +142,8 @@ def _section(document: TOMLDocument, names: Sequence[str]) -> Any:
     return table
 
 
-def _record_table(record: FitRecord) -> Any:
-    """The section [fit], a row of the covariance a line."""
+def _record_table(record: FitRecord | PopulationRecord) -> Any:
+    """The section of a record, a row of the covariance a line."""
     table = tomlkit.table()
     table.update(record.model_dump(exclude_none=True, exclude={"covariance"}))
     rows = tomlkit.array()
