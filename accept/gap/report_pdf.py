@@ -8,7 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Spacer, Table, TableStyle
 
-from accept.gap.text import HEADLINE, chance, gap_number, named_line, number, plain
+from accept.gap.text import HEADLINE, chance, gap_number, named_line, number
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
@@ -127,7 +127,7 @@ def _candidates(result: Result) -> list[Flowable]:
         [words(h, page_style.TABLE_HEAD) for h in ("Explanation tried", "gain in ln L", "p of the rest")]
     ]
     for t in result.tried[:CANDIDATES]:
-        row = (", ".join(plain(n) for n in t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
+        row = (", ".join(t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
         cells.append([words(v, page_style.SMALL) for v in row])
     return [words("Candidates, on records that were not fitted", page_style.HEADING), _table(cells, [110, 36, 36])]
 

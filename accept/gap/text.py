@@ -29,15 +29,6 @@ def gap_number(G: float) -> str:
     return f"{G:.0f}" if 100.0 <= G < 1e5 else f"{G:.2g}"
 
 
-def plain(member: str) -> str:
-    """A member of an explanation in words: a stand-in is called `unnamed_SHAPE_CHANNEL` by the search."""
-    if not member.startswith("unnamed_"):
-        return member
-    shape, _, channel = member.removeprefix("unnamed_").rpartition("_")
-    where = "in the drive" if channel == "all" else f"on {channel}"
-    return f"a {shape} without a name {where}"
-
-
 def chance(p: float) -> str:
     return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
 

@@ -12,8 +12,8 @@ from tomlkit import TOMLDocument
 
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
+from checks.gap.effects import effect_named, with_effects
 from checks.misalignment.estimate import with_payload
-from checks.model.effects import with_effects
 from checks.model.model import Model
 from hw.model_files import model_of
 from specs.model import ModelSpec, load_model, parse_model
@@ -21,7 +21,6 @@ from specs.model_sections import FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
-NOT_LINEAR = ("hysteresis", "creep")  # they change loops and slow records, and no parameter of a linear model is theirs
 _NO_VALUES: Mapping[str, float] = {}
 
 
@@ -43,9 +42,9 @@ def opened(name: str | Path) -> Opened:
     """The same with its description."""
     spec = load_model(name)
     effects = effects_of(spec)
-    linear = [(effect, values) for effect, values in effects if effect not in NOT_LINEAR]
-    left_out = tuple(effect for effect, _ in effects if effect in NOT_LINEAR)
-    return Opened(spec, with_effects(model_of(spec), linear), left_out)
+    held = [each for each in effects if effect_named(each[0]).in_model]
+    left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
+    return Opened(spec, with_effects(model_of(spec), held), left_out)
 
 
 def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:

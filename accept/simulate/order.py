@@ -3,19 +3,20 @@
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
 from accept.units.unit_folder import KINDS, SERIAL
-from checks.model.effects import effect_changes
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.gap.effects import effect_named, with_effects
 from checks.model.model import Model
 from checks.model.parameters import rule
 from checks.model.time.adc_dac import Converters
-from checks.model.time.hysteresis_creep import Rayleigh, creep, loops_of
 from checks.model.time.partial_fractions import Fractions
 from specs.errors import AcceptError
 
-SLOW_EFFECTS = {"hysteresis": "relative_width", "creep": "per_decade"}  # not linear, or no parameter of the model
 SHORTEST_S = 2.0
 LONGEST_S = 120.0
 SHORT_S = 10.5  # quick to simulate, and long enough: the specs ask for 10 s
@@ -63,44 +64,41 @@ class UnitRequest:
         if jointed != (self.kind == "strut"):
             has = "has joints" if jointed else "has no joints"
             raise UnitRequestError(f"model '{self.model.name}' {has}: it is no {self.kind}")
-        for effect in SLOW_EFFECTS:
-            self._slow(effect)
+        self._vet_effects()
 
     def rng(self, of: str) -> np.random.Generator:
         """Random numbers for one purpose, whatever else is drawn."""
         return np.random.default_rng([self.seed, zlib.crc32(of.encode())])
 
-    @property
-    def bend(self) -> float:
-        """Relative width of the hysteresis that is asked for, 0 without."""
-        return self._slow("hysteresis")
-
-    def bent_at(self, amplitude_V: float) -> Rayleigh | None:
-        """What bends the drive, its width stated at this amplitude; None for nothing."""
-        return loops_of(self.bend, amplitude_V) if self.bend else None
+    def bent(self, Va: Array, amplitude_V: float) -> Array:
+        """(N,) [V] what effects that are not linear make of a drive, their size stated at this amplitude."""
+        for name, values in self.effects:
+            bends = effect_named(name).bends
+            Va = Va if bends is None else bends(values, amplitude_V)(Va)
+        return Va
 
     @property
     def before(self) -> Fractions | None:
         """What the drive passes before the model."""
-        share = self._slow("creep")
-        return creep(share) if share else None
+        paths = [path(values) for name, values in self.effects if (path := effect_named(name).path) is not None]
+        return reduce(Fractions.times, paths) if paths else None
 
     def affected(self) -> Model:
-        """The model with every linear effect built in. Raises ModelError."""
-        model = self.model
-        for name, parameters in self.effects:
-            if name not in SLOW_EFFECTS:
-                model = model.with_values(effect_changes(model, name, parameters))
-        return model
+        """The model with every effect that a model holds built in. Raises ModelError."""
+        return with_effects(self.model, [each for each in self.effects if effect_named(each[0]).in_model])
 
-    def _slow(self, effect: str) -> float:
-        given = [parameters for name, parameters in self.effects if name == effect]
-        if not given:
-            return 0.0
-        key = SLOW_EFFECTS[effect]
-        if len(given) > 1 or given[0].keys() != {key}:
-            raise UnitRequestError(f"effect '{effect}' is given as {[dict(g) for g in given]}; expected {key} once")
-        return float(given[0][key])
+    def _vet_effects(self) -> None:
+        names = [name for name, _ in self.effects]
+        for name, values in self.effects:
+            try:
+                effect = effect_named(name)
+                effect.checked(values)
+            except ModelError as e:
+                raise UnitRequestError(str(e)) from e
+            if names.count(name) > 1:
+                raise UnitRequestError(f"effect '{name}' is given {names.count(name)} times; expected once")
+            if not (effect.in_model or effect.bends or effect.path):
+                raise UnitRequestError(f"effect '{name}' says nothing about how it is simulated in time")
 
 
 def drawn(model: Model, seed: int) -> Model:

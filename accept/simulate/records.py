@@ -38,7 +38,8 @@ class DrivenUnit:
         converters = self.order.converters
         given = converters.dac(Va)
         rng = self.order.rng(f"noise of {name}")
-        truth = self.answer(given.size, fs)(self._bent(given))
+        bent = self.order.bent(given, AMPLITUDES_V[self.order.kind][-1])
+        truth = self.answer(given.size, fs)(bent)
         read = {c: converters.read(c, truth[c], rng) for c in ("Vs", "de", "da")}
         return {"t": np.arange(given.size) / fs, "Va": given, **read}
 
@@ -46,10 +47,6 @@ class DrivenUnit:
         if (samples, fs) not in self.known:
             self.known[samples, fs] = answer(self.model, samples, fs, self.order.hold, before=self.order.before)
         return self.known[samples, fs]
-
-    def _bent(self, Va: Array) -> Array:
-        bend = self.order.bent_at(AMPLITUDES_V[self.order.kind][-1])
-        return Va if bend is None else bend(Va)
 
 
 def noise_record(bench: DrivenUnit, name: str, high: bool) -> Columns:

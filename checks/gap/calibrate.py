@@ -6,12 +6,12 @@ from checks.errors import ModelError
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
+from checks.gap.inputs import Inputs, Prepared
 from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
-from checks.gap.records.inputs import Inputs, Prepared
-from checks.gap.records.slow_sines import Slow
 from checks.gap.search.forward import Candidate, Say, Search
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
@@ -33,7 +33,7 @@ def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
 def calibrated(search: Search, p: Prepared) -> Candidate:
     """The base model fitted to A, with the form of damping that the data ask for."""
     members: tuple[Member, ...] = ()
-    width = _level_dependence(p.slow, p.loops, p.table)
+    width = _level_dependence(p.slow, bool(p.in_slow), p.table)
     if width:
         members = (levels(p.inputs.merge_Hz, width),)
     own = search.fitted(Augmented(p.inputs.model, members), {})
@@ -45,7 +45,8 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
 
 
 def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:
-    """By how much two levels of drive may differ, as the slow sines show: loops that open, a curve that bends."""
+    """By how much two levels of drive may differ, as the slow sines show: loops that open with the amplitude, a curve
+    that bends."""
     if slow is None:
         return 0.0
     bends = BENT * abs(slow.bends.value) if is_bent(slow, table) else 0.0

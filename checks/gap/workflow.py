@@ -6,9 +6,9 @@ from dataclasses import replace
 from checks.gap.calibrate import calibrated, searching
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
-from checks.gap.records.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
+from checks.gap.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
 from checks.gap.search.forward import Say, Search, SearchResult, explain
-from checks.gap.statistics.thresholds import THRESHOLDS, Thresholds
+from checks.gap.thresholds import THRESHOLDS, Thresholds
 
 FIRST = 2  # effects that are looked for before a channel is left out
 

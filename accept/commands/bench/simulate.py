@@ -12,6 +12,7 @@ from accept.base.exit_codes import Exit
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.order import drawn, on_bench
+from checks.gap.effects import misalignment
 from checks.model.model import Model
 from checks.model.time.adc_dac import Converters
 from checks.signals.drive.excitation import ExcitationError
@@ -76,9 +77,7 @@ def order_of(wanted: SimulateOptions) -> UnitRequest:
     model, effects = _model(wanted)
     effects += [effect_of(text) for text in wanted.effects]
     if wanted.dx_um or wanted.dy_um:
-        if any(name == "misalignment" for name, _ in effects):
-            raise UnitRequestError("misalignment is given twice: as an effect and by --dx-um, --dy-um")
-        effects.append(("misalignment", {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
+        effects.append((misalignment.EFFECT.name, {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
     return UnitRequest(
         serial=wanted.serial or f"SIM-{wanted.kind.upper()}-{wanted.seed}",
         kind=wanted.kind,

@@ -6,12 +6,11 @@ import numpy as np
 from scipy import stats
 
 from checks.gap.modelling.effect import Effect, Parameter
-from checks.gap.records.slow_sines import Slow
+from checks.gap.modelling.slow_sines import Slow
 from checks.gap.search.screen import directions
 from checks.gap.statistics.projected_residual import Projected
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.thresholds import Thresholds
 
-MODE_HZ = 100.0  # where the limit of a mode's ratio is stated
 STEPS = 60  # halvings of an interval on a logarithmic scale
 
 
@@ -22,11 +21,11 @@ def detection_limits(
     needed = _noncentrality(table)
     out = {}
     for effect in effects:
-        if effect.name == "hysteresis":
-            if slow is not None:
-                out[effect.name] = {"relative_width": max(table.loop_width, 6.0 * slow.grows.u)}
-        elif effect.parameters and effect.fits(projected.response.model):
-            out[effect.name] = _limits(projected, effect, needed)
+        limits = dict(effect.slow.limit(slow, table)) if slow is not None else {}
+        if effect.fits(projected.response.model):
+            limits |= _limits(projected, effect, needed)
+        if limits:
+            out[effect.name] = limits
     return out
 
 
@@ -36,13 +35,11 @@ def _noncentrality(table: Thresholds) -> float:
 
 
 def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, float]:
-    if effect.name == "bench_mode":
-        D = directions(projected, effect, {"f_Hz": MODE_HZ, "damping_ratio": 0.01, "ratio": 0.0})
-        return {"f_Hz": MODE_HZ, "damping_ratio": 0.01, "ratio": float(np.sqrt(needed / np.sum(D[0] ** 2)))}
     linear = [p for p in effect.parameters if p.linear]
+    stated = {p.name: p.limit_at for p in effect.parameters if p.limit_at is not None}
     if linear:
-        D = directions(projected, effect, {p.name: 0.0 for p in linear})
-        return {
+        D = directions(projected, effect, {**stated, **{p.name: 0.0 for p in linear}})
+        return stated | {
             p.name: _bounded(np.sqrt(needed / max(float(d @ d), 1e-300)), p) for p, d in zip(linear, D, strict=True)
         }
     return _searched(projected, effect, effect.parameters[0], needed)

@@ -1,6 +1,6 @@
 """The gates before a name ([GAP] step 10), and what is said of what has none (step 12)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,17 +9,15 @@ from scipy import stats
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
-from checks.gap.effects import creep
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
-from checks.gap.records.slow_sines import Slow
 from checks.gap.search.forward import MANY, Candidate, Search, SearchResult
 from checks.gap.search.levenberg_marquardt import begin, go_on
 from checks.gap.search.screen import screen
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.thresholds import Thresholds
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
-CREEP_WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite one number per decade
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
@@ -49,8 +47,8 @@ def claims(
         confirmed = _confirmed(search, found, effect)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
         reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
-        if effect.name == "creep" and slow is not None and not _creeps(slow, full.response.of(final.at, effect.name)):
-            reasons.append("would open the loops of the slow sines otherwise than they are")
+        if slow is not None and (words := effect.slow.contradicts(slow, full.response.of(final.at, effect.name))):
+            reasons.append(words)
         unseen = set(effect.channels) - set(search.A.channels) - set(left_out)
         if unseen and len(effect.channels) - len(unseen) < AT_LEAST:
             reasons.append(f"must show on {', '.join(sorted(unseen))}, which was not measured")
@@ -58,13 +56,6 @@ def claims(
             reasons.append(f"must show on {', '.join(left_out)}, which nothing explains")
         out.append(Claim(effect, gain, p, tuple(reasons)))
     return tuple(_beside_refused(c, out, search.table) for c in out)
-
-
-def _creeps(slow: Slow, values: Mapping[str, float]) -> bool:
-    """Whether the slow loops open as this much creep opens them: by the sine of its lag, at every amplitude."""
-    lag = -float(np.angle(creep.factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
-    unsure = CREEP_WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
-    return bool(abs(slow.constant.value - np.sin(lag)) < unsure)
 
 
 def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:

@@ -13,8 +13,8 @@ from checks.gap.decision.gates import Claim, claims, from_window, kept, nameless
 from checks.gap.decision.result import NO_MISSING, Gaps, ModeGap, Result, Tried
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
+from checks.gap.inputs import Prepared
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.records.inputs import Prepared
 from checks.gap.search.forward import Candidate, Search, SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
@@ -33,7 +33,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     made = claims(search, found, final, full, slow, left_out) if best is not base else ()
     good = kept(made)
     rivals = (*not_told_apart(found, good, table), *imitated(full, good))
-    named = named_effects(good, final, p.early, slow if p.loops else None)
+    named = named_effects(good, final, p.early, p.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
     everything = replace(full, unseen=p.B)
@@ -98,9 +98,8 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
     fit."""
     names = {c.effect.name for c in good}
     response = full.response
-    for m in response.members:
-        counts = not (hasattr(m, "counts") and not m.counts)
-        if m.name not in names and counts:
+    for m in response.counted:
+        if m.name not in names:
             response = response.without(m.name)
     return replace(full, response=response, at=_values(response, full))
 
@@ -127,13 +126,13 @@ def _modes(c: Candidate, data: Dataset) -> list[float]:
 
 def _tried(found: SearchResult) -> tuple[Tried, ...]:
     ranked = sorted(found.tried, key=lambda c: -c.lnL)
-    return tuple(Tried(c.response.names, c.lnL - found.base.lnL, c.adequacy.p) for c in ranked[:12])
+    return tuple(Tried(c.response.labels, c.lnL - found.base.lnL, c.adequacy.p) for c in ranked[:12])
 
 
 def _notes(full: Candidate) -> tuple[str, ...]:
     free = {p.name: p for p in full.response.free()}
     far = {n: (full.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in full.at}
-    out = {n: z for n, z in far.items() if abs(z) > full.table.pull and not n.startswith("unnamed")}
+    out = {n: z for n, z in far.items() if abs(z) > full.table.pull and n in full.response.model.values}
     if len(out) < 2:
         return ()
     worst = ", ".join(f"{n} by {z:+.0f}" for n, z in sorted(out.items(), key=lambda kv: -abs(kv[1]))[:3])

@@ -1,13 +1,9 @@
 """What may be said: names with their numbers, what cannot be told apart, and the one word ([GAP] 10 to 12)."""
 
-from collections.abc import Sequence
-
-import numpy as np
-from scipy import stats
+from collections.abc import Mapping, Sequence
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.aliases import imitation
-from checks.gap.decision.experiments import experiment
 from checks.gap.decision.gates import Claim, is_bent
 from checks.gap.decision.result import (
     AMBIGUOUS,
@@ -20,16 +16,19 @@ from checks.gap.decision.result import (
     NamedValue,
     Nameless,
 )
-from checks.gap.effects import EFFECTS
-from checks.gap.records.record_faults import Early
-from checks.gap.records.slow_sines import Slow
+from checks.gap.effects import effect_named
+from checks.gap.modelling.effect import Effect, SlowFinding
+from checks.gap.modelling.experiment import sharpest
+from checks.gap.modelling.slow_sines import Slow
+from checks.gap.record_faults import Early
 from checks.gap.search.forward import Candidate, SearchResult
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.thresholds import Thresholds
 
 
-def named_effects(good: Sequence[Claim], final: Fit, early: tuple[Early, ...], loops: Slow | None) -> tuple[Named, ...]:
-    """In the order in which they were found: before the search, by it, in the slow sines. loops: those that open with
-    the amplitude, or None."""
+def named_effects(
+    good: Sequence[Claim], final: Fit, early: tuple[Early, ...], in_slow: Mapping[Effect, SlowFinding]
+) -> tuple[Named, ...]:
+    """In the order in which they were found: before the search, by it, in the slow sines."""
     out = [Named(e.effect, e.effect.replace("_", " "), e.words, _exact(e), float("inf"), 0.0) for e in early]
     for claim in good:
         effect = claim.effect
@@ -37,23 +36,17 @@ def named_effects(good: Sequence[Claim], final: Fit, early: tuple[Early, ...], l
         shown = {k: NamedValue(v, *final.interval(f"{effect.name}.{k}")) for k, v in values.items()}
         words = effect.say(values, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
         out.append(Named(effect.name, effect.title, words, shown, claim.delta_lnL, claim.p))
-    if loops is not None:
-        out.append(_loops_named(loops))
-    return tuple(out)
+    return (*out, *(_from_slow(effect, found) for effect, found in in_slow.items()))
 
 
 def _exact(e: Early) -> dict[str, NamedValue]:
     return {k: NamedValue(v, v, v) for k, v in e.parameters.items()}
 
 
-def _loops_named(slow: Slow) -> Named:
-    effect = EFFECTS["hysteresis"]
-    g = slow.grows
-    half = 1.96 * float(np.hypot(g.u, 0.01 * g.value))
-    z = g.value / g.u
-    value = {"relative_width": NamedValue(g.value, g.value - half, g.value + half)}
-    words = effect.say({"relative_width": g.value}, {"relative_width": half})
-    return Named(effect.name, effect.title, words, value, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
+def _from_slow(effect: Effect, found: SlowFinding) -> Named:
+    halves = found.half_widths
+    shown = {k: NamedValue(v, v - halves[k], v + halves[k]) for k, v in found.values.items()}
+    return Named(effect.name, effect.title, effect.say(found.values, halves), shown, found.delta_lnL, found.p)
 
 
 def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
@@ -69,14 +62,19 @@ def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds
             if 2.0 * (found.best.lnL - rival.lnL) < table.two_delta_lnL:
                 alike |= swapped
         if len(alike) > 1:
-            out.append(Ambiguous(tuple(sorted(alike)), experiment(sorted(alike))))
+            asked = sharpest(effect_named(name).experiment for name in sorted(alike))
+            out.append(Ambiguous(tuple(sorted(alike)), asked.value))
     return tuple(out)
 
 
 def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
     """Named effects that calibrated parameters imitate: only their priors speak for the effect."""
-    found = ((c.effect.name, imitation(full, c.effect)) for c in good)
-    return tuple(Ambiguous((name, f"other values of {', '.join(by)}"), experiment([name])) for name, by in found if by)
+    found = ((c.effect, imitation(full, c.effect)) for c in good)
+    return tuple(
+        Ambiguous((effect.name, f"other values of {', '.join(by)}"), effect.experiment.value)
+        for effect, by in found
+        if by
+    )
 
 
 def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:

@@ -1,5 +1,11 @@
-"""The library of effects: one file each, one line here."""
+"""The library of effects: one file each, one line here. Other packages add theirs under `accept.effects`."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from checks.errors import ModelError
 from checks.gap.effects import (
     amplifier_bandwidth,
     bench_mode,
@@ -18,26 +24,65 @@ from checks.gap.effects import (
     sensor_polarity,
 )
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.model.model import Model
+from specs import plugins
 
-EFFECTS: dict[str, Effect] = {
-    module.EFFECT.name: module.EFFECT
-    for module in (
-        misalignment,
-        joint_axial_compliance,
-        loop_delay,
-        amplifier_bandwidth,
-        sensor_highpass,
-        crosstalk,
-        bench_mode,
-        encoder_bracket_mode,
-        encoder_scale,
-        encoder_mass,
-        sensor_polarity,
-        hysteresis,
-        creep,
-        open_circuit_stiffening,
-        payload_mass,
-    )
-}
+_OWN = (
+    misalignment,
+    joint_axial_compliance,
+    loop_delay,
+    amplifier_bandwidth,
+    sensor_highpass,
+    crosstalk,
+    bench_mode,
+    encoder_bracket_mode,
+    encoder_scale,
+    encoder_mass,
+    sensor_polarity,
+    hysteresis,
+    creep,
+    open_circuit_stiffening,
+    payload_mass,
+)
 
-__all__ = ["EFFECTS", "Effect", "Parameter"]
+
+def effect_problem(effect: Any) -> str:
+    """What is wrong with an effect of another package, "" for nothing."""
+    if not isinstance(effect, Effect):
+        return f"is a {type(effect).__name__}, expected an Effect"
+    if not effect.channels or not effect.sources:
+        return f"effect '{effect.name}' names no {'sources' if effect.channels else 'channels'}"
+    start = {p.name: p.start for p in effect.parameters}
+    effect.say(start, start)
+    if effect.factor is not None:
+        s = 2j * np.pi * np.array([10.0, 100.0, 1000.0])
+        out = np.asarray(effect.factor(start, s))
+        if out.shape != s.shape or not np.isfinite(out).all():
+            return f"effect '{effect.name}': its factor gives {out!r} for three frequencies"
+    return ""
+
+
+EFFECTS: dict[str, Effect] = {module.EFFECT.name: module.EFFECT for module in _OWN}
+EFFECTS |= plugins.plugins(plugins.EFFECTS, effect_problem, EFFECTS)
+
+
+def effect_named(name: str) -> Effect:
+    """Raises ModelError naming the library."""
+    if name not in EFFECTS:
+        raise ModelError(f"effect '{name}': no such effect (are: {', '.join(EFFECTS)})")
+    return EFFECTS[name]
+
+
+def with_effects(model: Model, effects: Sequence[tuple[str, Mapping[str, float]]]) -> Model:
+    """The model with effects (name, parameters) built in, in order. Raises ModelError for an effect or a parameter
+    that the model cannot hold."""
+    for name, parameters in effects:
+        effect = effect_named(name)
+        if not effect.in_model:
+            able = ", ".join(e.name for e in EFFECTS.values() if e.in_model)
+            raise ModelError(f"effect '{name}': none that a model holds (those: {able})")
+        model = model.with_values(effect.changes(model, parameters))
+    return model
+
+
+__all__ = ["EFFECTS", "Effect", "Parameter", "effect_named", "with_effects"]

@@ -3,12 +3,26 @@ Leang, Design, Modeling and Control of Nanopositioning Systems, 2014, ch. 14; [S
 load)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="amplifier_bandwidth",
     title="Bandwidth of the amplifier",
-    parameters=(Parameter("f_Hz", 50.0, 200_000.0, float("inf"), 5000.0, 300.0, spread(400.0, 60_000.0, 12)),),
+    parameters=(
+        Parameter(
+            "f_Hz",
+            lo=50.0,
+            hi=200_000.0,
+            off=float("inf"),
+            start=5000.0,
+            scale=300.0,
+            sets=("amplifier.f_Hz",),
+            grid=spread(400.0, 60_000.0, 12),
+        ),
+    ),
     channels=("Vs", "de", "da"),
     sign="all channels lose magnitude and phase together, as behind one first-order lag",
     sentence="The amplifier is a first-order lag of {f_Hz} Hz.",
+    sources=("FL14", "STB 2.1"),
+    experiment=Experiment.DUMMY,
 )

@@ -2,16 +2,47 @@
 Hz was not explained; Ewins, Modal Testing, 2nd ed., 3.10: a support that is not rigid adds its own resonance)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="bench_mode",
     title="Mode of the bench",
     parameters=(
-        Parameter("f_Hz", 10.0, 1800.0, 100.0, 100.0, 1.0, spread(15.0, 1500.0, 40)),
-        Parameter("ratio", -5.0, 5.0, 0.0, 0.0, 0.01),
-        Parameter("damping_ratio", 5e-4, 0.3, 0.01, 0.015, 0.005, (0.006, 0.02)),
+        Parameter(
+            "f_Hz",
+            lo=10.0,
+            hi=1800.0,
+            off=100.0,
+            start=100.0,
+            scale=1.0,
+            sets=("bench.mode_Hz",),
+            grid=spread(15.0, 1500.0, 40),
+            limit_at=100.0,
+        ),
+        Parameter(
+            "ratio",
+            lo=-5.0,
+            hi=5.0,
+            off=0.0,
+            start=0.0,
+            scale=0.01,
+            sets=("bench.mode_ratio",),
+        ),
+        Parameter(
+            "damping_ratio",
+            lo=5e-4,
+            hi=0.3,
+            off=0.01,
+            start=0.015,
+            scale=0.005,
+            sets=("bench.mode_damping_ratio",),
+            grid=(0.006, 0.02),
+            limit_at=0.01,
+        ),
     ),
     channels=("de", "da"),
     sign="the same resonance adds to de and da, with the same residue; Vs does not show it",
     sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}) adding {ratio} of the static motion.",
+    sources=("STB 3.2", "EWINS 3.10"),
+    experiment=Experiment.POINT,
 )

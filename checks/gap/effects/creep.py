@@ -11,9 +11,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect, Parameter, SlowRecord
+from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.slow_sines import Slow
+from checks.model.time.hysteresis_creep import creep
 
 FASTEST_S, SLOWEST_S = 1e-5, 1e3
+WITHIN = 0.3  # of the opening: creep from minutes to milliseconds is not quite one number per decade
 
 
 def factor(values: Mapping[str, float], s: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -22,12 +26,24 @@ def factor(values: Mapping[str, float], s: NDArray[np.complex128]) -> NDArray[np
     return np.asarray(1.0 + values["per_decade"] * decades)
 
 
+def _contradicts(slow: Slow, values: Mapping[str, float]) -> str:
+    """Slow loops open by the sine of creep's lag, at every amplitude alike."""
+    lag = -float(np.angle(factor(values, np.array([2j * np.pi * slow.f_Hz]))[0]))
+    unsure = WITHIN * abs(np.sin(lag)) + 6.0 * slow.constant.u + 0.1 * abs(slow.grows.value)
+    agrees = abs(slow.constant.value - np.sin(lag)) < unsure
+    return "" if agrees else "would open the loops of the slow sines otherwise than they are"
+
+
 EFFECT = Effect(
     name="creep",
     title="Creep",
-    parameters=(Parameter("per_decade", -0.2, 0.2, 0.0, 0.0, 0.01),),
+    parameters=(Parameter("per_decade", lo=-0.2, hi=0.2, off=0.0, start=0.0, scale=0.01),),
     channels=("Vs", "de", "da"),
     sign="every channel falls with log frequency and lags by the same angle; slow loops open alike at every amplitude",
     sentence="The displacement creeps by {per_decade} per decade of time.",
+    sources=("JUNG", "STB 3.1.7"),
+    experiment=Experiment.LEVEL,
     factor=factor,
+    slow=SlowRecord(contradicts=_contradicts),
+    path=lambda values: creep(values["per_decade"]),
 )

@@ -3,12 +3,25 @@ Control of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a col
 Vs)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="crosstalk",
     title="Cross-talk into the sensor",
-    parameters=(Parameter("V_per_V", -1.0, 1.0, 0.0, 0.0, 1e-3),),
+    parameters=(
+        Parameter(
+            "V_per_V",
+            lo=-1.0,
+            hi=1.0,
+            off=0.0,
+            start=0.0,
+            scale=1e-3,
+            sets=("sensor.crosstalk_V_per_V",),
+        ),
+    ),
     channels=("Vs",),
     sign="the zeros of Vs move, its poles stay; the same constant is missing at every frequency",
     sentence="{V_per_V} of the amplifier's output adds to Vs.",
+    sources=("PREUMONT 3.9", "STB 3.2.3"),
+    experiment=Experiment.UNPLUG,
 )

@@ -2,13 +2,25 @@
 the strut's modes from 227, 337, 398 to 197, 290, 376 Hz)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="encoder_mass",
     title="Mass of the encoder",
-    parameters=(Parameter("kg", -0.07, 0.5, 0.0, 0.0, 0.005),),
+    parameters=(
+        Parameter(
+            "kg",
+            lo=-0.07,
+            hi=0.5,
+            off=0.0,
+            start=0.0,
+            scale=0.005,
+            adds=("encoder.head_mass_kg", "encoder.ruler_mass_kg"),
+        ),
+    ),
     channels=("de",),
     sign="the strut's bending modes move together, the axial mode stays",
     sentence="Head and ruler each weigh {kg} kg more than the model says.",
-    alias=("encoder.head_mass_kg", "encoder.ruler_mass_kg"),
+    sources=("STB 5.1.1",),
+    experiment=Experiment.BARE,
 )

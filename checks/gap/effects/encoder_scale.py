@@ -2,12 +2,25 @@
 Linear Positioning, accuracy; [STB], section 5.1.4 compares encoder and interferometer)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="encoder_scale",
     title="Scale of the encoder",
-    parameters=(Parameter("relative", -0.9, 5.0, 0.0, 0.0, 0.01),),
+    parameters=(
+        Parameter(
+            "relative",
+            lo=-0.9,
+            hi=5.0,
+            off=0.0,
+            start=0.0,
+            scale=0.01,
+            sets=("encoder.scale",),
+        ),
+    ),
     channels=("de",),
     sign="de alone is larger or smaller by one factor at every frequency",
     sentence="The encoder's scale is off by {relative} (relative).",
+    sources=("HEIDENHAIN", "STB 5.1.4"),
+    experiment=Experiment.POINT,
 )

@@ -1,14 +1,43 @@
 """The piezo's hysteresis: a loop between drive and displacement whose width grows with the amplitude and does not
-depend on the rate ([STB], section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops)."""
+depend on the rate ([STB], section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops).
 
-from checks.gap.modelling.effect import Effect, Parameter
+It is not linear, so no response names it: the slow sines do, where their loops open in proportion to the amplitude."""
+
+import numpy as np
+from scipy import stats
+
+from checks.gap.modelling.effect import Effect, Parameter, SlowFinding, SlowRecord
+from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.slow_sines import Slow
+from checks.gap.thresholds import Thresholds
+from checks.model.time.hysteresis_creep import loops_of
+
+WIDTH = "relative_width"
+BEYOND_NOISE = 6.0  # standard uncertainties of the opening that a name needs
+SHAPE = 0.01  # of the width: loops are not quite Rayleigh's
+
+
+def _named(slow: Slow, table: Thresholds) -> SlowFinding | None:
+    grows = slow.grows
+    if not (grows.value > table.loop_width and grows.value > BEYOND_NOISE * grows.u):
+        return None
+    half, z = 1.96 * float(np.hypot(grows.u, SHAPE * grows.value)), grows.value / grows.u
+    return SlowFinding({WIDTH: grows.value}, {WIDTH: half}, 0.5 * z * z, float(2.0 * stats.norm.sf(z)))
+
+
+def _limit(slow: Slow, table: Thresholds) -> dict[str, float]:
+    return {WIDTH: max(table.loop_width, BEYOND_NOISE * slow.grows.u)}
+
 
 EFFECT = Effect(
     name="hysteresis",
     title="Hysteresis of the drive",
-    parameters=(Parameter("relative_width", 0.0, 0.5, 0.0, 0.0, 0.01),),
+    parameters=(Parameter(WIDTH, lo=0.0, hi=0.5, off=0.0, start=0.0, scale=0.01),),
     channels=("de",),
     sign="the loop under slow sines opens in proportion to the amplitude",
     sentence="The drive has hysteresis: loops open by {relative_width} of the stroke at the largest amplitude.",
-    record="slow",
+    sources=("STB 3.1.6", "BERTOTTI 2.3"),
+    experiment=Experiment.LEVEL,
+    slow=SlowRecord(named=_named, limit=_limit),
+    bends=lambda values, amplitude: loops_of(values[WIDTH], amplitude),
 )

@@ -2,15 +2,34 @@
 285 Hz depend on dy and dx; an offset turns the axial force into a bending moment)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="misalignment",
     title="Misalignment of the APA",
     parameters=(
-        Parameter("dx_um", -600.0, 600.0, 0.0, 0.0, 20.0),
-        Parameter("dy_um", -1500.0, 1500.0, 0.0, 0.0, 50.0),
+        Parameter(
+            "dx_um",
+            lo=-600.0,
+            hi=600.0,
+            off=0.0,
+            start=0.0,
+            scale=20.0,
+            sets=("misalignment.dx_um",),
+        ),
+        Parameter(
+            "dy_um",
+            lo=-1500.0,
+            hi=1500.0,
+            off=0.0,
+            start=0.0,
+            scale=50.0,
+            sets=("misalignment.dy_um",),
+        ),
     ),
     channels=("de",),
     sign="the strut's bending modes appear or vanish in de alone; da and Vs hardly change",
     sentence="The APA sits {dx_um} um (x) and {dy_um} um (y) beside the axis of the joints.",
+    sources=("STB 5.2", "STB 6.3"),
+    experiment=Experiment.TURN,
 )

@@ -2,12 +2,25 @@
 and 1.7 connected)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="open_circuit_stiffening",
     title="Stiffening by the open circuit",
-    parameters=(Parameter("ratio", -0.5, 5.0, 0.0, 0.0, 0.02),),
+    parameters=(
+        Parameter(
+            "ratio",
+            lo=-0.5,
+            hi=5.0,
+            off=0.0,
+            start=0.0,
+            scale=0.02,
+            sets=("apa.sensor_stiffening",),
+        ),
+    ),
     channels=("Vs", "da"),
     sign="the axial mode and the zero of Vs move up together, with less motion per volt",
     sentence="The sensor stack, open, is stiffer by {ratio} (relative).",
+    sources=("IEEE 176", "STB 3.1.8"),
+    experiment=Experiment.RESISTOR,
 )

@@ -2,13 +2,25 @@
 root of stiffness over mass)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="payload_mass",
     title="Mass of the payload",
-    parameters=(Parameter("kg", -5.0, 50.0, 0.0, 0.0, 0.1),),
+    parameters=(
+        Parameter(
+            "kg",
+            lo=-5.0,
+            hi=50.0,
+            off=0.0,
+            start=0.0,
+            scale=0.1,
+            adds=("bench.payload_kg",),
+        ),
+    ),
     channels=("da", "de", "Vs"),
     sign="the axial mode moves and everything above it scales, the static gain stays",
     sentence="The payload is {kg} kg heavier than the model says.",
-    alias=("bench.payload_kg",),
+    sources=("STB 3.2.1",),
+    experiment=Experiment.MASS,
 )

@@ -2,13 +2,15 @@
 sign in Vs, mended by the sign of gs)."""
 
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.experiment import Experiment
 
 EFFECT = Effect(
     name="sensor_polarity",
     title="Polarity of the sensor",
-    parameters=(),
+    turns=("constants.gs_V_per_m", "constants.gs_V_per_N"),
     channels=("Vs",),
     sign="Vs alone is turned by 180 degrees at every frequency",
     sentence="The sensor stack is connected with the wrong polarity: Vs is turned.",
-    record="sign",
+    sources=("STB 3.2.3",),
+    experiment=Experiment.UNPLUG,
 )

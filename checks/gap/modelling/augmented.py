@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.errors import ModelError
 from checks.fitting.fit import Free, free_of
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
@@ -31,6 +32,11 @@ class Augmented:
         return tuple(m.name for m in self.members)
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        """Of the members, for a person."""
+        return tuple(m.label for m in self.members)
+
+    @property
     def effects(self) -> tuple[Effect, ...]:
         return tuple(m for m in self.members if isinstance(m, Effect))
 
@@ -39,9 +45,9 @@ class Augmented:
         return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts)
 
     @property
-    def counted(self) -> tuple[str, ...]:
-        """Names of the members that say that something is missing."""
-        return (*(e.name for e in self.effects), *(u.name for u in self.stand_ins))
+    def counted(self) -> tuple[Member, ...]:
+        """The members that say that something is missing, stand-ins first."""
+        return (*self.stand_ins, *self.effects)
 
     def with_member(self, member: Member) -> "Augmented":
         return replace(self, members=(*self.members, member))
@@ -53,14 +59,16 @@ class Augmented:
         """Everything that is fitted. An effect that stands for a calibrated parameter takes its place, without
         prior."""
         at = start or {}
-        taken = {t for e in self.effects if not e.adds for p in e.parameters for t in e.targets(self.model, p.name)}
+        taken = {t for e in self.effects if not e.adds for t in e.stands_for(self.model)}
         base = [p for p in free_of(self.model) if p.name not in taken]
         base = [replace(p, start=at.get(p.name), lo=max(p.lo, LEAST * p.prior) if p.prior > 0 else p.lo) for p in base]
         added = []
         for m in self.members:
             for p in m.parameters:
                 name = f"{m.name}.{p.name}"
-                added.append(Free(name, 0.0, p.sd, p.lo, p.hi, at.get(name, p.start), p.scale))
+                added.append(
+                    Free(name, prior=0.0, sd=p.sd, lo=p.lo, hi=p.hi, start=at.get(name, p.start), scale=p.scale)
+                )
         return [*base, *added]
 
     def of(self, values: Values, member: str) -> dict[str, float]:
@@ -74,8 +82,8 @@ class Augmented:
         own = {k: v for k, v in values.items() if k not in inside}
         for e in self.effects:
             for p in e.parameters:
-                for target in e.targets(self.model, p.name):
-                    start = own.get(target, self.model.values[target]) if e.adds else 0.0
+                for target in p.targets(self.model):
+                    start = own.get(target, self.model.values[target]) if target in p.adds else 0.0
                     own[target] = start + values[f"{e.name}.{p.name}"]
         return own
 
@@ -114,7 +122,7 @@ class Augmented:
         out = np.ones((f.size, len(channels)), dtype=complex)
         for m in self._factors:
             if m.factor is not None:
-                each = m.factor(self.of(values, m.name), np.asarray(2j * np.pi * f, dtype=np.complex128))
+                each = _evaluated(m, self.of(values, m.name), np.asarray(2j * np.pi * f, dtype=np.complex128))
                 out[:, [channels.index(c) for c in m.channels if c in channels]] *= each[:, None]
         return out
 
@@ -123,3 +131,16 @@ class Augmented:
         h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
         above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
         return np.asarray((above - below) / (2.0 * h))
+
+
+def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
+    """(F,) its factor. Raises ModelError where there is none, so that a search turns back: an effect may be another
+    package's."""
+    assert member.factor is not None
+    try:
+        out = np.asarray(member.factor(values, s), dtype=complex)
+    except (ArithmeticError, LookupError, TypeError, ValueError) as e:
+        raise ModelError(f"effect '{member.name}': its factor fails at {dict(values)} ({type(e).__name__}: {e})") from e
+    if out.shape != s.shape or not np.isfinite(out).all():
+        raise ModelError(f"effect '{member.name}': its factor is not finite at {dict(values)}")
+    return out

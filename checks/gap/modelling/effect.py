@@ -1,89 +1,175 @@
-"""What an effect of the library is: its parameters, where it shows, and how it enters the model."""
+"""What an effect of the library says about itself: its parameters, what it changes in the model, where it shows, what
+would show it alone, how it is simulated. Nothing elsewhere knows an effect by its name."""
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 
-from checks.arrays import Complex
-from checks.model.effects import ADDS, SETS
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.slow_sines import Slow
+from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
+from checks.model.time.partial_fractions import Fractions
 
 Values = Mapping[str, float]
+NO_SLOW_LIMIT: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
 class Parameter:
     """One parameter of an effect, in the unit that its name says ([DESIGN] 6).
 
-    lo, hi: physical bounds. off: the value at which the effect does nothing. start: where a fit begins; scale: what
-    counts as a step. grid: values to begin from when the response is not even roughly linear in it (empty: it is).
+    lo, hi: physical bounds. off: the value at which the effect does nothing (NaN: the model's own). start: where a fit
+    begins; scale: what counts as a step. sets, adds: the model's parameters that take the value, or the value on top of
+    their own; what a model does not have is passed over. grid: values to begin from when the response is not even
+    roughly linear in it (empty: it is). limit_at: the value at which the detection limits of the others are stated.
     sd: of a prior about zero, where there is one.
     """
 
     name: str
+    _: KW_ONLY
     lo: float
     hi: float
     off: float
     start: float
     scale: float
+    sets: tuple[str, ...] = ()
+    adds: tuple[str, ...] = ()
     grid: tuple[float, ...] = ()
+    limit_at: float | None = None
     sd: float = math.inf
 
     @property
     def linear(self) -> bool:
         return not self.grid
 
+    def targets(self, model: Model) -> tuple[str, ...]:
+        """The model's parameters that take (or add) the value; empty where the model has none of them."""
+        return tuple(n for n in (*self.sets, *self.adds) if n in model.values)
+
 
 @dataclass(frozen=True)
-class Effect:
-    """One effect. channels: where it must show; sign: its mark in words; sentence: what it means, with the parameters'
-    names in braces; record: "frf" where it shows in the responses, "slow" where only slow records tell, "sign" for what
-    the checks before any search find. factor: (values, s (F,)) -> (F,) by which its channels are multiplied, for an
-    effect that is no parameter of the model.
+class SlowFinding:
+    """What slow records say of an effect: values and half-widths of their 95 % intervals by parameter, the gain in
+    log-likelihood, and the chance of so much."""
 
-    alias: calibrated parameters of a model that say the same thing; then only their prior can tell."""
+    values: Values
+    half_widths: Values
+    delta_lnL: float
+    p: float
+
+
+@dataclass(frozen=True)
+class SlowRecord:
+    """What an effect says about slow sines. named: what they say of it, or None; limit: from which values on they
+    would have; contradicts: why they speak against values that a search has found, or "". Each by default nothing."""
+
+    named: Callable[[Slow, Thresholds], SlowFinding | None] = lambda slow, table: None
+    limit: Callable[[Slow, Thresholds], Values] = lambda slow, table: NO_SLOW_LIMIT
+    contradicts: Callable[[Slow, Values], str] = lambda slow, values: ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """One effect.
+
+    channels: where it must show; sign: its mark in words; sentence: what it means, with the parameters' names in
+    braces; sources: where it is described; experiment: the measurement that shows it alone.
+    How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is
+    then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are
+    multiplied. None of these: responses do not show it. slow: what slow records tell about it.
+    How the drive is simulated in time, where that is no parameter of the model: bends, (values, amplitude [V]) -> what
+    the drive (N,) [V] becomes; path, values -> what it passes first."""
 
     name: str
     title: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...] = ()
     channels: tuple[str, ...]
     sign: str
     sentence: str
-    record: str = "frf"
-    alias: tuple[str, ...] = ()
+    sources: tuple[str, ...]
+    experiment: Experiment
+    turns: tuple[str, ...] = ()
     factor: Callable[[Values, Complex], Complex] | None = None
+    slow: SlowRecord = field(default_factory=SlowRecord)
+    bends: Callable[[Values, float], Callable[[Array], Array]] | None = None
+    path: Callable[[Values], Fractions] | None = None
+
+    @property
+    def label(self) -> str:
+        """As it stands in a list of explanations."""
+        return self.name
 
     def parameter(self, name: str) -> Parameter:
         return next(p for p in self.parameters if p.name == name)
 
     def targets(self, model: Model, parameter: str) -> tuple[str, ...]:
-        """The model's parameters that take (or add) the value; empty where the model has no place for the effect."""
-        table = SETS.get(self.name) or ADDS.get(self.name) or {}
-        return tuple(n for n in table.get(parameter, ()) if n in model.values)
+        """The model's parameters behind one of its own."""
+        return self.parameter(parameter).targets(model)
+
+    def stands_for(self, model: Model) -> tuple[str, ...]:
+        """The model's parameters behind all of its own."""
+        return tuple(t for p in self.parameters for t in p.targets(model))
 
     @property
     def adds(self) -> bool:
         """Whether its values count from the model's."""
-        return self.name in ADDS
+        return any(p.adds for p in self.parameters)
+
+    @property
+    def in_model(self) -> bool:
+        """Whether it is a matter of the model's parameters, so that a model can hold it."""
+        return bool(self.turns) or any(p.sets or p.adds for p in self.parameters)
 
     def fits(self, model: Model) -> bool:
-        """Whether the model has a place for it."""
-        if self.record != "frf":
+        """Whether a search of responses can look for it in this model."""
+        if not self.parameters:
             return False
-        return self.factor is not None or all(self.targets(model, p.name) for p in self.parameters)
+        return self.factor is not None or all(p.targets(model) for p in self.parameters)
 
     def off(self, model: Model) -> dict[str, float]:
         """Values at which it does nothing to this model."""
-        return {p.name: _off(self, p, model) for p in self.parameters}
+        return {p.name: _off(p, model) for p in self.parameters}
 
     def say(self, values: Values, half_widths: Values) -> str:
         """The sentence with its numbers. half_widths: of their 95 % intervals."""
         return self.sentence.format(**{k: _short(v, half_widths[k]) for k, v in values.items()})
 
+    def checked(self, values: Values) -> None:
+        """Raises ModelError where values are not those of its parameters."""
+        expected = {p.name for p in self.parameters}
+        if values.keys() != expected:
+            raise ModelError(f"effect '{self.name}' is given with {_listed(values)}; expected {_listed(expected)}")
 
-def _off(effect: Effect, p: Parameter, model: Model) -> float:
+    def changes(self, model: Model, values: Values) -> dict[str, float]:
+        """Changes of the model's values that it amounts to. Raises ModelError for what the model cannot hold."""
+        self.checked(values)
+        if self.turns:
+            return {n: -model.values[n] for n in self._held(model, self.turns)}
+        out = {}
+        for p in self.parameters:
+            for n in self._held(model, (*p.sets, *p.adds)):
+                out[n] = float(values[p.name]) + (model.values[n] if n in p.adds else 0.0)
+        return out
+
+    def _held(self, model: Model, names: tuple[str, ...]) -> list[str]:
+        held = [n for n in names if n in model.values]
+        if not held:
+            raise ModelError(
+                f"effect '{self.name}' needs {' or '.join(names)}, which model '{model.name}' does not have"
+            )
+        return held
+
+
+def _listed(names: Mapping[str, float] | set[str]) -> str:
+    return ", ".join(sorted(names)) or "nothing"
+
+
+def _off(p: Parameter, model: Model) -> float:
     """A parameter that is calibrated anyway does nothing at the model's own value."""
-    targets = effect.targets(model, p.name)
+    targets = p.targets(model)
     return model.values[targets[0]] if math.isnan(p.off) and targets else p.off
 
 

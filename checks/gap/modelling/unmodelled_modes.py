@@ -16,6 +16,7 @@ from checks.arrays import Complex
 from checks.gap.modelling.effect import Parameter, spread
 
 Values = Mapping[str, float]
+ALL = "all"  # channels: it sits in the drive
 NO_ZERO = 1e-3  # of the gain: what is left above a corner when there is no zero
 
 
@@ -41,12 +42,18 @@ class UnmodelledMode:
         return f"unnamed_{self.shape.name}_{self.channel}"
 
     @property
+    def label(self) -> str:
+        """As it stands in a list of explanations."""
+        where = "in the drive" if self.channel == ALL else f"on {self.channel}"
+        return f"a {self.shape.name} without a name {where}"
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         return self.shape.parameters
 
     @property
     def channels(self) -> tuple[str, ...]:
-        return ("Vs", "de", "da") if self.channel == "all" else (self.channel,)
+        return ("Vs", "de", "da") if self.channel == ALL else (self.channel,)
 
     @property
     def factor(self) -> Callable[[Values, Complex], Complex]:
@@ -86,18 +93,18 @@ def _delay(v: Values, s: Complex) -> Complex:
 MODE = RationalShape(
     "mode",
     (
-        Parameter("f_Hz", 5.0, 5000.0, 100.0, 100.0, 1.0, spread(15.0, 2000.0, 40)),
-        Parameter("ratio", -5.0, 5.0, 0.0, 0.0, 0.01),
-        Parameter("damping_ratio", 5e-4, 0.5, 0.01, 0.015, 0.005, (0.006, 0.02)),
+        Parameter("f_Hz", lo=5.0, hi=5000.0, off=100.0, start=100.0, scale=1.0, grid=spread(15.0, 2000.0, 40)),
+        Parameter("ratio", lo=-5.0, hi=5.0, off=0.0, start=0.0, scale=0.01),
+        Parameter("damping_ratio", lo=5e-4, hi=0.5, off=0.01, start=0.015, scale=0.005, grid=(0.006, 0.02)),
     ),
     _mode,
 )
 _CORNER = (
-    Parameter("f_Hz", 0.05, 50_000.0, 100.0, 100.0, 5.0, spread(0.5, 10_000.0, 16)),
-    Parameter("ratio", -20.0, 20.0, 0.0, 0.0, 0.01),
+    Parameter("f_Hz", lo=0.05, hi=50_000.0, off=100.0, start=100.0, scale=5.0, grid=spread(0.5, 10_000.0, 16)),
+    Parameter("ratio", lo=-20.0, hi=20.0, off=0.0, start=0.0, scale=0.01),
 )
 LAG, SHELF = RationalShape("lag", _CORNER, _lag), RationalShape("shelf", _CORNER, _shelf)
-DELAY = RationalShape("delay", (Parameter("tau_us", -500.0, 5000.0, 0.0, 0.0, 5.0),), _delay)
+DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.0, start=0.0, scale=5.0),), _delay)
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
@@ -107,9 +114,9 @@ def levels(merge_Hz: float, width: float) -> UnmodelledMode:
     linear answer to noise is causal: Pintelon & Schoukens, System Identification, 2nd ed., 3.4), and another gain
     above. Nothing that counts as missing: the slow records measure it."""
     parameters = (
-        Parameter("lag_below", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
-        Parameter("lag_above", -1.0, 1.0, 0.0, 0.0, width, sd=2.0 * width),
-        Parameter("gain_above", -1.0, 1.0, 0.0, 0.0, width, sd=4.0 * width),
+        Parameter("lag_below", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
+        Parameter("lag_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
+        Parameter("gain_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=4.0 * width),
     )
 
     def factor(v: Values, s: Complex) -> Complex:
@@ -119,7 +126,7 @@ def levels(merge_Hz: float, width: float) -> UnmodelledMode:
             np.where(e_folds <= 0.0, 1.0 - v["lag_below"] * turn, 1.0 + v["gain_above"] - v["lag_above"] * turn)
         )
 
-    return UnmodelledMode(RationalShape("levels", parameters, factor), "all", counts=False)
+    return UnmodelledMode(RationalShape("levels", parameters, factor), ALL, counts=False)
 
 
 SHAPES = (MODE, LAG, SHELF, DELAY)
@@ -127,5 +134,5 @@ SHAPES = (MODE, LAG, SHELF, DELAY)
 
 def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
     """One of every shape for every channel, and of what may sit in the drive."""
-    common = (UnmodelledMode(MODE, "all"), UnmodelledMode(LAG, "all")) if len(channels) > 1 else ()
+    common = (UnmodelledMode(MODE, ALL), UnmodelledMode(LAG, ALL)) if len(channels) > 1 else ()
     return (*common, *(UnmodelledMode(shape, c) for shape in SHAPES for c in channels))

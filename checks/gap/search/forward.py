@@ -17,7 +17,7 @@ from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on
 from checks.gap.search.screen import Score, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, project
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
@@ -152,9 +152,9 @@ class Search:
 
     def pruned(self, c: Candidate) -> Candidate:
         """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
-        for name in sorted(c.response.counted, key=lambda n: not n.startswith("unnamed")):
-            less = c.response.without(name)
-            start = {k: v for k, v in c.at.items() if not k.startswith(f"{name}.")}
+        for member in c.response.counted:
+            less = c.response.without(member.name)
+            start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
             simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.pruned(simpler)
@@ -206,9 +206,7 @@ def _quicker(model: Model) -> Model:
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:
     """Calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
-    if not isinstance(member, Effect) or not member.alias:
-        return set()
-    return {t for p in member.parameters for t in member.targets(response.model, p.name)}
+    return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ def _pulled(projected: Projected, effect: Effect) -> Score | None:
     """Of an effect that stands for a calibrated parameter: what its prior costs, and where the calibration has gone.
     None where the model does not calibrate it."""
     model, pulls = projected.response.model, projected.pulls
-    found = [t for t in effect.alias if t in pulls and t in projected.at]
+    found = [t for t in effect.stands_for(model) if t in pulls and t in projected.at]
     if not found or len(effect.parameters) != 1:
         return None
     p = effect.parameters[0]

@@ -23,7 +23,7 @@ from accept.units import unit_folder as units
 from accept.verify import rejudge
 from checks.acceptance import CHECKS
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
-from checks.model.effects import with_effects
+from checks.gap.effects import with_effects
 from checks.model.model import Model, frequency_and_damping
 from checks.model.time.adc_dac import LSB_V, Converters
 from checks.model.time.hysteresis_creep import creep

@@ -14,7 +14,7 @@ from checks.fitting.dataset import Dataset, dataset_from_records, simulated
 from checks.fitting.fit import Fit, calibrate, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.response import FunctionResponse, Response
-from checks.model.effects import with_effects
+from checks.gap.effects import with_effects
 from hw.model_files import open_model
 from hw.records import read
 from tests.checks.model import units_model

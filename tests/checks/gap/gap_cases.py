@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 from checks.fitting.dataset import Dataset
+from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs
-from checks.model.effects import with_effects
 from checks.model.model import Model
 from hw.model_files import open_model
 

@@ -9,7 +9,7 @@ from scipy import stats
 
 from checks.errors import ModelError
 from checks.fitting.constants import fit_constants, seed_constants
-from checks.model.effects import effect_changes, with_effects
+from checks.gap.effects import EFFECTS, with_effects
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
 from hw.model_files import open_model
@@ -95,7 +95,7 @@ class TestMechanics:
         assert highpass_corner(80.6e3, 5.1e-6) == pytest.approx(0.39, abs=0.005)
 
     def test_two_joints_get_one_kz(self, strut: Model) -> None:
-        assert effect_changes(strut, "joint_axial_compliance", {"kz_N_per_um": 70.0}) == {"joint.kz_N_per_um": 70.0}
+        assert EFFECTS["joint_axial_compliance"].changes(strut, {"kz_N_per_um": 70.0}) == {"joint.kz_N_per_um": 70.0}
 
     @pytest.mark.parametrize(
         ("name", "parameters", "words"),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from checks.fitting.constants import fit_constants, seed_constants
-from checks.model.effects import with_effects
+from checks.gap.effects import with_effects
 from checks.model.model import Model
 from tests.checks.model.units_model import measured, needs_data, nominal_model, true_values, truth
 

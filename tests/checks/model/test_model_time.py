@@ -8,8 +8,8 @@ from scipy import linalg
 
 from accept.simulate.hammer_records import ShellMode, hammer_record
 from checks.errors import ModelError
+from checks.gap.effects import with_effects
 from checks.model.dynamics.complex_modes import modal
-from checks.model.effects import with_effects
 from checks.model.model import Model
 from checks.model.time.hysteresis_creep import creep, loops_of, mass_steps, stroke_of
 from checks.model.time.partial_fractions import Fractions, _mechanics, paths

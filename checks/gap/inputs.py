@@ -1,15 +1,17 @@
 """What the workflow works on: records that are those of one unit, turned the right way round before any search."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from checks.fitting.dataset import Dataset
+from checks.gap import record_faults as early_checks
 from checks.gap.effects import EFFECTS
-from checks.gap.records import record_faults as early_checks
-from checks.gap.records.record_faults import Early
-from checks.gap.records.slow_sines import Slow, slow_record
-from checks.gap.statistics.thresholds import Thresholds
+from checks.gap.modelling.effect import Effect, SlowFinding
+from checks.gap.modelling.slow_sines import Slow, slow_record
+from checks.gap.record_faults import Early
+from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 from checks.record import Record
 from specs.errors import AcceptError
@@ -35,15 +37,15 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Inputs with everything that is found before any search taken out of A and B; early: what that was; slow: what the
-    slow sines say; loops: they open with the amplitude, beyond what is worth a name."""
+    """Inputs with everything that is found before any search taken out of A and B; early: what that was; slow: the slow
+    sines; in_slow: effects that they name."""
 
     inputs: Inputs
     A: Dataset
     B: Dataset
     early: tuple[Early, ...]
     slow: Slow | None
-    loops: bool
+    in_slow: Mapping[Effect, SlowFinding]
     table: Thresholds
 
 
@@ -52,7 +54,7 @@ def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
     same_unit(inputs.A, inputs.B)
     early, A, B = _before(inputs)
     slow = None if inputs.slow is None else slow_record(inputs.slow)
-    return Prepared(inputs, A, B, early, slow, _hysteresis(slow, inputs, table), table)
+    return Prepared(inputs, A, B, early, slow, _in_slow(slow, inputs, table), table)
 
 
 def same_unit(A: Dataset, B: Dataset) -> None:
@@ -78,10 +80,12 @@ def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
         found.append(Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged."))
         A, B = (early_checks.with_names(d, pair) for d in (A, B))
     turned = early_checks.turned(A, model)
+    known = {e.channels: e for e in EFFECTS.values() if e.turns}
     for channel in turned:
-        name = "sensor_polarity" if channel == "Vs" else f"polarity_{channel}"
+        effect = known.get((channel,))
+        name = effect.name if effect else f"polarity_{channel}"
         if name not in inputs.without:
-            words = EFFECTS[name].sentence if name in EFFECTS else f"{channel} has the wrong sign."
+            words = effect.sentence if effect else f"{channel} has the wrong sign."
             found.append(Early(name, (channel,), {}, words))
             A, B = (early_checks.with_signs(d, (channel,)) for d in (A, B))
     late = early_checks.offsets(A, model, inputs.fs)
@@ -92,9 +96,9 @@ def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
     return tuple(found), A, B
 
 
-def _hysteresis(slow: Slow | None, inputs: Inputs, table: Thresholds) -> bool:
-    """Whether the slow loops open with the amplitude, beyond what is worth a name."""
-    if slow is None or "hysteresis" in inputs.without:
-        return False
-    grows = slow.grows
-    return grows.value > table.loop_width and grows.value > 6.0 * grows.u
+def _in_slow(slow: Slow | None, inputs: Inputs, table: Thresholds) -> dict[Effect, SlowFinding]:
+    """Effects that the slow sines name."""
+    if slow is None:
+        return {}
+    found = {e: e.slow.named(slow, table) for e in EFFECTS.values() if e.name not in inputs.without}
+    return {e: finding for e, finding in found.items() if finding is not None}

@@ -1,0 +1,23 @@
+"""Measurements that tell explanations apart: the menu of [GAP] step 11, in the order in which they are asked for."""
+
+from collections.abc import Iterable
+from enum import Enum
+
+
+class Experiment(Enum):
+    """What to do at the bench, in words. The sharpest and least troublesome stands first."""
+
+    MASS = "repeat with +0.5 kg on the payload: an added mass moves what depends on the payload, nothing else"
+    UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"
+    TURN = "turn the strut by 180 degrees about its axis: what is the strut's changes sign in de, the bench does not"
+    LEVEL = "repeat at half the drive level: what is linear stays, hysteresis and saturation change"
+    RESISTOR = "repeat with another resistor across the sensor stack: only the sensor's high-pass moves"
+    POINT = "read a second point with the interferometer: a mode of the bench shows there, one of the encoder does not"
+    DUMMY = "drive a dummy capacitor and read it back: amplifier, converters and delay without the strut"
+    BARE = "record without the encoder: its mass, scale and bracket are then gone"
+
+
+def sharpest(experiments: Iterable[Experiment]) -> Experiment:
+    """The one to do first of those that several effects ask for."""
+    order = list(Experiment)
+    return min(experiments, key=order.index, default=Experiment.LEVEL)

@@ -1,1 +1,0 @@
-"""What the gap analysis works on."""

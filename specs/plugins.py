@@ -1,0 +1,55 @@
+"""What other packages bring: objects that they name under an entry point group ([project.entry-points] of theirs).
+
+A plug-in that cannot be used is left out and said in one line; what then asks for it by name is refused as unknown, so
+that nothing is ever judged by half of it. It can add, never replace: a name that the program has stays the program's.
+"""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """One usable object: its name, the package that brings it, and the package's version."""
+
+    name: str
+    value: Any
+    package: str
+    version: str
+
+
+USED: list[Plugin] = []
+PROBLEMS: list[str] = []  # a line for every plug-in that was left out, for whoever shows something
+
+
+def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -> dict[str, Any]:
+    """Name -> object of every usable plug-in of a group, by its `name`.
+
+    problem: what is wrong with an object, "" for nothing; it may raise. taken: names that the program has itself."""
+    found: dict[str, Any] = {}
+    for entry in sorted(entry_points(group=group), key=lambda e: (e.name, e.value)):
+        try:
+            value = entry.load()
+            words = problem(value) or _clash(value.name, (*taken, *found))
+        except Exception as e:  # noqa: BLE001 - whatever a stranger's code does, the program goes on without it
+            words = f"{type(e).__name__}: {e}"
+        if words:
+            PROBLEMS.append(f"plug-in {_origin(entry)} is left out: {' '.join(words.split())}")
+            continue
+        found[value.name] = value
+        package, version = (entry.dist.name, entry.dist.version) if entry.dist else ("unknown", "?")
+        USED.append(Plugin(value.name, value, package, version))
+    return found
+
+
+def _clash(name: str, taken: Collection[str]) -> str:
+    return f"the name '{name}' is taken" if name in taken else ""
+
+
+def _origin(entry: EntryPoint) -> str:
+    package = f" of {entry.dist.name} {entry.dist.version}" if entry.dist else ""
+    return f"'{entry.name}'{package} ({entry.group}: {entry.value})"
