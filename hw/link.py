@@ -1,68 +1,19 @@
-"""One serial line: explicit settings, deadlines, bounded reads, and a transcript of every byte.
+"""One serial line: explicit settings, deadlines, bounded reads, and a transcript of every byte."""
 
-Nothing here reads a modem line: a pseudo-terminal has none, and neither have two-wire adapters.
-"""
-
-import os
-import termios
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import serial
 
-from hw.errors import Garbled, NoReply, SettingsError, Unplugged
+from hw.errors import Garbled, NoReply, Unplugged
+from hw.serial_port import DamagedCharacter, LineSettings, Port, cause, open_serial, why_not_opened
 
 Clock = Callable[[], float]
 
-PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
-STOP_BITS = (1, 2)
-DATA_BITS = (7, 8)
-HANDSHAKES = ("none", "xonxoff", "rtscts")
-POLL_S = 0.02  # how long one look at the port may wait; a deadline is kept to within it
-WRITE_TIMEOUT_S = 1.0
 MAX_LINE = 200  # no reply of any of these instruments is half as long
 MAX_TRAFFIC = 200_000  # entries that nobody took; a stroke, the longest run, has some 10,000
 MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
-
-
-@dataclass(frozen=True)
-class LineSettings:
-    """How the line is set. No defaults: what the manual leaves open must be looked up at the instrument."""
-
-    port: str
-    baud: int
-    data_bits: int
-    parity: str
-    stop_bits: int
-    handshake: str
-
-    def __post_init__(self) -> None:
-        for name, value, known in (
-            ("data_bits", self.data_bits, DATA_BITS),
-            ("parity", self.parity, tuple(PARITIES)),
-            ("stop_bits", self.stop_bits, STOP_BITS),
-            ("handshake", self.handshake, HANDSHAKES),
-        ):
-            if value not in known:
-                words = ", ".join(map(str, known))
-                raise SettingsError(f"{self.port}: {name} = {value!r}, expected one of {words}")
-        if not 50 <= self.baud <= 921_600:
-            raise SettingsError(f"{self.port}: baud = {self.baud}, expected 50 to 921600")
-
-    def __str__(self) -> str:
-        return f"{self.port} at {self.baud} {self.data_bits}{self.parity[0].upper()}{self.stop_bits}"
-
-
-class Port(Protocol):
-    """What a link needs of pyserial: reads return what came within `POLL_S`, at most n bytes."""
-
-    @property
-    def in_waiting(self) -> int: ...
-    def read(self, size: int = 1, /) -> bytes: ...
-    def write(self, b: bytes, /) -> int | None: ...
-    def close(self) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -77,23 +28,6 @@ class Traffic:
     def to_json(self) -> list[float | str]:
         """[time, way, text], a character per byte."""
         return [round(self.t, 6), self.way, self.data.decode("latin-1")]
-
-
-def open_serial(settings: LineSettings) -> Port:
-    """Open a port. Raises OSError (pyserial's SerialException is one)."""
-    opened: Port = serial.Serial(
-        port=settings.port,
-        baudrate=settings.baud,
-        bytesize=settings.data_bits,
-        parity=PARITIES[settings.parity],
-        stopbits=settings.stop_bits,
-        xonxoff=settings.handshake == "xonxoff",
-        rtscts=settings.handshake == "rtscts",
-        timeout=POLL_S,
-        write_timeout=WRITE_TIMEOUT_S,
-        exclusive=True,
-    )
-    return opened
 
 
 class Deadline:
@@ -115,15 +49,24 @@ class Link:
     """A serial line that opens when first used and opens again after it was unplugged.
 
     opened : how many times it was opened. A driver that remembers the count knows when another instrument may have
-    been plugged in. Every OSError of the port ends as Unplugged with the port closed.
+    been plugged in. Every OSError of the port ends as Unplugged with the port closed. clock : of all its deadlines [s].
     """
 
-    def __init__(self, settings: LineSettings, opener: Callable[[LineSettings], Port] = open_serial) -> None:
-        self.settings, self.opened = settings, 0
+    def __init__(
+        self,
+        settings: LineSettings,
+        opener: Callable[[LineSettings], Port] = open_serial,
+        clock: Clock = time.monotonic,
+    ) -> None:
+        self.settings, self.opened, self.clock = settings, 0, clock
         self._opener = opener
         self._port: Port | None = None
         self._pending = bytearray()
         self._traffic: list[Traffic] = []
+
+    def deadline(self, seconds: float) -> Deadline:
+        """A deadline by the line's own clock."""
+        return Deadline(seconds, self.clock)
 
     def send(self, data: bytes) -> None:
         """Write all bytes. Raises Unplugged, and NoReply when the other end holds the line by flow control."""
@@ -166,14 +109,14 @@ class Link:
 
     def drop_until_quiet(self, quiet_s: float, deadline: Deadline) -> bytes:
         """Drop what comes until nothing came for `quiet_s`. Raises Garbled for a line that does not fall silent."""
-        dropped, quiet = self.drop(), Deadline(quiet_s)
+        dropped, quiet = self.drop(), self.deadline(quiet_s)
         while quiet.left > 0:
             if deadline.left <= 0 or len(dropped) > MAX_DISCARDED:
                 words = "the instrument sends by itself; is it set to continuous sending?"
                 raise Garbled(f"{self.settings}: the line does not fall silent ({dropped[-40:]!r}): {words}")
             self._look()
             if came := self.drop():
-                dropped, quiet = dropped + came, Deadline(quiet_s)
+                dropped, quiet = dropped + came, self.deadline(quiet_s)
         return dropped
 
     def close(self) -> None:
@@ -198,9 +141,7 @@ class Link:
             try:
                 self._port = self._opener(self.settings)
             except (OSError, ValueError) as e:
-                raise Unplugged(f"{self.settings}: cannot be opened ({_cause(e)}); is it plugged in and free?") from e
-            except termios.error as e:  # no OSError, and pyserial lets it through
-                raise SettingsError(f"{self.settings}: the port does not take these settings ({e.args[-1]})") from e
+                raise Unplugged(f"{self.settings}: {why_not_opened(self.settings.port, e)}") from e
             self.opened += 1
             self._pending.clear()
             self.note(f"opened {self.settings}")
@@ -219,6 +160,11 @@ class Link:
         try:
             waiting = port.in_waiting
             data = port.read(waiting or 1) if waiting or block else b""
+        except DamagedCharacter as e:
+            pending = self._take(len(self._pending))
+            self.note(f"{e} after {pending!r}")
+            words = "check baud rate, data bits, parity and the cable"
+            raise Garbled(f"{self.settings}: {e} came after {pending!r}; {words}") from e
         except OSError as e:
             raise self._lost(e) from e
         if data:
@@ -229,14 +175,15 @@ class Link:
         pending = bytes(self._pending)
         port, self._port = self._port, None
         self._pending.clear()
-        self.note(f"lost: {_cause(error)}")
+        self.note(f"lost: {cause(error)}")
         if port is not None:
             try:
                 port.close()
             except OSError as e:  # the device is gone; there is nothing left to close
-                self.note(f"closing failed: {_cause(e)}")
+                self.note(f"closing failed: {cause(e)}")
         after = f" after {pending!r}" if pending else ""
-        return Unplugged(f"{self.settings}: went away{after} ({_cause(error)})")
+        words = "the adapter was unplugged or has lost its power; plug it in, and the next reading opens it again"
+        return Unplugged(f"{self.settings}: went away{after} ({cause(error)}): {words}")
 
     def _take(self, count: int) -> bytes:
         taken = bytes(self._pending[:count])
@@ -249,9 +196,3 @@ class Link:
             words = f"{MAX_TRAFFIC // 2} entries before this were never taken and are gone"
             self._traffic.insert(0, Traffic(time.time(), "note", words.encode()))
         self._traffic.append(Traffic(time.time(), way, data))
-
-
-def _cause(error: Exception) -> str:
-    """In few words: pyserial puts the port and the number of the error into its own."""
-    number = getattr(error, "errno", None)
-    return os.strerror(number) if number else str(error) or type(error).__name__

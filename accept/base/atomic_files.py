@@ -47,7 +47,9 @@ def write_atomic(path: Path, content: bytes) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """The rename itself survives a power cut only when the folder is synced too."""
+    """The rename itself survives a power cut only when the folder is synced too. Windows cannot open a folder."""
+    if os.name == "nt":
+        return
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)

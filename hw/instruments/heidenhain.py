@@ -66,11 +66,11 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
 
     def text(self, what: str) -> str:
         """One of `TEXTS`: displayed value, position, error, software, status. Raises InstrumentError."""
-        return text_of(self.name, self._escape(TEXTS[what], Deadline(self.deadline_s))).strip()
+        return text_of(self.name, self._escape(TEXTS[what], self.link.deadline(self.deadline_s))).strip()
 
     def error_message(self) -> str:
         """What the readout says is wrong (ENQ). Raises InstrumentError."""
-        deadline = Deadline(self.deadline_s)
+        deadline = self.link.deadline(self.deadline_s)
         return text_of(self.name, self._ask(ENQ, END, deadline, harmless=END).removesuffix(END).lstrip(STX)).strip()
 
     def hold(self) -> None:
@@ -85,7 +85,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
         """One of `FUNCTIONS` or `KEYS`. Raises Refused when the readout does not take it, InstrumentError."""
         code = FUNCTIONS.get(function) or KEYS[function]
         self._say(_message(code), harmless=END)
-        deadline = Deadline(self.deadline_s).within(self.settings.timeout_s)
+        deadline = self.link.deadline(self.deadline_s).within(self.settings.timeout_s)
         answer = self.link.read_exactly(1, deadline)
         if answer == NAK:
             raise InstrumentRefused(f"{self.name}: {function} ({code}) is unknown to it, or not possible now")

@@ -147,7 +147,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
     def _aside(self, at_least_s: float = 0.0) -> Iterator[Deadline]:
         """A session for something other than a measurement, which leaves the meter otherwise than a measurement needs
         it: the next reading begins anew."""
-        deadline = Deadline(max(self.deadline_s, at_least_s))
+        deadline = self.link.deadline(max(self.deadline_s, at_least_s))
         with self._session_ends_on_error():
             self.link.drop_until_quiet(self.settings.quiet_s, deadline)
             self._open_session(deadline)
@@ -156,7 +156,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
 
     def finish(self) -> None:
         """Give the meter back to its keys. Raises InstrumentError."""
-        self._set("COMU:OFF.", Deadline(self.deadline_s))
+        self._set("COMU:OFF.", self.link.deadline(self.deadline_s))
         self.close()
 
     def _measure(self, deadline: Deadline) -> Reading:

@@ -87,7 +87,7 @@ class MillimarM1240(Millimar[M1240Settings]):
     def stored(self) -> list[tuple[int, float, bytes]]:
         """Stored values: feature, metres, reply. Reading deletes them in the instrument, so the replies are kept in the
         transcript whatever happens. Raises InstrumentError when any line is damaged."""
-        deadline = Deadline(self.deadline_s)
+        deadline = self.link.deadline(self.deadline_s)
         self._say(b"M70" + END)
         lines: list[bytes] = []
         while len(lines) < MAX_STORED:
@@ -106,5 +106,5 @@ class MillimarM1240(Millimar[M1240Settings]):
         return int(found["feature"]), parse_bare(self.name, found["number"].lstrip(), self.settings), line
 
     def _echoed(self, command: str) -> None:
-        if (said := self._text(command, Deadline(self.deadline_s))) != command:
+        if (said := self._text(command, self.link.deadline(self.deadline_s))) != command:
             raise InstrumentRefused(f"{self.name}: {command} was answered {said!r}, expected its echo")

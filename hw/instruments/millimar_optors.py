@@ -66,13 +66,13 @@ class MillimarOptors(Millimar[OptorsSettings]):
 
     def version(self) -> str:
         """Firmware version. Raises InstrumentError."""
-        return self.question("VER?", Deadline(self.deadline_s))
+        return self.question("VER?", self.link.deadline(self.deadline_s))
 
     def show(self, text: str) -> None:
         """Text on line 1 of its display, at most 7 characters. Raises ValueError, InstrumentError."""
         if len(text) > MAX_DISPLAY or not text.isascii() or not text.isprintable():
             raise ValueError(f"{text!r} is no text of at most {MAX_DISPLAY} printable characters; nothing sent")
-        self._set(f"DIS {text}", Deadline(self.deadline_s))
+        self._set(f"DIS {text}", self.link.deadline(self.deadline_s))
 
     def question(self, message: str, deadline: Deadline) -> str:
         """The reply to `ID?` and its like, without blanks. Raises InstrumentError."""

@@ -12,7 +12,8 @@ from hw.instruments.manual import Manual, ManualSettings
 from hw.instruments.millimar_m1240 import M1240Settings, MillimarM1240
 from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
 from hw.instruments.reading import Identity, Reading
-from hw.link import LineSettings, Link
+from hw.link import Link
+from hw.serial_port import LineSettings
 from specs.bench import OFFLINE, InstrumentEntry
 from specs.strict import Strict, problem_line
 

@@ -50,14 +50,14 @@ class SerialInstrument(ABC, Generic[S]):
 
     def connect(self) -> Identity:
         """Start a session; who answers. Raises InstrumentError."""
-        deadline = Deadline(self.deadline_s)
+        deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             self._start(deadline)
             return self._who(deadline)
 
     def read(self) -> Reading:
         """One reading that two answers agree on. Raises InstrumentError."""
-        deadline = Deadline(self.deadline_s)
+        deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if self._session == 0 or self._session != self.link.opened:
                 self._start(deadline)

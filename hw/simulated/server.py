@@ -6,17 +6,24 @@ done here.
 """
 
 import os
-import pty
 import select
-import termios
 import threading
 import time
-import tty
 from pathlib import Path
 from types import TracebackType
 
+from hw.errors import SettingsError
 from hw.simulated.device import Device
 from hw.simulated.faults import OF_THE_LINE, FaultKind, LineFault, damaged
+
+try:
+    import pty
+    import termios
+    import tty
+except ImportError:  # Windows has no pseudo-terminals
+    TERMINALS = False
+else:
+    TERMINALS = True
 
 LOOK_S = 0.02  # how often a silent line is looked at
 
@@ -33,6 +40,8 @@ class Server:
         self._thread = threading.Thread(target=self._run, name=f"simulated {path.name}", daemon=True)
 
     def __enter__(self) -> "Server":
+        if not TERMINALS:
+            raise SettingsError("simulated instruments need pseudo-terminals, which this system does not have")
         self._plug()
         self._thread.start()
         return self

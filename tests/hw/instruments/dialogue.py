@@ -5,7 +5,8 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from hw.link import LineSettings, Link
+from hw.link import Link
+from hw.serial_port import LineSettings
 
 LINE = LineSettings("/dev/test", 9600, 8, "none", 1, "none")
 
@@ -47,3 +48,28 @@ def dialogue(*steps: tuple[bytes, bytes], unread: bytes = b"") -> Iterator[Link]
     yield Link(LINE, lambda settings: port)
     assert not port.steps, f"never sent: {[sent for sent, _ in port.steps]}"
     assert bytes(port.out) == unread, f"left unread: {bytes(port.out)!r}"
+
+
+class DevicePort(ScriptedPort):
+    """The line to something that is fed bytes and gives back replies. Time stands still but where a reader waits."""
+
+    def __init__(self, device) -> None:
+        super().__init__(())
+        self.device, self.now = device, 0.0
+
+    def read(self, size: int = 1, /) -> bytes:
+        if not self.out:
+            self.now += 0.02
+        taken = bytes(self.out[:size])
+        del self.out[:size]
+        return taken
+
+    def write(self, data: bytes, /) -> int:
+        self.out += b"".join(self.device.feed(data))
+        return len(data)
+
+
+def link_to(device) -> Link:
+    """A link to a device, by a clock of its own."""
+    port = DevicePort(device)
+    return Link(LINE, lambda settings: port, lambda: port.now)

@@ -19,7 +19,8 @@ from hw.instruments.heidenhain import HeidenhainSettings
 from hw.instruments.lcr800 import Lcr800Settings
 from hw.instruments.millimar_m1240 import M1240Settings
 from hw.instruments.millimar_optors import OptorsSettings
-from hw.link import LineSettings, Link
+from hw.link import Link
+from hw.serial_port import LineSettings
 from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
 from hw.simulated.server import swap
 
