@@ -13,7 +13,7 @@ from accept.certificate.document import render
 from accept.certificate.keys import QA, TECHNICIAN
 from accept.certificate.signing import sign
 from accept.verify.verification import verify
-from tests.accept.certificate.certificate_help import WHEN, content
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 COUNT = 7
 
@@ -38,7 +38,7 @@ def main() -> None:
         home = Path(folder)
         keys.init(home, "x", "Technician", "Assurance", when=WHEN)
         technician, qa = (keys.unlock(home, role, "x") for role in (TECHNICIAN, QA))
-        made = content(home / "unit")
+        made = certificate_contents(home / "unit")
         unsigned = render(made)
         signed = sign(unsigned, technician, WHEN)
         final = sign(signed, qa, WHEN)

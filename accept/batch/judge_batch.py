@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,11 @@ from typing import Any
 from accept.base.atomic_files import write_atomic
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.version import code_sha256
-from accept.batch import events, outputs
-from accept.batch.worker import Job, Judged, judge_folder
+from accept.batch import outputs
+from accept.batch.worker import Job, Outcome, judge
+from accept.certificate import events
+from accept.certificate.certify import certify
 from accept.certificate.keys import Credential
-from accept.certificate.signing import sign
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
@@ -106,8 +108,8 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
             jobs.append(_job(folder, order))
-    for number, judged in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
-        _keep(judged, order, store, report, _numbered(say, number, len(jobs)))
+    for number, (path, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
+        _keep(path, judged, order, store, report, _numbered(say, number, len(jobs)))
     report.units.sort(key=lambda u: u["serial"])
     for words in same_records(report.units, (one.result for one in state.units.values())):
         say(f"warning: {words}")
@@ -200,10 +202,16 @@ def _sha256(path: Path) -> str | None:
 
 
 def _job(folder: UnitFolder, order: BatchRequest) -> Job:
-    spec = order.specs[folder.kind]
-    wanted = order.credential is not None
-    stated, start = order.calibration(folder), order.start(folder)
-    return Job(folder.path, spec.name, spec.text, order.operator, wanted, stated, start, order.out)
+    return partial(
+        judge,
+        folder,
+        order.specs[folder.kind],
+        order.operator,
+        stated=order.calibration(folder),
+        start=order.start(folder),
+        out=order.out,
+        draw=order.credential is not None,
+    )
 
 
 def processes(count: int) -> ProcessPoolExecutor:
@@ -211,59 +219,57 @@ def processes(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
 
-def _judge_all(jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None) -> Iterator[Judged]:
+def _judge_all(
+    jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None
+) -> Iterator[tuple[Path, Outcome]]:
     """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
     pool of its own the caller judges the longest unit here."""
     wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
     if wanted <= 1 or len(jobs) <= 1:
-        yield from map(judge_folder, jobs)
+        yield from ((_folder(job), job()) for job in jobs)
         return
     left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
         with nullcontext(pool) if pool else processes(min(wanted, len(jobs))) as running:
             own = 0 if pool else None
-            pending = {running.submit(judge_folder, job): key for key, job in left.items() if key != own}
+            pending = {running.submit(job): key for key, job in left.items() if key != own}
             if own is not None:
-                judged = judge_folder(left[own])
+                yield _folder(left[own]), left[own]()
                 del left[own]
-                yield judged
             for future in as_completed(pending):
                 judged = future.result()
-                del left[pending[future]]
-                yield judged
+                yield _folder(left.pop(pending[future])), judged
     except BrokenProcessPool:
-        yield from (_judge_apart(job) for job in left.values())
+        yield from ((_folder(job), _judge_apart(job)) for job in left.values())
+
+
+def _folder(job: Job) -> Path:
+    unit: UnitFolder = job.args[0]
+    return unit.path
 
 
 def _bytes(job: Job) -> int:
     """Of the files in a unit's folder, which say how long it takes."""
-    return sum(path.stat().st_size for path in job.folder.iterdir() if path.is_file())
+    return sum(path.stat().st_size for path in _folder(job).iterdir() if path.is_file())
 
 
-def _judge_apart(job: Job) -> Judged:
+def _judge_apart(job: Job) -> Outcome:
     """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
     try:
         with processes(1) as pool:
-            return pool.submit(judge_folder, job).result()
+            return pool.submit(job).result()
     except BrokenProcessPool:
-        return Judged(job.folder, refused=f"{job.folder}: the process that judged it died (out of memory?)")
+        return f"{_folder(job)}: the process that judged it died (out of memory?)"
 
 
-def _keep(judged: Judged, order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
-    """Store a verdict, then its certificate; only then say it."""
-    if judged.result is None:
-        _refuse(judged.folder, judged.refused or "not judged", store, order, report, say)
+def _keep(path: Path, judged: Outcome, order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
+    """Certify a judged unit; only then say its verdict."""
+    if isinstance(judged, str):
+        _refuse(path, judged, store, order, report, say)
         return
-    entry, serial = judged.result, judged.result["serial"]
-    spec = order.specs[entry["kind"]]
-    events.judged(store, judged.folder, entry, spec, order.operator)
-    certificate = None
-    if judged.unsigned is not None and order.credential is not None:
-        certificate = f"{CERTIFICATES}/{serial}.pdf"
-        path = _certificate_path(order, serial)
-        content = sign(judged.unsigned, order.credential, datetime.now(UTC))
-        write_atomic(path, content)
-        events.signed(store, serial, path, content, order.credential.role, who=order.operator, spec=spec)
+    serial, entry = judged.result.serial, judged.result.to_json()
+    certify(judged, store, _certificate_path(order, serial), order.credential)
+    certificate = f"{CERTIFICATES}/{serial}.pdf" if order.credential else None
     report.units.append(entry | {"certificate": certificate})
     say(f"{serial}: {entry['verdict']}{_why(entry)}")
 

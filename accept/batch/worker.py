@@ -1,63 +1,28 @@
-"""Judging one unit folder in a process of its own: what goes in and what comes back are plain data."""
+"""Judging one unit, here or in a process of its own: what goes in and what comes back are plain data."""
 
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from typing import Any
 
-from accept.gap.attach_to_result import StartModel, explained
-from accept.judging import judge_unit
-from accept.judging.calibration import Statement
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
-from specs import parse
+from accept.certificate.content import ContentError
+from accept.certificate.examine import JudgedUnit, examine
+from accept.units.unit_folder import UnitError, UnitFolder
+from specs import Spec
 
 QUIET_S = 2.0  # what takes less needs no words
 
-
-@dataclass(frozen=True)
-class Job:
-    """A unit folder, the spec's own bytes (so that every worker judges by the same ones) and what is wanted. start: the
-    model that its responses are explained by; out: where the improved one goes."""
-
-    folder: Path
-    spec_path: str
-    spec_text: str
-    operator: str
-    certificate: bool
-    calibration: Statement | None = None
-    start: StartModel | None = None
-    out: Path | None = None
+Outcome = JudgedUnit | str  # a unit, or why it was refused
+Job = partial[Outcome]
 
 
-@dataclass(frozen=True)
-class Judged:
-    """Result of one job: its entry for results.json and its certificate, unsigned; or `refused`: why not judged."""
-
-    folder: Path
-    result: dict[str, Any] | None = None
-    unsigned: bytes | None = None
-    refused: str | None = None
-
-
-def judge_folder(job: Job) -> Judged:
-    """Judge a folder and, where wanted, render its certificate, unsigned. Never raises on bad input."""
-    spec = parse(job.spec_text.encode(), job.spec_path)
+def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> Outcome:
+    """`examine` for a batch, which goes on with the next unit where one cannot be judged."""
     try:
-        folder = unit_folder.read(job.folder)
-        result = judge_unit.judge_unit(folder, spec, job.calibration)
-        result = explained(result, folder, job.start, _progress(result.serial), job.out)
-    except UnitError as e:
-        return Judged(job.folder, refused=str(e))
-    unsigned = None
-    if job.certificate:
-        from accept.certificate.content import content_of
-        from accept.certificate.document import render  # loads reportlab and matplotlib: only when wanted
-
-        unsigned = render(content_of(result, spec, folder.path, job.operator))
-    return Judged(job.folder, result.to_json(), unsigned)
+        return examine(unit, spec, operator, say=_progress(unit.serial), **wanted)
+    except (UnitError, ContentError) as e:
+        return str(e)
 
 
 def _progress(serial: str) -> Callable[[str], None]:

@@ -1,16 +1,13 @@
 """From a judged unit to a signed certificate that is verified on the spot."""
 
 import os
-from datetime import UTC, datetime
 from pathlib import Path
 
-from accept.base.atomic_files import write_atomic
-from accept.batch import events
 from accept.certificate import keys
-from accept.certificate.content import content_of
-from accept.certificate.document import render
+from accept.certificate.certify import certify, sign_into
+from accept.certificate.examine import drawn
 from accept.certificate.keys import QA, TECHNICIAN, Credential
-from accept.certificate.signing import SigningRefused, sign
+from accept.certificate.signing import SigningRefused
 from accept.verify.rejudge import verify_file
 from accept.verify.verification import Verification
 from accept.workflow.session import Session
@@ -32,10 +29,11 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
-    unsigned = render(content_of(result, session.spec, session.folder, session.operator))
+    judged = drawn(result, session.spec, session.folder, session.operator)
     path = session.home / "certificates" / certificate_name(session.serial, session.attempt.number)
     _keep_older(path)
-    return _write(session, path, sign(unsigned, credential, datetime.now(UTC)), credential)
+    certify(judged, session.store, path, credential, stored=True, who=credential.person)
+    return _verified(session, path, credential)
 
 
 def countersign_unit(session: Session, passphrase: str) -> Verification:
@@ -47,7 +45,8 @@ def countersign_unit(session: Session, passphrase: str) -> Verification:
     before = verify_file(path, [credential.ca])
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
-    return _write(session, path, sign(path.read_bytes(), credential, datetime.now(UTC)), credential)
+    sign_into(path, path.read_bytes(), credential, session.store, session.serial, credential.person, session.spec)
+    return _verified(session, path, credential)
 
 
 def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
@@ -66,10 +65,6 @@ def _keep_older(path: Path) -> None:
         number += 1
 
 
-def _write(session: Session, path: Path, content: bytes, credential: Credential) -> Verification:
-    write_atomic(path, content)
-    events.signed(
-        session.store, session.serial, path, content, credential.role, who=credential.person, spec=session.spec
-    )
+def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
     return verify_file(path, [credential.ca])

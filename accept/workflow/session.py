@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.version import code_sha256
-from accept.batch import events
+from accept.certificate import events
 from accept.gap.attach_to_result import PREFIX, on_certificate
 from accept.judging.calibration import Statement, statement
 from accept.judging.result import UnitResult

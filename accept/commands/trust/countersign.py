@@ -1,16 +1,13 @@
 """`accept countersign`."""
 
-from datetime import UTC, datetime
 from pathlib import Path
 
-from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.batch import events
 from accept.certificate import keys
+from accept.certificate.certify import sign_into
 from accept.certificate.keys import QA
-from accept.certificate.signing import sign
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.commands.trust.verify import verify_here
@@ -26,9 +23,7 @@ def run(path: Path, passphrase_file: Path | None) -> Exit:
         say(f"not countersigned: {before.reason}")
         return Exit.REJECTED
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
-    signed = sign(content, credential, datetime.now(UTC))
     with open_store() as store:
-        write_atomic(path, signed)
-        events.signed(store, before.serial, path, signed, QA, who=credential.person)
+        sign_into(path, content, credential, store, before.serial, credential.person)
     say(f"{before.serial}: countersigned by {credential.person}")
     return Exit.ACCEPTED

@@ -3,19 +3,17 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
-from accept.base.atomic_files import check_place, write_atomic
+from accept.base.atomic_files import check_place
 from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
-from accept.batch import events, judge_batch
+from accept.batch import judge_batch
 from accept.batch.table import reasons
-from accept.certificate.content import content_of
-from accept.certificate.document import render
-from accept.certificate.signing import sign
+from accept.certificate.certify import certify
+from accept.certificate.examine import examine
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
-from accept.gap.attach_to_result import StartModel, explained
-from accept.judging import judge_unit
+from accept.gap.attach_to_result import StartModel
 from accept.judging.calibration import statement
 from accept.models.model_file import open_model
 from accept.store import open_store
@@ -41,15 +39,11 @@ def run(
     chosen = judge_batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    result = explained(judge_unit.judge_unit(one, chosen, stated), one, StartModel.of(chosen, model), say)
-    unsigned = render(content_of(result, chosen, folder, who))
+    judged = examine(one, chosen, who, stated=stated, start=StartModel.of(chosen, model), say=say)
     credential = bench_credential(home(), who)
     with open_store() as store:
-        events.judged(store, folder, result.to_json(), chosen, who)
-        content = sign(unsigned, credential, datetime.now(UTC)) if credential else unsigned
-        write_atomic(out, content)
-        if credential:
-            events.signed(store, result.serial, out, content, credential.role, who=who, spec=chosen)
+        certify(judged, store, out, credential)
+    result = judged.result
     for line in reasons([result.to_json()]):
         say(line)
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {out}")

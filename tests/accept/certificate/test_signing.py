@@ -19,7 +19,7 @@ from accept.certificate import authority, encrypted_key, keys
 from accept.certificate.document import render
 from accept.certificate.keys import QA, TECHNICIAN, Credential, KeysError
 from accept.certificate.signing import P256_ORDER, SigningRefused, sign
-from tests.accept.certificate.certificate_help import WHEN, content
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def qa(home: Path) -> Credential:
 
 @pytest.fixture(scope="module")
 def unsigned(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    return render(content(tmp_path_factory.mktemp("unit")))
+    return render(certificate_contents(tmp_path_factory.mktemp("unit")))
 
 
 def test_keys_are_listed_without_a_passphrase(home: Path) -> None:

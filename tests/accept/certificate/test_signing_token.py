@@ -16,7 +16,7 @@ from accept.certificate.document import render
 from accept.certificate.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.signing import SigningRefused, sign
 from accept.verify.verification import verify
-from tests.accept.certificate.certificate_help import WHEN, content
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 LIBRARIES = ("/usr/lib/softhsm/libsofthsm2.so", "/usr/lib64/pkcs11/libsofthsm2.so")
 LIBRARY = next((path for path in LIBRARIES if os.path.exists(path)), None)
@@ -51,7 +51,7 @@ def test_a_certificate_for_a_key_elsewhere(bench: Path) -> None:
 def test_without_a_key_and_without_a_token_nothing_is_signed(bench: Path, tmp_path: Path) -> None:
     known = keys.unlock(bench, TECHNICIAN, "x")
     with pytest.raises(SigningRefused, match="no key to sign with"):
-        sign(render(content(tmp_path)), Credential(TECHNICIAN, None, known.certificate, known.ca), WHEN)
+        sign(render(certificate_contents(tmp_path)), Credential(TECHNICIAN, None, known.certificate, known.ca), WHEN)
 
 
 @pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
@@ -73,7 +73,7 @@ def test_a_token_signs(bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     now = datetime.now(UTC)
     leaf = keys.issue(bench, TECHNICIAN, "M. Keller", public, "x", now)
     credential = Credential(TECHNICIAN, None, leaf, keys.ca(bench))
-    unsigned = render(content(tmp_path / "unit"))
+    unsigned = render(certificate_contents(tmp_path / "unit"))
     with token_signer(Token(LIBRARY, "bench", "tech"), "1234", credential) as signer:
         for _ in range(6):  # the token takes a random nonce: half of its values of s are the upper ones
             report = verify(sign(unsigned, credential, now, signer=signer), [keys.ca(bench)])

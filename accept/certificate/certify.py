@@ -1,0 +1,52 @@
+"""From a judged unit to its stored verdict and its signed certificate: one way, for batch, report and workflow.
+
+`examine` judges, explains and draws; `certify` then stores the verdict, signs, writes, and stores that it was signed,
+in this order: whatever stops the program in between, the store never speaks of a certificate that is not there, and no
+certificate states a verdict that is not stored.
+"""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+from accept.base.atomic_files import write_atomic
+from accept.certificate import events
+from accept.certificate.examine import JudgedUnit
+from accept.certificate.keys import Credential
+from accept.store import Store
+from specs import Spec
+
+
+def certify(
+    judged: JudgedUnit,
+    store: Store,
+    path: Path,
+    credential: Credential | None = None,
+    *,
+    stored: bool = False,
+    who: str | None = None,
+) -> None:
+    """Store the verdict unless it is `stored`; write its certificate, where one was drawn, to `path`, signed where
+    there is a credential, and store that it was. who: signs, where that is not the operator who judged.
+
+    Raises StoreError, SigningRefused, OSError."""
+    if not stored:
+        events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
+    if judged.unsigned is None:
+        return
+    if credential is None:
+        write_atomic(path, judged.unsigned)
+        return
+    sign_into(path, judged.unsigned, credential, store, judged.result.serial, who or judged.operator, judged.spec)
+
+
+def sign_into(
+    path: Path, document: bytes, credential: Credential, store: Store, serial: str, who: str, spec: Spec | None = None
+) -> None:
+    """Sign a document in the credential's role, write it to `path`, and store that it was signed.
+
+    Raises SigningRefused, OSError, StoreError."""
+    from accept.certificate.signing import sign  # loads pyhanko: only when wanted
+
+    signed = sign(document, credential, datetime.now(UTC))
+    write_atomic(path, signed)
+    events.signed(store, serial, path, signed, credential.role, who=who, spec=spec)

@@ -1,0 +1,58 @@
+"""A unit judged, explained and drawn: all that its certificate says, before anything is stored or signed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from accept.gap.attach_to_result import StartModel, explained
+from accept.judging.calibration import Statement
+from accept.judging.judge_unit import judge_unit
+from accept.judging.result import UnitResult
+from accept.units.unit_folder import UnitFolder
+from specs import Spec
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedUnit:
+    """A judged unit on its way into the store. spec: what it was judged by; unsigned: its certificate, where one is
+    wanted; its pictures are in there, and `result` of `examine` has them no more."""
+
+    folder: Path
+    spec: Spec
+    operator: str
+    result: UnitResult
+    unsigned: bytes | None = None
+
+
+def examine(
+    unit: UnitFolder,
+    spec: Spec,
+    operator: str,
+    *,
+    stated: Statement | None = None,
+    start: StartModel | None = None,
+    out: Path | None = None,
+    draw: bool = True,
+    say: Say = lambda words: None,
+) -> JudgedUnit:
+    """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
+    certificate. Plain data goes in and comes back, so that another process can do it.
+
+    Raises UnitError, ContentError."""
+    result = explained(judge_unit(unit, spec, stated), unit, start, say, out)
+    return drawn(result, spec, unit.path, operator) if draw else _bare(result, spec, unit.path, operator)
+
+
+def drawn(result: UnitResult, spec: Spec, folder: Path, operator: str) -> JudgedUnit:
+    """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
+    from accept.certificate.content import content_of
+    from accept.certificate.document import render  # loads reportlab: only when wanted
+
+    unsigned = render(content_of(result, spec, folder, operator))
+    return replace(_bare(result, spec, folder, operator), unsigned=unsigned)
+
+
+def _bare(result: UnitResult, spec: Spec, folder: Path, operator: str) -> JudgedUnit:
+    return JudgedUnit(folder, spec, operator, replace(result, panels={}))
