@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from checks.picture import Panel
 from specs.units import unit_of
 
-COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere (JCGM 100, 6.3)
+COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere ([JCGM100] 6.3)
 
 
 class NoResult(Exception):
@@ -16,7 +16,7 @@ class NoResult(Exception):
 
 @dataclass(frozen=True)
 class Contribution:
-    """One standard uncertainty of a budget, in the quantity's unit. kind: "A" scatter, "B" stated (JCGM 100, 4)."""
+    """One standard uncertainty of a budget, in the quantity's unit. kind: "A" scatter, "B" stated ([JCGM100] 4)."""
 
     source: str
     u: float

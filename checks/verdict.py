@@ -1,6 +1,6 @@
 """Verdicts that fail closed: a quantity against a limit under a decision rule.
 
-Sources: ISO 14253-1:2017 (guard bands), JCGM 106:2012 (decision rules, 8; specific risk, 9.3).
+Sources: [ISO14253-1] (guard bands), [JCGM106] (decision rules, 8; specific risk, 9.3).
 """
 
 import math
@@ -132,7 +132,7 @@ def outside_reason(value: float, limit: Limit) -> str:
 
 
 def probability_outside(value: float, U: float, limit: Limit) -> float:
-    """P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 (JCGM 106, 7.4)."""
+    """P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 ([JCGM106] 7.4)."""
     lower, upper = bounds(limit)
     u = U / COVERAGE_FACTOR
     if u == 0.0:
@@ -141,7 +141,7 @@ def probability_outside(value: float, U: float, limit: Limit) -> float:
 
 
 def probability_of_false_acceptance(value: float, U: float | None, limit: Limit, verdict: Verdict) -> float | None:
-    """Specific consumer's risk (JCGM 106, 9.3.2): P(the true value is outside the limits) of what is accepted.
+    """Specific consumer's risk ([JCGM106] 9.3.2): P(the true value is outside the limits) of what is accepted.
 
     A failed finding is not accepted: 0. Unknown U: None.
     """

@@ -15,8 +15,8 @@ DEFAULT_NODES = Nodes()
 
 
 def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
-    """Superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it
-    (the report's files, section 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
+    """Superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it (the
+    files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
 
     Raises ModelError naming the file: missing, unreadable, or matrices of no free body."""
     K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)

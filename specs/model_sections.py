@@ -71,7 +71,7 @@ class Apa(ModelSection):
 
 
 class Apa2dof(Apa):
-    """Defaults: the [STB], section 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
+    """Defaults: [STB] 7.3 (k 0.38e6, ke 1.75e6, ka 3e7 N/m; c 30, ce 20, ca 20 N s/m)."""
 
     type: Literal["2dof"]
     k_N_per_um: Number = _number(0.38)

@@ -13,8 +13,8 @@ from specs.units import unit_of
 
 
 class Limit(Strict):
-    """Bounds of one quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U (ISO 14253-1),
-    `shared` compares the value but asks for U <= U_max (JCGM 106, 8.2)."""
+    """Bounds of one quantity. rule: `simple` compares the value, `guarded` shrinks the zone by U ([ISO14253-1]),
+    `shared` compares the value but asks for U <= U_max ([JCGM106] 8.2)."""
 
     lower: Finite | None = None
     upper: Finite | None = None

@@ -13,7 +13,7 @@ from accept.judging.check_docs import all_checks
 from tests.accept.units.units import make_unit
 
 ROOT = Path(__file__).parent.parent
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 BLOCK = re.compile(r"^```console\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
@@ -52,6 +52,12 @@ def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text()):
         assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_files_of_the_code_that_a_page_names_exist(page: Path) -> None:
+    for named in re.findall(r"\b((?:accept|hw|checks|specs|tests|validation)/[\w/]+\.(?:py|toml))\b", page.read_text()):
+        assert (ROOT / named).exists(), f"{page.name} names {named}"
 
 
 def test_the_page_of_checks_is_what_the_checks_declare() -> None:

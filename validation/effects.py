@@ -1,4 +1,4 @@
-"""What can be hidden in a blind unit: every effect of design section 6, and things that no library holds.
+"""What can be hidden in a blind unit: every effect of [DESIGN] 6, and things that no library holds.
 
 Each turns a world into another one, from the words of the design alone; how large they are drawn is stated beside.
 """

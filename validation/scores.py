@@ -107,7 +107,7 @@ Judge = Callable[[float], bool]
 
 
 def wilson(hits: int, n: int, level: float = WILSON) -> tuple[float, float]:
-    """Interval of a proportion (Wilson, J. Am. Stat. Assoc. 22 (1927) 209). Nothing counted: all is possible."""
+    """Interval of a proportion ([WILSON27]). Nothing counted: all is possible."""
     if n == 0:
         return 0.0, 1.0
     z, p = float(stats.norm.ppf((1 + level) / 2)), hits / n

@@ -120,7 +120,7 @@ def measured_line(panel: Panel) -> Line | None:
 def _curve(name: str, per: dict[str, Line]) -> Comparison:
     """Each curve's rms distance in dB from the fleet's median; odd are those that are too far, never too near."""
     distance = distances([(line.x, line.y) for line in per.values()])
-    # A sum of squares to the power 1/3 is nearly normal (Wilson & Hilferty 1931), as the test asks.
+    # A sum of squares to the power 1/3 is nearly normal [WH31], as the test asks.
     even = distance ** (2 / 3)
     s = scores(even, 2 / 3 * CURVE_U * even, only_high=True)
     in_dB = Scores(float(np.median(distance)), robust_scale(distance), s.score, s.p, s.outlier)

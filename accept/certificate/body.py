@@ -116,7 +116,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
 
 
 def budgets(contents: CertificateContent) -> list[Flowable]:
-    """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated (JCGM 100)."""
+    """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated ([JCGM100])."""
     lines = [
         f"{numbers.title_of(f['quantity'], f['unit'])}: "
         + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])

@@ -1,4 +1,4 @@
-"""The one CMS that a certificate, a digest and a signature value make (PAdES baseline: RFC 5652, RFC 5035, DER)."""
+"""The one CMS that a certificate, a digest and a signature value make (PAdES baseline: [RFC5652], [RFC5035], DER)."""
 
 import hashlib
 

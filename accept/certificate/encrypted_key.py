@@ -1,4 +1,4 @@
-"""Private keys at rest: PKCS#8, encrypted under a passphrase (PBES2: PBKDF2-HMAC-SHA256, AES-256-CBC; RFC 8018)."""
+"""Private keys at rest: PKCS#8, encrypted under a passphrase (PBES2: PBKDF2-HMAC-SHA256, AES-256-CBC; [RFC8018])."""
 
 import os
 
@@ -10,8 +10,8 @@ from cryptography.hazmat.primitives.kdf.pbkdf2 import PBKDF2HMAC
 
 from specs.errors import AcceptError
 
-# OWASP's figure for PBKDF2-HMAC-SHA256 (2023), a tenth of a second here. The library's own PKCS#8 writer takes 2048,
-# and its PKCS#12 writer leaves the MAC, a second way to try passphrases, at 2048.
+# The figure of [OWASP-STORAGE] for PBKDF2-HMAC-SHA256, a tenth of a second here. The library's own PKCS#8 writer takes
+# 2048, and its PKCS#12 writer leaves the MAC, a second way to try passphrases, at 2048.
 ITERATIONS = 600_000
 
 

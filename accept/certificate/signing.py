@@ -43,7 +43,7 @@ class LowS(Signer):
 
 
 class _Signer(LowS, SimpleSigner):
-    """ECDSA with the nonce of RFC 6979."""
+    """ECDSA with the nonce of [RFC6979]."""
 
     def sign_raw(self, data: bytes, digest_algorithm: str) -> bytes:
         key = serialization.load_der_private_key(self.signing_key.dump(), password=None)

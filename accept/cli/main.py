@@ -70,7 +70,7 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 @app.command()
 def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
-    """The whole job on built-in data. Judge the report's seven APAs and a simulated strut, certify, verify."""
+    """The whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     from accept.commands.units import demo as command
 
     raise typer.Exit(command.run(out, operator))

@@ -86,7 +86,7 @@ def sweep(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Poles and zeros over a row of values. Without --value those of the report."""
+    """Poles and zeros over a row of values. Without --value the published ones."""
     from accept.commands.physics import model as command
 
     raise typer.Exit(command.run_sweep(model, what, values or (), channel, f_hi, json, plot))

@@ -21,7 +21,7 @@ from checks.misalignment.estimate import F_HI_ROUGH
 from checks.model.free_apa_modes import is_rough, softened
 from checks.record import Record
 
-F_LO = 5.0  # [Hz] below the report's 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
+F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 

@@ -1,4 +1,4 @@
-"""What the gap workflow found, in words for the terminal, the report and the certificate."""
+"""What the gap workflow found, in words for the terminal, gap.pdf and the certificate."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping

@@ -85,7 +85,7 @@ def _draw_figure(writer: PdfWriter, figure: Placed, name: str) -> None:
 
 
 def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
-    """Embedded files, also listed as associated with the document (ISO 32000-2, 14.13)."""
+    """Embedded files, also listed as associated with the document ([ISO32000-2] 14.13)."""
     names, associated = ArrayObject(), ArrayObject()
     for name, content in sorted(attachments.items()):
         reference = writer._add_object(_file(writer, name, content))

@@ -6,7 +6,7 @@ import matplotlib as mpl
 
 from accept.pictures.colours import GREY, GRID, INK
 
-MAP = "cividis"  # monotone in lightness (Nuñez, Anderton, Renslow, PLoS ONE 13(7), 2018)
+MAP = "cividis"  # monotone in lightness ([NUNEZ18])
 
 _OURS: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],

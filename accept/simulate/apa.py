@@ -69,7 +69,7 @@ class Figures:
 
 
 def draw(rng: np.random.Generator) -> Figures:
-    """An APA like the good ones of the report (tables 2.1 to 2.4, 3.3)."""
+    """An APA like the good ones of [STB] (tables 2.1 to 2.4, 3.3)."""
     stack = rng.normal(121.0, 1.5)
     k, size = rng.normal(1.70, 0.01), rng.normal(1.0, 0.004)
     return Figures(

@@ -14,7 +14,7 @@ from checks.errors import RecordError
 from checks.record import Record
 from hw.simulated import BenchSetup
 
-NOMINAL_STROKE_UM = 360.0  # of the report's good APAs; where a unit has none of its own
+NOMINAL_STROKE_UM = 360.0  # of the good APAs of [STB] 2.3; where a unit has none of its own
 NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
 
 

@@ -33,7 +33,7 @@ def _warped(figures: Figures) -> Figures:
 
 
 def _small_stacks(figures: Figures) -> Figures:
-    """APA 3 of the report: as if the stacks were half the size."""
+    """APA 3 of [STB] 2.2: as if the stacks were half the size."""
     return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
 
 
@@ -81,7 +81,7 @@ _NO_FRF = (("axial_resonance_Hz", "no_result"),)
 FAULTS: Mapping[str, UnitFault] = {
     "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warped),
     "capacitance": UnitFault(
-        "stacks of a third of their capacitance, as APA 3 of the report",
+        "stacks of a third of their capacitance, as APA 3 of the published seven",
         ("apa",),
         (("sensor_uF", "fail"), ("actuator_uF", "fail"), ("sensor_highpass_Hz", "fail")),
         figures=_small_stacks,

@@ -114,7 +114,7 @@ def drawn(model: Model, seed: int) -> Model:
 
 
 def on_bench(model: Model, kind: str) -> Model:
-    """The built-in model of a kind with the payload that the report puts on it."""
+    """The built-in model of a kind with the payload of [STB]."""
     return model.with_values({"bench.payload_kg": APA_PAYLOAD_KG}) if kind == "apa" else model
 
 

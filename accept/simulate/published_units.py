@@ -1,4 +1,4 @@
-"""The seven APAs of the report, as measured (tables 2.1 to 2.3 and 3.3), for the demo: values, no records."""
+"""The seven APAs of [STB], as measured (tables 2.1 to 2.3 and 3.3), for the demo: values, no records."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +11,8 @@ from accept.units.unit_folder import UNIT_FILE
 
 @dataclass(frozen=True)
 class SeedApa:
-    """One APA of the report. heights_um: at the 8 points; published_flatness_um: table 2.1, as printed;
-    k_N_per_um: table 3.3, None where it was not measured (APA 3 had gone back to its maker)."""
+    """One APA of [STB]. heights_um: at the 8 points; published_flatness_um: table 2.1, as printed; k_N_per_um: table
+    3.3, None where it was not measured (APA 3 had gone back to its maker)."""
 
     number: int
     heights_um: tuple[float, ...]

@@ -37,9 +37,8 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
     """Exact minimum zone of N points (N,): min h subject to |z - a x - b y - c| <= h, as a linear programme.
 
     The programme minimises the width along z; the zone stands normal to its plane, so the width is multiplied by the
-    cosine of the tilt (1 - 5e-6 at 3 mrad, far below any probe). Source: ISO 12781-1:2011, 3.3 (MZPL reference plane);
-    the programme: Chebyshev approximation, Boyd & Vandenberghe, Convex Optimization, 6.1.
-    Raises ValueError when the points do not span a plane.
+    cosine of the tilt (1 - 5e-6 at 3 mrad, far below any probe). Source: [ISO12781-1] 3.3 (MZPL reference plane); the
+    programme: Chebyshev approximation, [BV04] 6.1. Raises ValueError when the points do not span a plane.
     """
     scale = float(max(np.ptp(x), np.ptp(y), 1e-300))
     design = np.column_stack([(x - x.mean()) / scale, (y - y.mean()) / scale, np.ones_like(x)])

@@ -130,8 +130,8 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
 
     response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
     The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter
-    also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law: Bertotti,
-    Hysteresis in Magnetism (1998), 2.3. Raises NoResult when the response stands still.
+    also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law:
+    [BERTOTTI98] 2.3. Raises NoResult when the response stands still.
     """
     v, angle = (drive - cycle.centre) / cycle.amplitude, cycle.angle
     up, sine = np.cos(angle), np.sin(angle)

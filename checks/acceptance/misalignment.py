@@ -1,4 +1,4 @@
-"""Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer ([STB] 6.2, 6.3).
+"""Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer ([STB] 6.2).
 
 It reads the records of the frequency responses. A coarse table of a model's ratio says where to begin, a joint fit of
 misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. Data or a model that do not carry an

@@ -24,7 +24,7 @@ GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 
 MIN_PLATEAU_S = 2.0
 MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
 MAX_MISFIT = 0.02  # of the deflection: rms of what the creep law leaves
-# The report's windows by the clock, 12-12.5 s and 20-20.5 s, placed by the mass that it added at about 15 s.
+# The windows of [STB] 3.1.7 (12-12.5 s and 20-20.5 s by its clock) relative to its mass step at about 15 s.
 BEFORE_S = (-3.0, -2.5)
 LOADED_S = (5.0, 5.5)
 RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_um"}
@@ -33,7 +33,8 @@ RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_
 @dataclass(frozen=True, eq=False)
 class Deflection:
     """One record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; what the moment
-    of the steps leaves uncertain [m]; the report's windowed deflection [m] or why there is none; the fit behind it."""
+    of the steps leaves uncertain [m]; the windowed deflection of [STB] 3.1.7 [m] or why there is none; the fit behind
+    it."""
 
     value: ScalarEstimate
     u_moment: float
@@ -47,7 +48,7 @@ class Deflection:
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
 
-    Beside it the report's windowed value, taken seconds later and so softer by the creep.
+    Beside it the windowed value of [STB] 3.1.7, taken seconds later and so softer by the creep.
     """
     if "k_N_per_um" in values:
         return _from_value(values, spec)
@@ -131,10 +132,10 @@ def _check_fit(creep: CreepFit, deflection: float) -> None:
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | str:
-    """The report's way: mean of half a second before the first step against half a second under load."""
+    """As in [STB] 3.1.7: mean of half a second before the first step against half a second under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
-        return f"the report's windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
+        return f"the published windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
     before, loaded = (_window_mean(t, de, origin + lo, origin + hi) for lo, hi in (BEFORE_S, LOADED_S))
     return ScalarEstimate(abs(before.value - loaded.value), math.hypot(before.u, loaded.u))
 

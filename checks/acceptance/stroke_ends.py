@@ -14,7 +14,7 @@ UM = 1e-6
 MIN_SAMPLES = 12
 MAX_FIRST = 0.05  # of the stroke, beside what the first rise leaves open
 # That is, of the opening at mid-voltage, 0.8 where the loop has the first rise in it and 2 where it is a settled one
-# (Rayleigh's law; Damjanovic, Rep. Prog. Phys. 61, 1998); half as much again for loops of another shape.
+# (Rayleigh's law; [DAMJANOVIC98]); half as much again for loops of another shape.
 LEFT_OPEN = {False: 1.2, True: 3.0}
 MAX_RETURN = 0.15  # of the stroke: later loops close but for creep, so returns that differ by more are the gauge's
 

@@ -22,7 +22,7 @@ from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
 CHANNELS = ("Vs", "de", "da")
-F_LO, F_HI = 10.0, 2000.0  # [Hz] where the report's excitations drive; the model holds to 2 kHz with a margin
+F_LO, F_HI = 10.0, 2000.0  # [Hz] where the excitations of [STB] 3.1.1 drive; the model holds to 2 kHz with a margin
 STEP = 2 * HALF + 1  # windows that share no bin
 
 
@@ -51,7 +51,7 @@ class Dataset:
 
     def around(self, model: Complex) -> "Dataset":
         """The same with the tolerance as a part of a model's response (F, C). A part of the measured one pulls a fit
-        down, because bins that noise made small then count more (Peelle's puzzle; D'Agostini, NIM A 346, 1994)."""
+        down, because bins that noise made small then count more (Peelle's puzzle; [DAGOSTINI94])."""
         return replace(self, scale=model)
 
     @property

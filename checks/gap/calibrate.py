@@ -1,4 +1,4 @@
-"""The base model fitted to what was measured, before anything may be called missing ([GAP] step 3)."""
+"""The base model fitted to what was measured, before anything may be called missing ([GAP] 3)."""
 
 from dataclasses import replace
 

@@ -25,7 +25,7 @@ CORNERS = 80  # of lags and resonances that turn the phase as a delay would: 6 %
 
 @dataclass(frozen=True)
 class Early:
-    """One finding. effect: its name in the report; channels; parameters by name; words: a sentence."""
+    """One finding. effect: its name in gap.json; channels; parameters by name; words: a sentence."""
 
     effect: str
     channels: tuple[str, ...]

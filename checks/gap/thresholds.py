@@ -12,7 +12,7 @@ class Thresholds:
     # Global test: a model is called wrong when chance explains the residual with less. One part in a thousand, because
     # the null is nearly exact and one false alarm in a hundred units is the most a line accepts.
     p_global: float = 1e-3
-    # Power at which detection limits are stated ([GAP] step 4).
+    # Power at which detection limits are stated ([GAP] 4).
     power: float = 0.90
     # Two explanations are not told apart when their log-likelihoods on unseen records differ by less: 2 delta lnL < 9.2
     # is 99 % of chi-square with two degrees of freedom.
@@ -27,7 +27,7 @@ class Thresholds:
     share: float = 0.05
     # A named explanation is preferred to one with stand-ins as long as it loses no more than this per parameter saved.
     parsimony: float = 15.0
-    # Most effects that one unit can have ([GAP] step 9) and how many partial explanations are followed
+    # Most effects that one unit can have ([GAP] 9) and how many partial explanations are followed
     # after the first round; later ones follow the best alone.
     most_effects: int = 4
     beam: int = 3

@@ -73,11 +73,11 @@ class Model:
         return replace(self, values=self._at(changes))
 
     def clamped(self) -> "Model":
-        """The same with the payload held: its modes are the spurious ones ([STB], section 2.4)."""
+        """The same with the payload held: its modes are the spurious ones ([STB] 2.4)."""
         return replace(self, held=True)
 
     def without_encoder(self) -> "Model":
-        """The same strut before the encoder is fixed: no head, no ruler, no de ([STB], section 5.1.1)."""
+        """The same strut before the encoder is fixed: no head, no ruler, no de ([STB] 5.1.1)."""
         bare = {n: v for n, v in self.values.items() if not n.startswith("encoder.")}
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 

@@ -10,7 +10,7 @@ from checks.model.model import Model, frequencies, frequency_and_damping
 from checks.picture import Line, Panel
 from specs.units import DIMENSIONLESS, unit_of
 
-# Parameters that move together, and the values that the report studied.
+# Parameters that move together, and the values studied in [STB] 6.2 and 6.3.
 PUBLISHED_SWEEPS: Mapping[str, tuple[tuple[str, ...], tuple[float, ...]]] = {
     "dy": (("misalignment.dy_um",), (-500.0, -100.0, 0.0, 100.0, 500.0)),
     "dx": (("misalignment.dx_um",), (-100.0, -50.0, 0.0, 50.0, 100.0)),

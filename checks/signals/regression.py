@@ -45,7 +45,7 @@ def least_squares(design: Array, y: Array) -> LinearFit:
 
 def colour(residual: Array) -> float:
     """How much more a slow combination of the samples scatters than if the residual (N,) were white: one plus twice the
-    sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags (Newey & West, Econometrica 55, 1987).
+    sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
 
     Never below 1: a residual that looks bluer than white is no reason to claim more.
     """

@@ -1,12 +1,11 @@
 """Heidenhain ND 287 and ND 281B, the readouts of the MT 25 length gauge.
 
-Known from the manuals (ND 287 pages 102-115, ND 281B pages 39-62): STX (0x02) asks for a value; the answer is 17
-characters: sign, number of 10 characters with its point and leading zeros as blanks, blank, unit, sorting status,
-series status, CR, LF; optional blank lines follow it; ESC commands end CR, T, F and S ones are answered ACK (0x06) or
-NAK (0x15), A ones STX and text; ENQ asks for the error message; DC3 and DC1 stop and go on; ND 281B: 9600 7E2.
-Known from drivers: the ESC codes below; `A0000` answers STX and three lines of 10 characters.
-Assumed: that the identification names the model (`identification`: words that must be in it; left out: only noted);
-the answer to ENQ and `A0301` ends CR LF.
+Known from [ND287] (pages 102-115) and [ND281B] (pages 39-62): STX (0x02) asks for a value; the answer is 17 characters:
+sign, number of 10 characters with its point and leading zeros as blanks, blank, unit, sorting status, series status,
+CR, LF; optional blank lines follow it; ESC commands end CR, T, F and S ones are answered ACK (0x06) or NAK (0x15), A
+ones STX and text; ENQ asks for the error message; DC3 and DC1 stop and go on; ND 281B: 9600 7E2. Known from drivers:
+the ESC codes below; `A0000` answers STX and three lines of 10 characters. Assumed: that the identification names the
+model (`identification`: words that must be in it; left out: only noted); the answer to ENQ and `A0301` ends CR LF.
 """
 
 import re

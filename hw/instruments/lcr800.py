@@ -1,13 +1,13 @@
 """GW Instek LCR-800 series: C and D at 1 kHz.
 
-Known from the manual (pages 87-90, 107-110): messages end LF CR in that order, replies LF; `COMU:OVER`, `COMU:OFF.`;
-the result messages `MAIN:PRIM`, `MAIN:SECO`, `PRIM:OV01`, `PRIM:OVER`, `SECO:OVER`, their fixed widths (7 and 6
-characters, the sign's place blank when positive), and that the unit of the primary value comes with the secondary.
-Known from drivers (three that agree): `COMU?` -> `COMU:ON..`; every setting is echoed as its acknowledgement;
-`MAIN:STAR` is not echoed; kHz with 5 decimals, V with 3; 38400 8N1; no `*IDN?`, so the serial number cannot be read.
-Assumed, so set in the bench file: five digits of C and four of D; series circuit; a new session after a change of the
-voltage is not needed (`reopen_after_voltage`, one driver does it); the time that a measurement and a zeroing may take
-(`result_s`, `zeroing_s`). What else it can be set to: `lcr800_commands`.
+Known from [LCR800] (pages 87-90, 107-110): messages end LF CR in that order, replies LF; `COMU:OVER`, `COMU:OFF.`; the
+result messages `MAIN:PRIM`, `MAIN:SECO`, `PRIM:OV01`, `PRIM:OVER`, `SECO:OVER`, their fixed widths (7 and 6 characters,
+the sign's place blank when positive), and that the unit of the primary value comes with the secondary. Known from
+drivers (three that agree): `COMU?` -> `COMU:ON..`; every setting is echoed as its acknowledgement; `MAIN:STAR` is not
+echoed; kHz with 5 decimals, V with 3; 38400 8N1; no `*IDN?`, so the serial number cannot be read. Assumed, so set in
+the bench file: five digits of C and four of D; series circuit; a new session after a change of the voltage is not
+needed (`reopen_after_voltage`, one driver does it); the time that a measurement and a zeroing may take (`result_s`,
+`zeroing_s`). What else it can be set to: `lcr800_commands`.
 """
 
 import re

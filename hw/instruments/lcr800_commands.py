@@ -1,9 +1,9 @@
 """Messages of an LCR-800 beside those of a measurement: what can be set, asked for and zeroed.
 
-Known from the manual (pages 87-90): `MAIN:SPEE:FAST`, `MAIN:FREQ 1.00000`, `MEMO:STOR 100.`, `SORT:NOMV +32.0000`, a
-field has a fixed number of characters, on and off have four (`ON..`, `OFF.`).
-Known from drivers: the other names, the values that they take, the widths of the fields, `OPEN:OK` and `OPEN:FAIL`.
-Assumed: that the ranges of the drivers are the meter's.
+Known from [LCR800] (pages 87-90): `MAIN:SPEE:FAST`, `MAIN:FREQ 1.00000`, `MEMO:STOR 100.`, `SORT:NOMV +32.0000`, a
+field has a fixed number of characters, on and off have four (`ON..`, `OFF.`). Known from drivers: the other names, the
+values that they take, the widths of the fields, `OPEN:OK` and `OPEN:FAIL`. Assumed: that the ranges of the drivers are
+the meter's.
 """
 
 from collections.abc import Mapping

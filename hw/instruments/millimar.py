@@ -1,11 +1,10 @@
 """Mahr Millimar C1208, C1216 and C1240: what their protocols share - settings, numbers, units, errors, silence.
 
-Known from the manual (Mahr 3723046, pages 58 to 70): the protocols and their commands; that nothing is sent while the
-menu is open or a master measurement runs; that values come as the display shows them.
-Known from a driver: nothing, there is none.
-Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`.
-Assumed, so set in the bench file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after
-the point where they are known to be fixed (`integer_digits`, `decimals`); the range of the probe (`range_mm`).
+Known from [MILLIMAR] (pages 58 to 70): the protocols and their commands; that nothing is sent while the menu is open or
+a master measurement runs; that values come as the display shows them. Known from a driver: nothing, there is none.
+Known from siblings only (C1202, other makers' Opto-RS): error replies `ERRn` and `OV`. Assumed, so set in the bench
+file: line settings; micrometre as `um` on the wire (`micrometre`); digits before and after the point where they are
+known to be fixed (`integer_digits`, `decimals`); the range of the probe (`range_mm`).
 """
 
 import re

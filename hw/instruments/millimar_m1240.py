@@ -1,12 +1,11 @@
 """Mahr Millimar by M1240.
 
-Known from the manual (page 67): messages and replies end CR; `I` -> `I,MAHRGMBH,C1208,Vn.nn`; `F1`, `F2` start and
-`F3` ends a measurement, `R` resets, each echoed; `Z` starts a two-point master measurement, which a key ends; `P86,1`
+Known from [MILLIMAR] (page 67): messages and replies end CR; `I` -> `I,MAHRGMBH,C1208,Vn.nn`; `F1`, `F2` start and `F3`
+ends a measurement, `R` resets, each echoed; `Z` starts a two-point master measurement, which a key ends; `P86,1`
 `P86,2` `P86,3` set mm, inch, micrometre; `M` -> `M1, xxx.xxx` without unit; `M70` -> stored values, which reading
-deletes. "A command can be acknowledged with CR."
-Known from a sibling (C1245): `I, MAHR GMBH` with blanks. Both forms are taken.
-Assumed: whether `P86` is answered (`acknowledged`: "cr", "echo" or "none"). The unit cannot be read back, so it is set
-again before every value: someone may have changed it at the instrument.
+deletes. "A command can be acknowledged with CR." Known from a sibling (C1245): `I, MAHR GMBH` with blanks. Both forms
+are taken. Assumed: whether `P86` is answered (`acknowledged`: "cr", "echo" or "none"). The unit cannot be read back, so
+it is set again before every value: someone may have changed it at the instrument.
 """
 
 import re

@@ -1,10 +1,10 @@
 """Mahr Millimar by OPTORSD (questions and settings) or OPTORSS (one question).
 
-Known from the manual (pages 69, 70): messages end CR, replies CR LF; `?` -> value with unit; `ID?`, `VER?`, `UNI?`,
+Known from [MILLIMAR] (pages 69, 70): messages end CR, replies CR LF; `?` -> value with unit; `ID?`, `VER?`, `UNI?`,
 `SER?`, `CHA?`, printed with a blank (or `_`) before CR; settings `mm`, `in`, `um`, `CHA...`, `DIS text` (7 characters)
-are acknowledged. OPTORSS knows `?` only.
-Assumed: the text of the acknowledgement is not printed. Any one line but an error is taken for one, or none within the
-timeout (`acknowledged = false`: none is waited for); what was set is read back, so nothing rests on it.
+are acknowledged. OPTORSS knows `?` only. Assumed: the text of the acknowledgement is not printed. Any one line but an
+error is taken for one, or none within the timeout (`acknowledged = false`: none is waited for); what was set is read
+back, so nothing rests on it.
 """
 
 import re

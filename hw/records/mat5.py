@@ -1,6 +1,6 @@
 """MATLAB 5 to 7 files: the level 5 format, compressed or not.
 
-Source: MathWorks, "MAT-File Format" (R2023b), chapter 1. scipy.io.loadmat believes the sizes that a file declares and
+Source: [MATFILE] chapter 1. scipy.io.loadmat believes the sizes that a file declares and
 allocates them; here every size is held against the bytes that are there before anything is read, so that a small file
 cannot ask for gigabytes. The tests hold the result against scipy.
 """
@@ -20,7 +20,7 @@ from hw.records.variable import Variable, unique
 
 HEADER_BYTES = 128
 COMPRESSED, MATRIX = 15, 14
-# Type of a stored number -> numpy (MAT-File Format, table 1-1).
+# Type of a stored number -> numpy ([MATFILE] table 1-1).
 STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Class of an array -> its name (table 1-3).
 CLASSES = {

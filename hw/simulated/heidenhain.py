@@ -1,4 +1,5 @@
-"""An ND 287 or ND 281B (manual pages 102-115; 39-62). Assumed: the words of its identification and of its errors."""
+"""An ND 287 or ND 281B ([ND287] pages 102-115; [ND281B] pages 39-62). Assumed: the words of its identification and of
+its errors."""
 
 from hw.simulated.device import Device, Source
 

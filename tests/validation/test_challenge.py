@@ -233,7 +233,7 @@ def test_an_alike_name_is_neither_false_nor_unnamed() -> None:
 
 
 def test_wilson_is_the_printed_one() -> None:
-    """Newcombe, Statist. Med. 17 (1998) 857, table I, method 3: 81 of 263, 15 of 148, 0 of 20, 1 of 29."""
+    """[NEWCOMBE98] table I, method 3: 81 of 263, 15 of 148, 0 of 20, 1 of 29."""
     for hits, n, lo, hi in (
         (81, 263, 0.2553, 0.3662),
         (15, 148, 0.0624, 0.1605),

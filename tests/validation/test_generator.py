@@ -1,4 +1,4 @@
-"""The blind generator itself: its mechanics against the report's figures and the recorded struts, its time domain
+"""The blind generator itself: its mechanics against the figures of [STB] and the recorded struts, its time domain
 against closed forms, its effects against their definitions, its seal, and that it shares nothing with what it
 judges."""
 
@@ -266,7 +266,7 @@ def test_creep_grows_by_its_share_each_decade() -> None:
 @needs_data
 @pytest.mark.parametrize("name", sorted(blind_effects.LIBRARY))
 def test_effects_mean_what_the_design_says(name: str) -> None:
-    """The response with each, from the sentence in design section 6, where that fixes it."""
+    """The response with each, from the sentence in [DESIGN] 6, where that fixes it."""
     f = np.geomspace(5, 2000, 60)
     s = 2j * np.pi * f
     strut = blind_strut.nominal()

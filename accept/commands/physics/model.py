@@ -98,14 +98,14 @@ def frf(
 def run_sweep(
     name: str, what: str, values: Sequence[float], channel: str, f_hi: float, as_json: Path | None, plot: Path | None
 ) -> Exit:
-    """Poles and zeros while a parameter takes a row of values; `what` is one of the report's or a parameter's name."""
+    """Poles and zeros while a parameter takes a row of values; `what` is a published sweep or a parameter's name."""
     model = opened(name).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))
     chosen = tuple(values) or usual
     if not chosen:
         raise ModelError(
-            f"no values for '{what}': name them with --value (the report's: {', '.join(PUBLISHED_SWEEPS)})"
+            f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
     swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
     rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {channel} [Hz]")

@@ -116,7 +116,7 @@ def _gaps(model: Model, data: Dataset) -> dict[str, Gap]:
 
 
 def _constants(model: Model, data: Dataset) -> dict[str, Any]:
-    """ga and gs by the report's formulas and by least squares; empty where a band of theirs was not measured."""
+    """ga and gs by the formulas of [STB] 4.2.1 and by least squares; empty where a band of theirs was not measured."""
     H = {c: data.H[:, i] for i, c in enumerate(data.channels)}
     variance = {c: data.noise[:, i] for i, c in enumerate(data.channels)}
     de = H.get("de", H["da"])
@@ -124,7 +124,7 @@ def _constants(model: Model, data: Dataset) -> dict[str, Any]:
         by_seed = seed_constants(model, data.f, de, H["Vs"])
         return {"seed_constants": by_seed, "constants": fit_constants(model, data.f, H, variance)}
     except ModelError as e:
-        say(f"no constants by the report's formulas: {e}")
+        say(f"no constants by the published formulas: {e}")
         return {"seed_constants": {}, "constants": {}}
 
 
@@ -195,7 +195,7 @@ def _print(fitted: Fitted) -> None:
     for name, value in fitted.seed_constants.items():
         c = fitted.constants[name]
         stdout.print(
-            f"{name}: {value:.6g} by the report's formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
+            f"{name}: {value:.6g} by the published formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
         )
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")

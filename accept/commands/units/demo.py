@@ -25,7 +25,7 @@ from accept.verify.rejudge import is_valid, ready
 
 @clear_errors
 def run(out: Path, operator: str | None) -> Exit:
-    """Judge, certify and verify the report's seven APAs, as typed in, and a simulated strut from its raw records; name
+    """Judge, certify and verify the seven APAs of [STB], as typed in, and a simulated strut from its raw records; name
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
@@ -84,5 +84,5 @@ def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
 
 
 def _published() -> dict[str, str]:
-    """Table 2.1 of the report: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
+    """[STB] table 2.1: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
     return {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}

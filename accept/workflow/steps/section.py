@@ -28,7 +28,7 @@ class Repeated:
 def repeated(readings: Sequence[EnteredValue], asked: CheckSpec, name: str) -> Repeated | None:
     """What repeated readings say; None without any.
 
-    The scatter of the mean adds in square to the stated uncertainty (JCGM 100, 4.2.3 and 5.1.2). Where none is stated
+    The scatter of the mean adds in square to the stated uncertainty ([JCGM100] 4.2.3 and 5.1.2). Where none is stated
     it stays unknown: scatter says nothing about what all readings have in common.
     """
     if not readings:

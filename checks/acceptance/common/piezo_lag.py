@@ -1,8 +1,8 @@
 """A piezo stack lags behind its drive: how wide its loop must be, and what is too exact to have been measured.
 
 The opening of a loop relative to its height is the sine of the loss angle. Multilayers of soft PZT lose 1 to 2 percent
-even at small signals and several at their full range (Damjanovic, Rep. Prog. Phys. 61, 1998), so a response without a
-loop is the drive itself, looped back, or was shifted in time against it.
+even at small signals and several at their full range ([DAMJANOVIC98]), so a response without a loop is the drive
+itself, looped back, or was shifted in time against it.
 """
 
 import numpy as np

@@ -164,7 +164,7 @@ def coherence_quantities(
 
 
 def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
-    """ga and gs by the report's bands (4.2.3) on the model that the spec names; missing where it names none."""
+    """ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; missing where it names none."""
     if not rules.model:
         return [Quantity.missing(name, "the spec names no model") for name in CONSTANTS]
     try:

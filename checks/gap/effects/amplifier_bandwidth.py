@@ -1,6 +1,5 @@
-"""The amplifier drives a capacitive load and is of limited bandwidth: a first-order lag in every channel (Fleming &
-Leang, Design, Modeling and Control of Nanopositioning Systems, 2014, ch. 14; [STB], section 2.1 for the amplifier's
-load)."""
+"""The amplifier drives a capacitive load and is of limited bandwidth: a first-order lag in every channel ([FL14] ch.
+14; [STB] 2.2 for the amplifier's load)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
@@ -23,6 +22,6 @@ EFFECT = Effect(
     channels=("Vs", "de", "da"),
     sign="all channels lose magnitude and phase together, as behind one first-order lag",
     sentence="The amplifier is a first-order lag of {f_Hz} Hz.",
-    sources=("FL14", "STB 2.1"),
+    sources=("[FL14] ch. 14", "[STB] 2.2"),
     experiment=Experiment.DUMMY,
 )

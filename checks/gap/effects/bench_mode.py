@@ -1,5 +1,5 @@
-"""The bench itself has a mode that both displacement sensors see ([STB] 3.2: the double resonance at 95 and 105
-Hz was not explained; Ewins, Modal Testing, 2nd ed., 3.10: a support that is not rigid adds its own resonance)."""
+"""The bench itself has a mode that both displacement sensors see ([STB] 3.2.3: the double resonance at 95 and 105 Hz
+was not explained; [EWINS00] 3.10: a support that is not rigid adds its own resonance)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
@@ -43,6 +43,6 @@ EFFECT = Effect(
     channels=("de", "da"),
     sign="the same resonance adds to de and da, with the same residue; Vs does not show it",
     sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}) adding {ratio} of the static motion.",
-    sources=("STB 3.2", "EWINS 3.10"),
+    sources=("[STB] 3.2.3", "[EWINS00] 3.10"),
     experiment=Experiment.POINT,
 )

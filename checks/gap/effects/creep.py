@@ -1,6 +1,5 @@
-"""The piezo creeps: after a step the displacement goes on with the logarithm of time (Jung & Gweon, Rev. Sci. Instrum.
-71 (2000) 1896; [STB], section 3.1.7: creep is visible in the mass steps). per_decade: of what follows at once, taken at
-10 us.
+"""The piezo creeps: after a step the displacement goes on with the logarithm of time ([JG00]; [STB] 3.1.7: creep is
+visible in the mass steps). per_decade: of what follows at once, taken at 10 us.
 
 In the responses that is a slope in log frequency with the lag that belongs to it: relaxations 1/(1 + s tau), equally
 strong in every decade from 10 us to 1000 s, add up to log10(tau2 / tau1) - log10((1 + s tau2) / (1 + s tau1)).
@@ -41,7 +40,7 @@ EFFECT = Effect(
     channels=("Vs", "de", "da"),
     sign="every channel falls with log frequency and lags by the same angle; slow loops open alike at every amplitude",
     sentence="The displacement creeps by {per_decade} per decade of time.",
-    sources=("JUNG", "STB 3.1.7"),
+    sources=("[JG00]", "[STB] 3.1.7"),
     experiment=Experiment.LEVEL,
     factor=factor,
     slow=SlowRecord(contradicts=_contradicts),

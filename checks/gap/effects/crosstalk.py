@@ -1,6 +1,5 @@
-"""Part of the amplifier's output couples into the sensor's wire and adds to Vs at every frequency (Preumont, Vibration
-Control of Active Structures, 4th ed., 3.9: feedthrough moves the zeros of a collocated pair; [STB], section 3.2.3 for
-Vs)."""
+"""Part of the amplifier's output couples into the sensor's wire and adds to Vs at every frequency ([PREUMONT18] 3.9:
+feedthrough moves the zeros of a collocated pair; [STB] 3.2.4 for Vs)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -22,6 +21,6 @@ EFFECT = Effect(
     channels=("Vs",),
     sign="the zeros of Vs move, its poles stay; the same constant is missing at every frequency",
     sentence="{V_per_V} of the amplifier's output adds to Vs.",
-    sources=("PREUMONT 3.9", "STB 3.2.3"),
+    sources=("[PREUMONT18] 3.9", "[STB] 3.2.4"),
     experiment=Experiment.UNPLUG,
 )

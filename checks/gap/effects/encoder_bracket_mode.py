@@ -1,5 +1,5 @@
-"""The encoder's head sits on a bracket with a resonance of its own, which filters de alone (Ewins, Modal Testing, 2nd
-ed., 3.4: a transducer on a flexible mount reads the mount's resonance; [STB], section 5.3 for the encoder's holder)."""
+"""The encoder's head sits on a bracket with a resonance of its own, which filters de alone ([EWINS00] 3.4: a transducer
+on a flexible mount reads the mount's resonance; [STB] 5.1.2 for the encoder fixed to the strut)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
@@ -32,6 +32,6 @@ EFFECT = Effect(
     channels=("de",),
     sign="de alone is multiplied by a second-order resonance that goes to one at low frequency",
     sentence="The encoder's bracket resonates at {f_Hz} Hz (damping ratio {damping_ratio}).",
-    sources=("EWINS 3.4", "STB 5.3"),
+    sources=("[EWINS00] 3.4", "[STB] 5.1.2"),
     experiment=Experiment.POINT,
 )

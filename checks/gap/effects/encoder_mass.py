@@ -1,4 +1,4 @@
-"""The encoder's head and ruler weigh more or less than the model says ([STB], section 5.1.1: the encoder's mass moves
+"""The encoder's head and ruler weigh more or less than the model says ([STB] 5.1.1 and 5.1.2: the encoder's mass moves
 the strut's modes from 227, 337, 398 to 197, 290, 376 Hz)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
@@ -21,6 +21,6 @@ EFFECT = Effect(
     channels=("de",),
     sign="the strut's bending modes move together, the axial mode stays",
     sentence="Head and ruler each weigh {kg} kg more than the model says.",
-    sources=("STB 5.1.1",),
+    sources=("[STB] 5.1.1", "[STB] 5.1.2"),
     experiment=Experiment.BARE,
 )

@@ -1,5 +1,5 @@
-"""The encoder's scale is off: grating pitch, interpolation or cosine error of its mounting (Heidenhain, Encoders for
-Linear Positioning, accuracy; [STB], section 5.1.4 compares encoder and interferometer)."""
+"""The encoder's scale is off: grating pitch, interpolation or cosine error of its mounting ([HEIDENHAIN-LIN] accuracy;
+[STB] 5.1.2 compares encoder and interferometer)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -21,6 +21,6 @@ EFFECT = Effect(
     channels=("de",),
     sign="de alone is larger or smaller by one factor at every frequency",
     sentence="The encoder's scale is off by {relative} (relative).",
-    sources=("HEIDENHAIN", "STB 5.1.4"),
+    sources=("[HEIDENHAIN-LIN]", "[STB] 5.1.2"),
     experiment=Experiment.POINT,
 )

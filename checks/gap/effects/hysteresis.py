@@ -1,5 +1,5 @@
 """The piezo's hysteresis: a loop between drive and displacement whose width grows with the amplitude and does not
-depend on the rate ([STB], section 3.1.6; Bertotti, Hysteresis in Magnetism, 1998, 2.3 for Rayleigh's loops).
+depend on the rate ([STB] 3.1.6; [BERTOTTI98] 2.3 for Rayleigh's loops).
 
 It is not linear, so no response names it: the slow sines do, where their loops open in proportion to the amplitude."""
 
@@ -36,7 +36,7 @@ EFFECT = Effect(
     channels=("de",),
     sign="the loop under slow sines opens in proportion to the amplitude",
     sentence="The drive has hysteresis: loops open by {relative_width} of the stroke at the largest amplitude.",
-    sources=("STB 3.1.6", "BERTOTTI 2.3"),
+    sources=("[STB] 3.1.6", "[BERTOTTI98] 2.3"),
     experiment=Experiment.LEVEL,
     slow=SlowRecord(named=_named, limit=_limit),
     bends=lambda values, amplitude: loops_of(values[WIDTH], amplitude),

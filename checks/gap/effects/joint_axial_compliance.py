@@ -1,5 +1,5 @@
-"""The joints give way along their axis more or less than the model says ([STB], section 6.4: the axial stiffness moves
-the zero near 500 Hz; 94 N/um by finite elements, 70 in a later model)."""
+"""The joints give way along their axis more or less than the model says ([STB] 6.3.2: the axial stiffness moves the
+zero near 500 Hz; 94 N/um by finite elements, 70 in a later model)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -22,6 +22,6 @@ EFFECT = Effect(
     channels=("da", "Vs"),
     sign="da and the zeros of de between the axial modes move, Vs at high frequency follows",
     sentence="The joints' axial stiffness is {kz_N_per_um} N/um, which is not what the model expects.",
-    sources=("STB 6.4",),
+    sources=("[STB] 6.3.2",),
     experiment=Experiment.MASS,
 )

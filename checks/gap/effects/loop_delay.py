@@ -1,5 +1,5 @@
-"""All channels come late by the same time ([STB], section 3.2.2: a delay of one sample is added to the model; Franklin,
-Powell, Workman, Digital Control of Dynamic Systems, 3rd ed., 4.3: a hold delays by half a sample)."""
+"""All channels come late by the same time ([STB] 6.1.2: a delay of one sample is added to the model; [FPW98] 4.3: a
+hold delays by half a sample)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -22,6 +22,6 @@ EFFECT = Effect(
     channels=("Vs", "de", "da"),
     sign="the phase of all channels falls in proportion to frequency, the magnitude stays",
     sentence="Every channel comes {tau_us} us later than the model says.",
-    sources=("STB 3.2.2", "FRANKLIN 4.3"),
+    sources=("[STB] 6.1.2", "[FPW98] 4.3"),
     experiment=Experiment.DUMMY,
 )

@@ -1,5 +1,5 @@
-"""The APA sits beside the axis of the two joints ([STB], sections 5.2 and 6.3: the encoder's spurious modes at 200 and
-285 Hz depend on dy and dx; an offset turns the axial force into a bending moment)."""
+"""The APA sits beside the axis of the two joints ([STB] 6.2: the encoder's spurious modes at 200 and 285 Hz depend on
+dy and dx; an offset turns the axial force into a bending moment)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -30,6 +30,6 @@ EFFECT = Effect(
     channels=("de",),
     sign="the strut's bending modes appear or vanish in de alone; da and Vs hardly change",
     sentence="The APA sits {dx_um} um (x) and {dy_um} um (y) beside the axis of the joints.",
-    sources=("STB 5.2", "STB 6.3"),
+    sources=("[STB] 6.2",),
     experiment=Experiment.TURN,
 )

@@ -1,5 +1,4 @@
-"""A stack without a path for its charge is stiffer (IEEE Std 176-1987, section 2; [STB], section 3.1.8: 2.3 N/um open
-and 1.7 connected)."""
+"""A stack without a path for its charge is stiffer ([IEEE176] 2; [STB] 3.1.8: 2.3 N/um open and 1.7 connected)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -21,6 +20,6 @@ EFFECT = Effect(
     channels=("Vs", "da"),
     sign="the axial mode and the zero of Vs move up together, with less motion per volt",
     sentence="The sensor stack, open, is stiffer by {ratio} (relative).",
-    sources=("IEEE 176", "STB 3.1.8"),
+    sources=("[IEEE176] 2", "[STB] 3.1.8"),
     experiment=Experiment.RESISTOR,
 )

@@ -1,5 +1,5 @@
-"""The payload is heavier or lighter than the model says ([STB] 3.2.1: 5.7 kg; the axial resonance goes with the
-root of stiffness over mass)."""
+"""The payload is heavier or lighter than the model says ([STB] 3.2.1: 5.7 kg; the axial resonance goes with the root of
+stiffness over mass)."""
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -21,6 +21,6 @@ EFFECT = Effect(
     channels=("da", "de", "Vs"),
     sign="the axial mode moves and everything above it scales, the static gain stays",
     sentence="The payload is {kg} kg heavier than the model says.",
-    sources=("STB 3.2.1",),
+    sources=("[STB] 3.2.1",),
     experiment=Experiment.MASS,
 )

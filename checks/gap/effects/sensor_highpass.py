@@ -1,5 +1,5 @@
-"""The sensor stack's capacitance discharges through the resistor across it: a first-order high-pass on Vs alone ([STB],
-section 3.1.5: 80.6 kOhm with 5.1 uF, 0.39 Hz)."""
+"""The sensor stack's capacitance discharges through the resistor across it: a first-order high-pass on Vs alone ([STB]
+3.1.9: 80.6 kOhm with 5.1 uF, 0.39 Hz)."""
 
 from checks.gap.modelling.effect import Effect, Parameter, spread
 from checks.gap.modelling.experiment import Experiment
@@ -22,6 +22,6 @@ EFFECT = Effect(
     channels=("Vs",),
     sign="Vs alone leads in phase and loses magnitude towards low frequency",
     sentence="Vs runs through a high-pass of {f_Hz} Hz (sensor stack and its resistor).",
-    sources=("STB 3.1.5",),
+    sources=("[STB] 3.1.9",),
     experiment=Experiment.RESISTOR,
 )

@@ -1,5 +1,5 @@
-"""The sensor stack's wires are exchanged, so Vs has the wrong sign ([STB], section 3.2.3: the model shows the opposite
-sign in Vs, mended by the sign of gs)."""
+"""The sensor stack's wires are exchanged, so Vs has the wrong sign ([STB] 4.1: the model shows the opposite sign in Vs,
+corrected by the sign of gs)."""
 
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import Experiment
@@ -11,6 +11,6 @@ EFFECT = Effect(
     channels=("Vs",),
     sign="Vs alone is turned by 180 degrees at every frequency",
     sentence="The sensor stack is connected with the wrong polarity: Vs is turned.",
-    sources=("STB 3.2.3",),
+    sources=("[STB] 4.1",),
     experiment=Experiment.UNPLUG,
 )

@@ -76,7 +76,7 @@ class Effect:
     """One effect.
 
     channels: where it must show; sign: its mark in words; sentence: what it means, with the parameters' names in
-    braces; sources: where it is described; experiment: the measurement that shows it alone.
+    braces; sources: where it is described, by key ("[STB] 3.1.6"); experiment: the measurement that shows it alone.
     How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is
     then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are
     multiplied. None of these: responses do not show it. slow: what slow records tell about it.
@@ -174,7 +174,7 @@ def _off(p: Parameter, model: Model) -> float:
 
 
 def _short(value: float, U: float) -> str:
-    """Three digits, and none beyond the second one of its uncertainty (JCGM 100, 7.2.6)."""
+    """Three digits, and none beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
     if math.isfinite(U) and U > 0.0:
         value = round(value, 1 - math.floor(math.log10(U))) + 0.0  # no "-0"
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"

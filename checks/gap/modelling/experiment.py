@@ -1,4 +1,4 @@
-"""Measurements that tell explanations apart: the menu of [GAP] step 11, in the order in which they are asked for."""
+"""Measurements that tell explanations apart: the menu of [GAP] 11, in the order in which they are asked for."""
 
 from collections.abc import Iterable
 from enum import Enum

@@ -1,7 +1,7 @@
 """Slow records: loops under slow sines of growing amplitude tell hysteresis from creep, and a drive that bends.
 
 The opening of a loop relative to its height is  creep's share (alike at every amplitude) + hysteresis' share (in
-proportion to it: Rayleigh; Bertotti, Hysteresis in Magnetism, 1998, 2.3). Both by weighted least squares.
+proportion to it: Rayleigh; [BERTOTTI98] 2.3). Both by weighted least squares.
 """
 
 from dataclasses import dataclass

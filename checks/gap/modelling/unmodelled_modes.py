@@ -110,9 +110,8 @@ DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
     """What a hysteresis of this relative width does to responses taken with noise of two levels, one below and one
     above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything causal
-    (2 / pi of it per e-fold of frequency: Bode, Network Analysis and Feedback Amplifier Design, 1945, ch. 14; the best
-    linear answer to noise is causal: Pintelon & Schoukens, System Identification, 2nd ed., 3.4), and another gain
-    above. Nothing that counts as missing: the slow records measure it."""
+    (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal: [PS12] 3.4), and
+    another gain above. Nothing that counts as missing: the slow records measure it."""
     parameters = (
         Parameter("lag_below", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
         Parameter("lag_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),

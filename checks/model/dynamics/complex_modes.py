@@ -7,7 +7,7 @@ m = L^-1 M L^-T = U diag(1/w^2) U^T, C becomes c, and with E = diag(1/w) the sta
 
 Eigenvalues of W are 1/pole. Written so, a coordinate without mass or without mass and damping is no exception (its
 eigenvalue is zero: it follows statically), W is skew plus a negative semi-definite part, so no mode can gain energy
-(Tisseur & Meerbergen, SIAM Review 43(2), 2001, on such linearisations), and the sum is exact at rest.
+([TM01] on such linearisations), and the sum is exact at rest.
 """
 
 from dataclasses import dataclass

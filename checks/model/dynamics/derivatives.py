@@ -1,12 +1,11 @@
 """Derivatives of a system's responses by the parameters of its matrices, all parameters at the price of one response.
 
-Any damping, by the adjoint method: y = c Z^-1 b with Z = K + s C + s^2 M symmetric, so dy = dc x + y' db - y' dZ x,
-x = Z^-1 b, y = Z^-1 c' (Haftka & Guerdal, Elements of Structural Optimization, 3rd ed., 7.2); x and y are sums over the
-complex modes.
+Any damping, by the adjoint method: y = c Z^-1 b with Z = K + s C + s^2 M symmetric, so dy = dc x + y' db - y' dZ x, x =
+Z^-1 b, y = Z^-1 c' ([HG92] 7.2); x and y are sums over the complex modes.
 
 Damping of each mode by itself: the response is a sum of a b / (w^2 + c s + s^2) over real modes P of unit mass, and
-dP_i = sum_j P_j (P_j' (dK - w_i^2 dM) P_i) / (w_i^2 - w_j^2) - P_i (P_i' dM P_i) / 2 (Fox & Kapoor, AIAA J. 6(12),
-1968) gives the derivative of every part of it.
+dP_i = sum_j P_j (P_j' (dK - w_i^2 dM) P_i) / (w_i^2 - w_j^2) - P_i (P_i' dM P_i) / 2 ([FK68]) gives the derivative of
+every part of it.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""The APA of two springs and a force: the report's 2-DoF topology (section 1.1), rigid in every direction but its axis.
+"""The APA of two springs and a force: the 2-DoF topology of [STB] 1.1, rigid in every direction but its axis.
 
     bottom --+-------- k, c --------+-- top
              +-- ka, ca, Fa -- ke, ce --+
@@ -21,8 +21,8 @@ def two_dof_body(
 ) -> ApaBody:
     """k, ke, ka [N/m], c, ce, ca [N s/m], height [m] between the interfaces.
 
-    The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and
-    the sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in the report (4.2).
+    The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and the
+    sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in [STB] 4.2.
     """
     top = np.zeros((6, _SIZE))
     top[:, _BOTTOM] = lever((0.0, 0.0, height))

@@ -45,7 +45,7 @@ class Beams:
 
 
 def torsion_constant(width: Array, height: Array) -> Array:
-    """St Venant's torsion constant [m4] of a rectangle (Roark, 7th ed., table 10.1, case 4; within 0.5 %)."""
+    """St Venant's torsion constant [m4] of a rectangle ([ROARK02] table 10.1, case 4; within 0.5 %)."""
     a, b = np.maximum(width, height), np.minimum(width, height)
     return a * b**3 * (1.0 / 3.0 - 0.21 * (b / a) * (1.0 - (b / a) ** 4 / 12.0))
 
@@ -53,7 +53,7 @@ def torsion_constant(width: Array, height: Array) -> Array:
 def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:
     """Deflection N, rotation T and its slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points) each.
 
-    Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) (Friedman and Kosmatka 1993, eq. 14-17).
+    Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) ([FK93] eq. 14-17).
     """
     s, L, p = _GAUSS_X[None, :], length[:, None], phi[:, None]
     c = 1.0 / (1.0 + p)

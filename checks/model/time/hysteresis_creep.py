@@ -72,8 +72,7 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 def creep(per_decade: float) -> Fractions:
     """Creep as a path: the answer to a step grows by this share per decade of time, from 1 ms to 1000 s.
 
-    Two relaxations a decade (the law in log time: Jung & Gweon, Rev. Sci. Instrum. 71 (2000) 1896); at high frequency
-    the gain is one."""
+    Two relaxations a decade (the law in log time: [JG00]); at high frequency the gain is one."""
     tau = np.logspace(-3.0, 3.0, 13)
     return Fractions((-1.0 / tau).astype(np.complex128), (0.5 * per_decade / tau).astype(np.complex128), 1.0)
 

@@ -51,7 +51,8 @@ def _going_on(Va: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 class Held:
     """Answers to drives at fs [Hz] of which each sample is held until the next, exactly, state by state: what leaves a
-    converter without a filter. The response that is measured then lags by half a sample ([STB] 7.2 adds one)."""
+    converter without a filter. The response that is measured then lags by half a sample ([STB] 6.1.2 adds a whole
+    one)."""
 
     paths: dict[str, Fractions]
     fs: float

@@ -27,8 +27,8 @@ class MultisinePeriod:
 
 
 def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> NDArray[np.intp]:
-    """Lines of a period of n samples inside the band; "odd" leaves the even ones free to show even distortion
-    (Pintelon & Schoukens, System Identification, 2nd ed., 4.3). Raises ValueError where none is left."""
+    """Lines of a period of n samples inside the band; "odd" leaves the even ones free to show even distortion ([PS12]
+    4.3). Raises ValueError where none is left."""
     if lines not in LINES:
         raise ValueError(f"lines '{lines}' are not known (known: {', '.join(LINES)})")
     first, last = int(np.ceil(band_Hz[0] * n / fs - 1e-9)), int(np.floor(band_Hz[1] * n / fs + 1e-9))
@@ -46,8 +46,8 @@ def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeSha
 
 
 def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
-    """The same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes (Van der
-    Ouderaa, Schoukens & Renneboog, IEEE Trans. IM 37, 1988). The best of all iterations; never worse than it was."""
+    """The same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes ([OSR88]).
+    The best of all iterations; never worse than it was."""
     n, lines = period.x.size, period.lines
     amplitude = np.abs(fft.rfft(period.x)[lines])
     best = current = period

@@ -1,7 +1,7 @@
 """Hammer test: from a force and a response track to an averaged FRF with the scatter between the impacts.
 
-Force and exponential windows, and the damping that the latter adds: Ewins, Modal Testing, 2nd ed., 3.9; Brandt, Noise
-and Vibration Analysis, ch. 13. H1 from impacts: Bendat & Piersol, 4th ed., ch. 6.
+Force and exponential windows, and the damping that the latter adds: [EWINS00] 3.9; [BRANDT11] ch. 13. H1 from impacts:
+[BP10] ch. 6.
 """
 
 from collections.abc import Sequence

@@ -1,8 +1,7 @@
 """Local rational fit: one pole and a polynomial on the bins around a peak of an impact FRF.
 
 H(f) = r/(z - q) + c0 + c1 z + c2 z^2, z = (f - centre)/half: the pole by itself, everything else as a local polynomial
-(local rational method: McKelvey & Guerin 2012; Pintelon & Schoukens, System Identification, 2nd ed., 7.3). Started by
-Sanathanan & Koerner's linear iteration (1963), finished by Gauss-Newton.
+(local rational method: [MG12]; [PS12] 7.3). Started by the linear iteration of [SK63], finished by Gauss-Newton.
 """
 
 from dataclasses import dataclass

@@ -46,9 +46,8 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
 
     Both are low-passed to `top_Hz` alike, which leaves their relation alone. The first and second derivative of u stand
     for delay and for the resonances far above, to second order in frequency. For each corner the rest is linear
-    (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), so the search is along one axis. There
-    is no leakage in the time domain, and the state at the start of the record is a parameter.
-    Raises ValueError when too little is left of the record.
+    (variable projection: [GP73]), so the search is along one axis. There is no leakage in the time domain, and the
+    state at the start of the record is a parameter. Raises ValueError when too little is left of the record.
     """
     t, u, y = _band(t, u, y, top_Hz)
     size_u, size_y = float(np.ptp(u)), float(np.ptp(y))

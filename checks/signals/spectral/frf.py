@@ -97,10 +97,10 @@ def h1(
     """H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
 
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
-    samples, half overlapped unless noverlap says otherwise, the mean of each segment removed.
-    The last bins of the grid (0 Hz and half of fs) are real numbers and have half the degrees of freedom.
-    Biased low at peaks narrower than the window, and by noise on u (Bendat & Piersol, 4th ed., ch. 6, 9).
-    Raises ValueError for fewer than two segments, unequal lengths, NaN or inf.
+    samples, half overlapped unless noverlap says otherwise, the mean of each segment removed. The last bins of the grid
+    (0 Hz and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the
+    window, and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or
+    inf.
     """
     outputs = named(y)
     return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, noverlap, input=input)
@@ -139,8 +139,8 @@ def h1_stream(
 def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf:
     """H1, coherence and covariance of averaged spectra whose channel 0 is the input.
 
-    nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is
-    |H|^2 (1 - coherence) / (coherence nu) (Pintelon & Schoukens, System Identification, 2nd ed., 2.5).
+    nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is |H|^2 (1 -
+    coherence) / (coherence nu) ([PS12] 2.5).
     """
     S, nu = spectra.S, spectra.effective - 1.0
     Suu, Syu = S[:, 0, 0].real, S[:, 1:, 0]

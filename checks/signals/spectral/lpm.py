@@ -1,8 +1,8 @@
 """Local polynomial method: the response at every bin of one transform of the whole record, free of leakage.
 
-Pintelon & Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 7.2. About bin k the record obeys
-Y(k + r) = G(k + r) U(k + r) + T(k + r) + noise, where G and the transient T are smooth: both are polynomials of r,
-fitted by least squares over r = -half..half. The residual gives the noise, hence the variance.
+[PS12] 7.2. About bin k the record obeys Y(k + r) = G(k + r) U(k + r) + T(k + r) + noise, where G and the transient T
+are smooth: both are polynomials of r, fitted by least squares over r = -half..half. The residual gives the noise, hence
+the variance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -182,7 +182,7 @@ def _solve(spectra: Complex, bins: Bins, local: LocalRegression, floor: float) -
     """Least squares about each bin by modified Gram-Schmidt, vectorised over the bins.
 
     The constant of G is the last regressor, so that its coefficient is H at once, and what is left of it after the
-    others is the power that tells H. With the outputs as further columns the solution is backward stable (Bjorck 1967).
+    others is the power that tells H. With the outputs as further columns the solution is backward stable ([BJORCK67]).
     """
     near = spectra[:, bins + np.arange(-local.half, local.half + 1)[:, None]]  # (1 + C, 2 half + 1, B)
     regressors = local.regressors[:, :, None] * near[0]

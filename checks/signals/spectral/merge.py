@@ -38,9 +38,9 @@ def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
 
     Grid: both equally spaced by the same step and on the same multiples of it (for lpm of records of different length:
     choose `step` so that the steps agree), and without a gap between them. Same input and channels in the same order.
-    The variance of a weighted mean is raised for the weights being estimates (Meier 1953), its degrees of freedom are
-    Welch-Satterthwaite's, of the channel that has the fewest. `correlation` is the longer reaching of the two.
-    Raises ValueError for what does not fit together, naming it.
+    The variance of a weighted mean is raised for the weights being estimates ([MEIER53]), its degrees of freedom are
+    Welch-Satterthwaite's, of the channel that has the fewest. `correlation` is the longer reaching of the two. Raises
+    ValueError for what does not fit together, naming it.
     """
     step, offset = _common_grid(low, high)
     first = min(0, offset)

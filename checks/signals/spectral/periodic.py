@@ -1,7 +1,7 @@
 """Periodic excitation: no leakage, and noise told from nonlinear distortion.
 
-Pintelon & Schoukens, System Identification, 2nd ed.: 2.4 (averages over periods), 4.3.1 (robust method: over periods
-the noise scatters, over realisations of the random phases the distortion does too).
+[PS12] 2.4 (averages over periods), 4.3.1 (robust method: over periods the noise scatters, over realisations of the
+random phases the distortion does too).
 """
 
 from collections.abc import Mapping, Sequence

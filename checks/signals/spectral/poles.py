@@ -3,11 +3,11 @@
 Over a band every transform obeys Y_c = H_c U + T_c + noise: H_c the response, T_c what the record's ends left ringing.
 Both have the poles of the structure, H_c = sum_k R_ck/(z - q_k) + P_c(z), T_c likewise, z = (f - centre)/half: the
 poles of the band by themselves, all else a polynomial. Nothing leaks, and the errors of the bins are independent
-(Pintelon & Schoukens, System Identification, 2nd ed., 6.3 and 7.3; McKelvey & Guerin 2012 for the local form).
+([PS12] 6.3 and 7.3; [MG12] for the local form).
 
-Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: Golub &
-Pereyra 1973; the Jacobian in Kaufman's form, 1975). The model is analytic in its complex unknowns, so complex least
-squares is all of it.
+Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: [GP73]; the
+Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares is all of
+it.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A realistic unit (the report's APA 3) for the tests of certificates."""
+"""A realistic unit (APA 3 of [STB]) for the tests of certificates."""
 
 import hashlib
 from datetime import UTC, datetime

@@ -179,7 +179,7 @@ def test_the_page_shows_who_signed(unsigned: bytes, technician: Credential) -> N
 
 
 def test_the_signature_is_the_low_one_and_repeatable(unsigned: bytes, technician: Credential) -> None:
-    """RFC 6979: the same key and text give the same r, s; s is in the lower half of the order."""
+    """[RFC6979]: the same key and text give the same r, s; s is in the lower half of the order."""
     for seconds in range(8):
         embedded = PdfFileReader(io.BytesIO(sign(unsigned, technician, WHEN + timedelta(seconds=seconds))))
         _, s = decode_dss_signature(embedded.embedded_signatures[0].signer_info["signature"].native)

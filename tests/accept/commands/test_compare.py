@@ -1,4 +1,4 @@
-"""Who stands out of a fleet: the report's stiffnesses, simulated fleets, curves."""
+"""Who stands out of a fleet: the stiffnesses of [STB] 3.2.1, simulated fleets, curves."""
 
 from pathlib import Path
 

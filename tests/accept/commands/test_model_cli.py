@@ -86,7 +86,7 @@ def test_the_fitted_model_opens_again(fitted: tuple[Path, int, str, str]) -> Non
 def test_constants_stand_beside_the_fit(fitted: tuple[Path, int, str, str]) -> None:
     document = json.loads((fitted[0] / "out" / "fit.json").read_text())
     assert document["constants"]["ga_N_per_V"]["value"] == pytest.approx(-30.5, rel=2e-3)  # noise 1e-4 over 4 s
-    # the report's formula takes the gain at 10..20 Hz for the static one, 3 % more
+    # the published formula takes the gain at 10..20 Hz for the static one, 3 % more
     assert document["constants_by_the_seed"]["ga_N_per_V"] == pytest.approx(-30.5, rel=0.05)
 
 
@@ -110,7 +110,7 @@ def test_frf_writes_what_the_model_says(tmp_path: Path) -> None:
 def test_modes_and_sweep() -> None:
     code, out, _ = run("modes", "--model", "apa-2dof")
     assert code == 0
-    assert "95.06 Hz" in out  # the report's pole
+    assert "95.06 Hz" in out  # the pole of [STB] 7.3's figures
     assert "41.09 Hz" in out  # and its zero of Vs
     code, out, _ = run("modes", "--clamped")
     assert code == 0

@@ -18,7 +18,7 @@ from accept.workflow.worker.process import WorkerProcess
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
 NARROW, WIDE = (80, 24), (140, 40)
-HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of the report
+HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of [STB] 2.1.2
 
 
 APART = WorkerProcess()  # one for all tests of a process: to start it takes longer than what it has to do

@@ -19,7 +19,7 @@ from accept.workflow.worker.judging import judge_here
 from checks.declare import Measured
 from hw.records import write_csv
 
-HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of the report
+HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of [STB] 2.1.2
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Prandtl-Ishlinskii model for tests: a straight line plus plays, whose loops have a closed form.
 
-Brokate & Sprekels, Hysteresis and Phase Transitions (1996), 2.3.
+[BS96] 2.3.
 """
 
 from dataclasses import dataclass

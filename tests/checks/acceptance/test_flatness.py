@@ -1,4 +1,4 @@
-"""Flatness against the report's table (both columns), closed forms and invariants."""
+"""Flatness against [STB] table 2.1 (both columns), closed forms and invariants."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,8 @@ def test_first_measurement_of_apa_7() -> None:
 
 @pytest.mark.parametrize("apa", SEED_APAS, ids=lambda a: a.serial)
 def test_published_column_is_the_published_algorithm_stopped_early(apa) -> None:
-    """Nelder-Mead on the report's objective in metres from zeros, first steps 0.00025 and both tolerances 1e-4."""
+    """Nelder-Mead on the objective of [STB] 2.1.2 in metres from zeros, first steps 0.00025 and both tolerances
+    1e-4."""
     points = np.column_stack([POSITIONS, np.array(apa.heights_um) * 1e-6])
 
     def worst_distance(x: np.ndarray) -> float:

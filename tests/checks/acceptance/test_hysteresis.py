@@ -66,7 +66,7 @@ def test_recorded_actuators_have_a_loop_that_grows(unit: str) -> None:
     # 3.49 percent: read from the last period by two parabolas about mid-voltage, an independent way
     assert q["hysteresis_percent"].value == pytest.approx(3.49, abs=0.02)
     small = q["hysteresis_small_signal_percent"]
-    assert small.value < 2 * (small.U or 0)  # none below Va = 0.4 V, as the seed saw
+    assert small.value < 2 * (small.U or 0)  # none below Va = 0.4 V, as [STB] 3.1.6 says
 
 
 @pytest.mark.parametrize("unit", ["S-01", "S-04", "S-06"])

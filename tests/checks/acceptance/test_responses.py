@@ -340,7 +340,7 @@ def test_recorded_struts(serial):
     names = ("axial_resonance_Hz", "x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
     for name, near in zip(names, (86.0, 191.0, 282.0, 400.0), strict=True):
         true = poles[np.argmin(np.abs(poles - near))]
-        # The generator is other code and steps in time: 0.1 % is a fifth of what the seed resolves with its 2 Hz bins.
+        # The generator is other code and steps in time: 0.1 % is a fifth of what [STB] resolves with its 2 Hz bins.
         assert found[name].value == pytest.approx(true, rel=1e-3), name
     for name in ("ga_N_per_V", "gs_V_per_m"):  # the built-in model's tolerance is in U
         assert abs(found[name].value - truth["nominal"][name]) < found[name].U

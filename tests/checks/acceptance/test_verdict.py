@@ -220,7 +220,7 @@ def test_probability_against_the_normal_distribution(value: float, U: float, low
 
 
 def test_probability_at_the_guard_band() -> None:
-    # a guarded pass at exactly one U from a single limit: P(Z > 2) = 0.02275 (JCGM 106, 9.3.2)
+    # a guarded pass at exactly one U from a single limit: P(Z > 2) = 0.02275 ([JCGM106] 9.3.2)
     finding = judge("capacitance", Quantity(NAME, 4.5, 0.1), guarded(lower=4.4))
     assert finding.verdict is Verdict.PASS
     assert finding.p_false_accept == pytest.approx(0.0227501319, rel=1e-8)

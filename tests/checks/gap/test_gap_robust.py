@@ -31,7 +31,7 @@ def told(model: Model, effect: str, values: dict[str, float]) -> Result:
 
 
 class TestAliases:
-    """Exact aliases ([GAP] step 6): the data cannot tell, so nothing is named, and the experiment is said."""
+    """Exact aliases ([GAP] 6): the data cannot tell, so nothing is named, and the experiment is said."""
 
     def test_payload_is_a_scaling_of_force_stiffness_and_damping(self) -> None:
         sure = {"constants__ga_N_per_V": 0.3, "apa__k_N_per_um": 0.004, "apa__ke_N_per_um": 0.01}

@@ -60,7 +60,7 @@ class TestCantilever:
         assert got == pytest.approx(np.sort(np.concatenate([thin, thick])), rel=2e-3)
 
     def test_stocky_beam_between_hinges_has_timoshenkos_frequency(self) -> None:
-        """Simply supported: omega solves a quadratic in omega^2 (Timoshenko 1922; Weaver et al., 5th ed., 5.12)."""
+        """Simply supported: omega solves a quadratic in omega^2 ([WTY90] 5.12)."""
         n, length = 24, 12e-3  # six times as long as high
         K, M, _ = chain(n, length=length)
         free = [6 * i + d for i in range(n + 1) for d in (2, 4) if not (d == 2 and i in (0, n))]  # bending along z only
@@ -74,7 +74,7 @@ class TestCantilever:
 
     @pytest.mark.parametrize(("ratio", "alpha"), [(1.0, 0.1406), (2.0, 0.229), (10.0, 0.312)])
     def test_torsion_constant_of_rectangles(self, ratio: float, alpha: float) -> None:
-        """Timoshenko & Goodier, 3rd ed., table 1 of art. 109 (three digits)."""
+        """[TG70] table 1 of art. 109 (three digits)."""
         J = torsion_constant(np.array([1.0]), np.array([ratio]))[0]
         assert J == pytest.approx(alpha * ratio, rel=5e-3)
 

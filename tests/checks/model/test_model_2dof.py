@@ -1,4 +1,4 @@
-"""The APA of two springs, against its closed form ([STB], section 1.1 and 7.3)."""
+"""The APA of two springs, against its closed form ([STB] 1.1 and 7.3)."""
 
 import numpy as np
 import pytest

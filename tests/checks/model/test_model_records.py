@@ -71,7 +71,7 @@ def test_constants(serial: str) -> None:
         assert fit[name].value == pytest.approx(true[f"constants.{name}"], rel=2e-3)  # 16 bit converters, 1 s windows
         assert fit[name].lo < fit[name].value < fit[name].hi
     by_seed = seed_constants(model, f, H["de"], H["Vs"])
-    # The seed takes the static gain for that at 10..20 Hz (3 % more) and the gain at 1 kHz for that at 400..500 Hz.
+    # [STB] 4.2.3 takes the static gain for that at 10..20 Hz (3 % more) and the gain at 1 kHz for that at 400..500 Hz.
     assert by_seed["ga_N_per_V"] == pytest.approx(true["constants.ga_N_per_V"], rel=0.05)
     assert by_seed["gs_V_per_m"] == pytest.approx(true["constants.gs_V_per_m"], rel=0.05)
 

@@ -1,4 +1,4 @@
-"""The strut: the published figures, the report's statements, and the laws that any strut must obey."""
+"""The strut: the published figures and statements ([STB] 5, 6), and the laws that any strut must obey."""
 
 import numpy as np
 import pytest

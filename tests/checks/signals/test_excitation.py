@@ -69,7 +69,7 @@ def test_same_seed_same_samples(kind):
 
 
 def test_trapezoid_is_the_seeds():
-    """Closed form against the report's cumulative trapezoids (7.4), which err by the step: 1/n."""
+    """Closed form against the cumulative trapezoids of [STB] 7.4, which err by the step: 1/n."""
     n = 20_000
     s = np.arange(1, n + 1) / n
     v = np.where(s < 0.2, s / 0.2, 1.0)

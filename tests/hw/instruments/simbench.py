@@ -12,7 +12,7 @@ from hw.instruments import open_instrument
 from hw.simulated import BenchSetup, SimulatedBench
 from specs.bench import BenchFile, load_bench
 
-# APA 1 of the report, its stroke split into one stack and the two others.
+# APA 1 of [STB], its stroke split into one stack and the two others.
 HEIGHTS_UM = (0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46)
 WORLD = BenchSetup("APA-01", tuple(z * 1e-6 for z in HEIGHTS_UM), 5.10e-6, 10.03e-6, 124.4e-6, 248.8e-6)
 

@@ -1,0 +1,97 @@
+"""Sources resolve: every key that code, specs and pages cite has an entry, and every cited section exists."""
+
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from checks.gap.effects import EFFECTS
+from specs.spec import builtin, load
+
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PLACES = ("accept", "hw", "checks", "specs", "validation", "benchmarks", "tests", "docs")
+KEY = re.compile(r"(?<![\w\])])\[([A-Z][A-Z0-9][A-Z0-9-]+)\]")
+# [STB] 3.1.7, 3.1.8 and 3.2.1 - the sections that follow a key directly.
+NUMBER = r"\d+(?:\.\d+)*"
+NO_QUANTITY = r"(?![\d.]*(?:-\d|\s*%|\s*(?:Hz|um|uF|s|V|N|kg)\b))"  # "[STB] 3.1.7, 5 s later" cites one section
+CITED = re.compile(rf"\[(STB|GAP|DESIGN)\]\s+({NUMBER})((?:(?:,| and| to)\s+{NUMBER}{NO_QUANTITY})*)")
+ENTRY = re.compile(r"^\| \[([A-Z][A-Z0-9][A-Z0-9-]+)\] \| (.+) \|$", re.MULTILINE)
+
+
+def words_of(path: Path) -> str:
+    """What a file says to a reader: of a module its strings and comments, of a page all but commands and code."""
+    text = path.read_text()
+    if path.suffix == ".md":
+        return re.sub(r"^```.*?^```|`[^`\n]*`", "", text, flags=re.MULTILINE | re.DOTALL)
+    if path.suffix != ".py":
+        return text
+    kinds = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)}
+    return "\n".join(t.string for t in tokenize.generate_tokens(io.StringIO(text).readline) if t.type in kinds)
+
+
+def files() -> Iterator[Path]:
+    for place in PLACES:
+        for suffix in ("py", "toml", "md"):
+            yield from sorted((ROOT / place).rglob(f"*.{suffix}"))
+    yield from sorted(ROOT.glob("*.md"))
+
+
+def entries() -> dict[str, str]:
+    return dict(ENTRY.findall((DOCS / "references.md").read_text()))
+
+
+def sections() -> dict[str, set[str]]:
+    """Section numbers by key."""
+    contents = (DOCS / "references.md").read_text().split("## Contents of [STB]")[1]
+    numbered = {"GAP": "gap-analysis.md", "DESIGN": "contracts.md"}
+    found = {k: re.findall(r"^## (\d+)\. ", (DOCS / "decisions" / p).read_text(), re.M) for k, p in numbered.items()}
+    return {k: set(v) for k, v in found.items()} | {"STB": set(re.findall(r"^\| ([\d.]+) \|", contents, re.MULTILINE))}
+
+
+def unresolved(text: str) -> list[str]:
+    """Keys without an entry, and sections that a cited source does not have."""
+    known, numbers = entries(), sections()
+    wrong = [f"[{key}]" for key in KEY.findall(text) if key not in known]
+    for key, first, more in CITED.findall(text):
+        cited = [first, *re.findall(NUMBER, more)]
+        wrong += [f"[{key}] {n}" for n in cited if n not in numbers[key]]
+    return wrong
+
+
+def test_every_source_resolves() -> None:
+    wrong = {str(p.relative_to(ROOT)): bad for p in files() if p != Path(__file__) and (bad := unresolved(words_of(p)))}
+    assert not wrong
+
+
+def test_every_entry_is_cited() -> None:
+    cited = {key for p in files() if p.name != "references.md" for key in KEY.findall(words_of(p))}
+    assert set(entries()) <= cited
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("as in [NOBODY99] 3", ["[NOBODY99]"]),
+        ("[STB] 3.1.7, 3.1.8 and 9.9 say", ["[STB] 9.9"]),
+        ("[GAP] 14", ["[GAP] 14"]),
+        ("[DESIGN] 6 and [GAP] 0 to 13 and [PS12] 99.9; f [Hz], table[ROWS]", []),
+    ],
+)
+def test_what_does_not_resolve_is_seen(text: str, wrong: list[str]) -> None:
+    assert unresolved(text) == wrong
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_every_effect_cites_its_sources_by_key(name: str) -> None:
+    assert EFFECTS[name].sources
+    assert all(KEY.match(source) for source in EFFECTS[name].sources), EFFECTS[name].sources
+
+
+@pytest.mark.parametrize("name", sorted(builtin()))
+def test_every_limit_of_a_built_in_spec_cites_a_source(name: str) -> None:
+    limits = [limit for check in load(name).checks.values() for limit in check.limits.values()]
+    assert [limit.source for limit in limits if not KEY.search(limit.source)] == []
