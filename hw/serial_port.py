@@ -134,7 +134,7 @@ class MarkedPort:
 
     def read(self, size: int = 1, /) -> bytes:
         """Bytes without marks. Raises DamagedCharacter, OSError."""
-        came = self._half + self._port.read(size)
+        came: bytes = self._half + self._port.read(size)
         self._half = b""
         if self._doubled is None or MARK not in came:
             return came

@@ -50,7 +50,8 @@ def junit_xml(units: list[dict[str, Any]], refused: list[dict[str, str]]) -> byt
         case = ET.SubElement(suite, "testcase", classname="unit", name="unit.toml")
         ET.SubElement(case, "error", type="refused", message=_clean(row["reason"]))
     ET.indent(root)
-    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    document: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    return document
 
 
 def _suite(unit: dict[str, Any]) -> ET.Element:

@@ -20,7 +20,7 @@ _ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read
 _SPACE_ABOVE = 5.0  # pt
 
 
-class _Canvas(Canvas):
+class _Canvas(Canvas):  # type: ignore[misc]  # reportlab has no types
     """Holds the pages back until their number is known, for "page x of y"."""
 
     contents: CertificateContent
@@ -93,16 +93,17 @@ def _row_height(above: float, below: float, rows: int) -> float:
     """Height [mm] of a row of panels between text of these heights [pt]: all on the first page where that can be read,
     else as many rows on it as can be read, filling it."""
     least, most = _ROW_HEIGHTS
-    free = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
+    free: float = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
     if rows and (free - below / mm) / rows >= least:
-        return min((free - below / mm) / rows, most)
+        return float(min((free - below / mm) / rows, most))
     fitting = min(int(free / least), rows)
     return min(free / fitting, most) if fitting > 0 else most
 
 
 def _height(flowables: Sequence[Flowable]) -> float:
     """Height [pt] of text, at most: neighbours share some of the space between them."""
-    return sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
+    height: float = sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
+    return height
 
 
 def _title(contents: CertificateContent) -> str:

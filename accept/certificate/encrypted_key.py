@@ -30,7 +30,8 @@ def lock(key: ec.EllipticCurvePrivateKey, passphrase: str) -> bytes:
     encryptor = Cipher(algorithms.AES(derived), modes.CBC(vector)).encryptor()
     hidden = encryptor.update(padder.update(plain) + padder.finalize()) + encryptor.finalize()
     box = keys.EncryptedPrivateKeyInfo({"encryption_algorithm": _algorithm(salt, vector), "encrypted_data": hidden})
-    return pem.armor("ENCRYPTED PRIVATE KEY", box.dump())
+    armoured: bytes = pem.armor("ENCRYPTED PRIVATE KEY", box.dump())
+    return armoured
 
 
 def unlock(box: bytes, passphrase: str) -> ec.EllipticCurvePrivateKey:

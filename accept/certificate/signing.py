@@ -117,6 +117,6 @@ def _signer(credential: Credential) -> Signer:
     plain = credential.key.private_bytes(
         serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
-    store = SimpleCertificateStore()
+    store = SimpleCertificateStore()  # type: ignore[no-untyped-call]
     store.register(root)
     return _Signer(certificate, asn1_keys.PrivateKeyInfo.load(plain), store)

@@ -29,7 +29,7 @@ class TokenSigner(LowS, PKCS11Signer):
 
     @property
     def cert_registry(self) -> CertificateStore:
-        store = SimpleCertificateStore()
+        store = SimpleCertificateStore()  # type: ignore[no-untyped-call]
         store.register_multiple(c for c in super().cert_registry if c.dump() != self.signing_cert.dump())
         return store
 

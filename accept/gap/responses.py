@@ -7,7 +7,7 @@ from pathlib import Path
 from accept.units import unit_folder as units
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
-from checks.declare import Measured, Scalar
+from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
 from checks.record import Record
@@ -72,7 +72,7 @@ def responses(
     )
 
 
-def _values(unit: UnitFolder) -> units.Values:
+def _values(unit: UnitFolder) -> Values:
     section = unit.sections.get("frf")
     if section is None:
         raise UnitError(unit.path / units.UNIT_FILE, ["has no section [frf]: no responses were measured"])

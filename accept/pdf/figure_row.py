@@ -11,7 +11,7 @@ from accept.pictures.draw import picture
 from checks.picture import Panel
 
 
-class FigureRow(Flowable):
+class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
     """columns: of the row, where it has more than there are panels; space_above in pt."""
 
     def __init__(

@@ -39,7 +39,7 @@ for _verb in ("UPDATE", "DELETE"):
     event.listen(
         events,
         "after_create",
-        DDL(
+        DDL(  # type: ignore[no-untyped-call]  # sqlalchemy leaves it untyped
             f"CREATE TRIGGER events_no_{_verb.lower()} BEFORE {_verb} ON events "
             f"BEGIN SELECT RAISE(ABORT, '{_REFUSAL}'); END"
         ).execute_if(dialect="sqlite"),
@@ -50,7 +50,7 @@ for _statement in (
     "CREATE TRIGGER events_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON events "
     "FOR EACH STATEMENT EXECUTE FUNCTION events_refuse()",
 ):
-    event.listen(events, "after_create", DDL(_statement).execute_if(dialect="postgresql"))
+    event.listen(events, "after_create", DDL(_statement).execute_if(dialect="postgresql"))  # type: ignore[no-untyped-call]
 
 
 def make_tables(connection: Connection) -> None:

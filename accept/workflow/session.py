@@ -20,8 +20,9 @@ from accept.units import attach
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
+from accept.workflow.state import entries
 from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun, entries, fold_run, folder_name
+from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun, fold_run, folder_name
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from accept.store import Store
-from accept.workflow.state.unit_state import entries, fold_run
+from accept.workflow.state import entries
+from accept.workflow.state.unit_state import fold_run
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,14 @@ All outputs share the factor exp(g - q (f / 1 kHz)^2 - 2 pi i f tau). Fitted wit
 amplifier far above the band does, a delay, and the actuator's constant; what remains is the ratio of the outputs.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
-from checks.fitting.fit import Free
+from checks.fitting.coordinates import Free
 from checks.model.model import Model
 
 Values = Mapping[str, float]
@@ -45,7 +46,7 @@ class Driven:
         return np.array([D[n] for n in names])
 
 
-_LOGS = {
+_LOGS: dict[str, Callable[[Array], NDArray[np.complexfloating]]] = {
     GAIN: lambda f: np.ones(f.shape, dtype=complex),
     FALL: lambda f: -((f / 1e3) ** 2) + 0j,
     DELAY: lambda f: -2e-6j * np.pi * f,
@@ -58,4 +59,5 @@ def _split(changes: Values) -> tuple[dict[str, float], dict[str, float]]:
 
 
 def _factor(f: Array, drive: Values) -> Complex:
-    return np.exp(sum((v * _LOGS[n](f) for n, v in drive.items()), np.zeros(f.shape, dtype=complex)))
+    factor: Complex = np.exp(sum((v * _LOGS[n](f) for n, v in drive.items()), np.zeros(f.shape, dtype=complex)))
+    return factor

@@ -57,7 +57,8 @@ class Dataset:
     @property
     def noise(self) -> Array:
         """(F, C) variance of the noise, total complex."""
-        return np.einsum("fcc->fc", self.cov).real
+        diagonal: Array = np.einsum("fcc->fc", self.cov).real
+        return diagonal
 
     @property
     def variance(self) -> Array:

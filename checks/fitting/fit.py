@@ -172,7 +172,8 @@ class _FitProblem:
 
     def off_prior(self, x: Array) -> Array:
         """(p,) standard deviations from the priors."""
-        return (self.coordinates.values(x) - self.prior) * self.weight
+        off: Array = (self.coordinates.values(x) - self.prior) * self.weight
+        return off
 
     def jacobian(self, x: Array) -> Array:
         values, slope = self.values(x), self.coordinates.slope(x)

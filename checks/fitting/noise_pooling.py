@@ -54,4 +54,5 @@ def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
 def _moving(x: Complex) -> Complex:
     """Sums over the neighbours on both sides along the first axis; fewer at the ends."""
     padded = np.pad(x, ((NEIGHBOURS, NEIGHBOURS), *((0, 0),) * (x.ndim - 1)))
-    return np.sum([padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)], axis=0)
+    sums: Complex = np.sum([padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)], axis=0)
+    return sums

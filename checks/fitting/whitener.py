@@ -117,4 +117,5 @@ def _bumps(x: Array) -> list[Array]:
 def _real(z: Complex) -> Array:
     """(..., F, C) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
     flat = z.reshape(*z.shape[:-2], -1)
-    return np.sqrt(2.0) * np.concatenate([flat.real, flat.imag], axis=-1)
+    parts: Array = np.sqrt(2.0) * np.concatenate([flat.real, flat.imag], axis=-1)
+    return parts

@@ -13,8 +13,9 @@ import numpy as np
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.common_drive import DRIVE, Driven
+from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT, Fit, Free, fit, free_of
+from checks.fitting.fit import BEYOND_DOUBT, Fit, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.misalignment.apa_asymmetry import own_offsets
 from checks.misalignment.estimate_types import DX, DY, Along, MisalignmentEstimate

@@ -28,7 +28,8 @@ RANK, SMALLEST = 12, 1e-4  # of the basis: shapes below this part of the first a
 
 def table_frequencies() -> Array:
     """(F,) [Hz] rising by a constant ratio."""
-    return F_LO * np.exp(STEP * np.arange(int(np.log(F_HI / F_LO) / STEP) + 1))
+    f: Array = F_LO * np.exp(STEP * np.arange(int(np.log(F_HI / F_LO) / STEP) + 1))
+    return f
 
 
 def grid(nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
@@ -110,7 +111,8 @@ class MisalignmentTable:
     @cached_property
     def _size(self) -> NDArray[np.float32]:
         """(F,) of the ratio over the table; without it the peaks would take all shapes."""
-        return np.sqrt(np.mean(np.abs(self.R[::4, ::4]) ** 2, axis=(0, 1)))
+        size: NDArray[np.float32] = np.sqrt(np.mean(np.abs(self.R[::4, ::4]) ** 2, axis=(0, 1)))
+        return size
 
     @cached_property
     def _features(self) -> Array:
@@ -143,7 +145,8 @@ class MisalignmentTable:
         i = np.clip(place.astype(int), 0, self.f.size - 2)
         part = place - i
         shapes = self._shapes_of_ratio
-        return shapes[:, i] * (1.0 - part) + shapes[:, i + 1] * part
+        between: Complex = shapes[:, i] * (1.0 - part) + shapes[:, i + 1] * part
+        return between
 
 
 def _variance(bins: Dataset) -> Array:
@@ -151,4 +154,5 @@ def _variance(bins: Dataset) -> Array:
     de, da = bins.H.T
     R, C = de / da, bins.cov
     noise = C[:, 0, 0].real + np.abs(R) ** 2 * C[:, 1, 1].real - 2.0 * (R.conj() * C[:, 0, 1]).real
-    return noise + TOLERANCE**2 * np.abs(de) ** 2 + FLOOR**2 * np.abs(da) ** 2
+    variance: Array = noise + TOLERANCE**2 * np.abs(de) ** 2 + FLOOR**2 * np.abs(da) ** 2
+    return variance

@@ -24,7 +24,8 @@ class Electrical:
 
     def drive(self, f: Array) -> Complex:
         """(F,) what delay and amplifier do to every output: exp(-s tau) / (1 + s / w)."""
-        return np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
+        factor: Complex = np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
+        return factor
 
     def sensor(self, f: Array) -> Complex:
         """(F,) high-pass s / (s + w) of the sensor's capacitance and resistor; one without."""

@@ -40,7 +40,7 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 def _kind(found: h5py.Dataset) -> str:
     if "MATLAB_empty" in found.attrs or found.shape is None:
         return "empty"
-    stored = found.dtype
+    stored: np.dtype[np.generic] = found.dtype
     if stored.kind not in "iuf":
         names = stored.names or ()
         return "complex" if {"real", "imag"} <= set(names) else f"HDF5 {stored}"
@@ -48,8 +48,8 @@ def _kind(found: h5py.Dataset) -> str:
     if isinstance(declared, bytes):
         declared = declared.decode("latin-1")
     if isinstance(declared, str) and declared:
-        return declared  # text and logicals are stored as integers: only the class tells
-    return {"float64": "double", "float32": "single"}.get(stored.name, stored.name)
+        return str(declared)  # text and logicals are stored as integers: only the class tells
+    return {"float64": "double", "float32": "single"}.get(stored.name, str(stored.name))
 
 
 def _numbers(file: str, raw: bytes, name: str) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
@@ -79,9 +79,10 @@ def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
 
     def load() -> "Workbench":
         if wanted.training:
-            return import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
-        return import_module("accept.workflow.bench").open_bench(
-            wanted.spec, wanted.records, wanted.bench, wanted.folder
-        )
+            bench = import_module("accept.workflow.training").open_training(wanted.spec, wanted.seed)
+        else:
+            opening = import_module("accept.workflow.bench").open_bench
+            bench = opening(wanted.spec, wanted.records, wanted.bench, wanted.folder)
+        return cast("Workbench", bench)
 
     return load

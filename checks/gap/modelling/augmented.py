@@ -8,7 +8,8 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.fit import Free, free_of
+from checks.fitting.coordinates import Free
+from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.model.model import Model

@@ -11,8 +11,8 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Free
 from checks.gap.modelling.augmented import Augmented
 
 FIRST_DAMPING = 1e-2
@@ -116,7 +116,8 @@ class _Problem:
         self.hi = np.array([p.hi for p in free])
 
     def begin(self) -> Array:
-        return self.start / self.unit
+        x: Array = self.start / self.unit
+        return x
 
     def inside(self, x: Array) -> Array:
         return np.asarray(np.clip(x * self.unit, self.lo, self.hi) / self.unit)

@@ -75,7 +75,8 @@ class Modal:
 
     def static(self) -> Array:
         """(c,) response at rest."""
-        return -np.einsum("pc,p->c", self.residues.real, np.where(self.paired, 2.0, 1.0))
+        at_rest: Array = -np.einsum("pc,p->c", self.residues.real, np.where(self.paired, 2.0, 1.0))
+        return at_rest
 
     def poles(self) -> Complex:
         """Poles [rad/s], Im >= 0, by rising frequency; one per conjugate pair."""
@@ -95,14 +96,16 @@ class Modal:
         v = np.linalg.eigvals(self._W - np.outer(self._g, c @ self._W) / static)
         v = v[(np.abs(v) > FAST) & (v.imag <= 0.0)]
         zeros = 1.0 / v
-        return zeros[np.argsort(np.abs(zeros))]
+        rising: Complex = zeros[np.argsort(np.abs(zeros))]
+        return rising
 
     def impulse(self, t: Array) -> Array:
         """(N, c) response [per second] at t (N,) [s] >= 0 to a unit impulse; what follows at once is not in it."""
         slow = np.abs(self.mu) > FAST
         pole = 1.0 / self.mu[slow]
         weight = np.where(self.paired[slow], 2.0, 1.0)[:, None]
-        return (np.exp(np.outer(t, pole)) @ (weight * self.residues[slow] * pole[:, None])).real
+        step: Array = (np.exp(np.outer(t, pole)) @ (weight * self.residues[slow] * pole[:, None])).real
+        return step
 
     def index(self, channel: str) -> int:
         if channel not in self.channels:

@@ -134,4 +134,5 @@ def _diagonal(block: SymmetricBlock | None, P: Array) -> Array:
     if block is None:
         return np.zeros(P.shape[1])
     part = P[block.rows]
-    return np.einsum("ri,ri->i", part, block.entries @ part)
+    diagonal: Array = np.einsum("ri,ri->i", part, block.entries @ part)
+    return diagonal

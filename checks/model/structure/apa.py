@@ -62,7 +62,8 @@ def free_free_damping(K: Array, M: Array) -> Array:
     """(n, n) matrix that gives every elastic mode of the free body a damping ratio of 1 (Geradin & Rixen, 3.3)."""
     w2, modes = linalg.eigh(K, M)
     momenta = M @ modes[:, ELASTIC_FROM:]
-    return (momenta * (2.0 * np.sqrt(w2[ELASTIC_FROM:]))) @ momenta.T
+    damping: Array = (momenta * (2.0 * np.sqrt(w2[ELASTIC_FROM:]))) @ momenta.T
+    return damping
 
 
 def stiffness_across(s: Superelement, elongation: Array) -> float:

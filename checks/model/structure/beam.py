@@ -47,7 +47,8 @@ class Beams:
 def torsion_constant(width: Array, height: Array) -> Array:
     """St Venant's torsion constant [m4] of a rectangle ([ROARK02] table 10.1, case 4; within 0.5 %)."""
     a, b = np.maximum(width, height), np.minimum(width, height)
-    return a * b**3 * (1.0 / 3.0 - 0.21 * (b / a) * (1.0 - (b / a) ** 4 / 12.0))
+    constant: Array = a * b**3 * (1.0 / 3.0 - 0.21 * (b / a) * (1.0 - (b / a) ** 4 / 12.0))
+    return constant
 
 
 def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:

@@ -20,4 +20,5 @@ def suspension(f: Array, static: float, ratio: float, f_Hz: float, damping_ratio
 
     static: g0, the static gain of da [m/V] ([DESIGN] 6)."""
     x = 1j * f / f_Hz
-    return ratio * static / (x * x + 2.0 * damping_ratio * x + 1.0)
+    added: Complex = ratio * static / (x * x + 2.0 * damping_ratio * x + 1.0)
+    return added

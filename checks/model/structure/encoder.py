@@ -31,10 +31,12 @@ class Encoder:
     def reading(self, bottom: Array, top: Array) -> Array:
         """(n,) what it reads [m]: the difference in z of the points at the arm, so the ends' rotations count."""
         at = lever((self.arm[0], self.arm[1], 0.0))[2]
-        return at @ (top - bottom)
+        row: Array = at @ (top - bottom)
+        return row
 
 
 def bracket(f: Array, f_Hz: float, damping_ratio: float) -> Complex:
     """(F,) factor of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
     x = 1j * f / f_Hz
-    return 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)
+    factor: Complex = 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)
+    return factor

@@ -66,7 +66,8 @@ def _orthonormal(shapes: Array, K: Array, first: Array) -> Array:
     rest -= start @ (start.T @ rest)
     left, size, _ = np.linalg.svd(rest, full_matrices=False)
     added = left[:, size > INDEPENDENT]
-    return linalg.solve_triangular(U, np.column_stack([start, added]))
+    basis: Array = linalg.solve_triangular(U, np.column_stack([start, added]))
+    return basis
 
 
 def _congruent(T: Array, A: Array) -> Array:

@@ -48,7 +48,7 @@ class ImpactFrf:
 
     @property
     def count(self) -> int:
-        return self.F.shape[0]
+        return len(self.F)
 
     @property
     def df(self) -> float:
@@ -65,7 +65,8 @@ class ImpactFrf:
         """(M,) in 0..1."""
         cross = np.abs(np.sum(self.Y * self.F.conj(), axis=0)) ** 2
         power = np.sum(np.abs(self.F) ** 2, axis=0) * np.sum(np.abs(self.Y) ** 2, axis=0)
-        return np.divide(cross, power, out=np.zeros_like(cross), where=power > 0)
+        coherence: Array = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0)
+        return coherence
 
 
 @dataclass(frozen=True, eq=False)

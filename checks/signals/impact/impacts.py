@@ -160,7 +160,8 @@ def available(impacts: Sequence[Impact], n: int, fs: float) -> NDArray[np.intp]:
     """Samples from each impact's start to just before the next impact, or to the record's end."""
     gap = round(_RINGING_s * fs)
     starts = np.array([i.start for i in impacts])
-    return np.append(starts[1:] - gap, n) - starts
+    lengths: NDArray[np.intp] = np.append(starts[1:] - gap, n) - starts
+    return lengths
 
 
 def _too_close(impacts: Sequence[Impact], n: int, fs: float, rules: ImpactRules) -> list[Impact]:

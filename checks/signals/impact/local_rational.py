@@ -65,7 +65,8 @@ def _without_gain(residual: Complex, predicted: Complex) -> Complex:
     """Residuals (K, B) without the part that is a mere gain of the impact: it does not move a pole."""
     power = np.maximum(np.sum(np.abs(predicted) ** 2, axis=1), np.finfo(float).tiny)
     gain = np.sum(residual * predicted.conj(), axis=1) / power
-    return residual - gain[:, None] * predicted
+    rest: Complex = residual - gain[:, None] * predicted
+    return rest
 
 
 def smooth(x: Array) -> Array:
@@ -100,7 +101,8 @@ def _with_pole(local: LocalBins, q: complex, order: int) -> Complex:
 def model(z: Array, theta: Complex) -> Complex:
     """H (B,) of the unknowns (q, r, c0, c1, ...)."""
     powers = z[:, None] ** np.arange(theta.size - 2)
-    return theta[1] / (z - theta[0]) + powers @ theta[2:]
+    H: Complex = theta[1] / (z - theta[0]) + powers @ theta[2:]
+    return H
 
 
 def jacobian(z: Array, theta: Complex) -> Complex:

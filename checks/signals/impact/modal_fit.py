@@ -82,7 +82,8 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArra
     distance = max(round(_SEPARATION_Hz / frf.df), 3)
     found, _ = find_peaks(np.log10(np.maximum(magnitude, 1e-300)), prominence=_PROMINENCE, distance=distance)
     strong = (magnitude[found] > floor * magnitude.max()) & (magnitude[found] > 3.0 * noise[found])
-    return inside[found[strong & frf.driven[inside[found]]]]
+    peaks: NDArray[np.intp] = inside[found[strong & frf.driven[inside[found]]]]
+    return peaks
 
 
 def _distinct(modes: list[Mode]) -> list[Mode]:
@@ -177,8 +178,10 @@ def _damping(pole: complex) -> float:
 
 
 def _natural_moves(pole: complex, moves: Complex) -> Array:
-    return np.real(np.conj(pole) * moves) / abs(pole) / (2 * np.pi)
+    moved: Array = np.real(np.conj(pole) * moves) / abs(pole) / (2 * np.pi)
+    return moved
 
 
 def _damping_moves(pole: complex, moves: Complex) -> Array:
-    return -moves.real / abs(pole) + pole.real * np.real(np.conj(pole) * moves) / abs(pole) ** 3
+    moved: Array = -moves.real / abs(pole) + pole.real * np.real(np.conj(pole) * moves) / abs(pole) ** 3
+    return moved

@@ -41,7 +41,8 @@ class Frf:
     @property
     def var(self) -> Array:
         """(F, C) total complex variance of H."""
-        return np.einsum("fcc->fc", self.cov).real
+        diagonal: Array = np.einsum("fcc->fc", self.cov).real
+        return diagonal
 
     @property
     def usable(self) -> Mask:

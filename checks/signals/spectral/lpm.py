@@ -209,7 +209,8 @@ def _solve(spectra: Complex, bins: Bins, local: LocalRegression, floor: float) -
 
 def _power(x: Complex) -> Array:
     """(B,) sum of |x|^2 over the rows of x (m, B)."""
-    return np.einsum("mb,mb->b", x.real, x.real) + np.einsum("mb,mb->b", x.imag, x.imag)
+    power: Array = np.einsum("mb,mb->b", x.real, x.real) + np.einsum("mb,mb->b", x.imag, x.imag)
+    return power
 
 
 def _local_mean(x: Array, half: int) -> Array:

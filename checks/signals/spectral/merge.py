@@ -126,4 +126,5 @@ def _effective_nu(a: _Spread, b: _Spread, w: Array) -> Array:
     pb = (1.0 - w) ** 2 * np.where(np.isfinite(b.var), b.var, 0.0)
     spread = pa**2 / a.nu[:, None] + pb**2 / b.nu[:, None]
     nu = np.where(spread > 0.0, (pa + pb) ** 2 / np.where(spread > 0.0, spread, 1.0), np.minimum(a.nu, b.nu)[:, None])
-    return nu.min(axis=1)
+    fewest: Array = nu.min(axis=1)
+    return fewest
