@@ -105,6 +105,15 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Guide:
+    """What the technician is told at a check's step. words: two sentences; picture: lines of a drawing, at most 33
+    columns wide; "" for none."""
+
+    words: str
+    picture: str = ""
+
+
+@dataclass(frozen=True)
 class Check:
     """One acceptance check. `name` is its section in a spec, and in `unit.toml` unless `section` names another's.
 
@@ -112,6 +121,7 @@ class Check:
     be measured is present with its reason); raises NoResult when nothing could be measured.
     section : the check whose data this one reads too; its forms are then the other's.
     model : the setting that names a model; the check finds it open among its values, as `model`.
+    guide : what the workflow shows at its step; made of the declaration where there is none.
     """
 
     name: str
@@ -124,6 +134,7 @@ class Check:
     stated: tuple[str, ...] = ()  # names whose uncertainty a spec may state
     section: str | None = None
     model: str | None = None
+    guide: Guide | None = None
 
     @property
     def reads(self) -> str:

@@ -7,6 +7,7 @@ that nothing is ever judged by half of it. It can add, never replace: a name tha
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
@@ -44,6 +45,14 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
         package, version = (entry.dist.name, entry.dist.version) if entry.dist else ("unknown", "?")
         USED.append(Plugin(value.name, value, package, version))
     return found
+
+
+def packaged() -> list[tuple[str, bytes]]:
+    """Path and content of every file of the packages that bring plug-ins, but for what was compiled from them."""
+    entries = [e for group in (CHECKS, EFFECTS, INSTRUMENTS) for e in entry_points(group=group)]
+    packages = {e.dist.name: e.dist for e in entries if e.dist}
+    files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]
+    return [(str(p), Path(str(p.locate())).read_bytes()) for p in files if Path(str(p.locate())).is_file()]
 
 
 def _clash(name: str, taken: Collection[str]) -> str:

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
+from specs import plugins
 from specs.errors import AcceptError
 
 __all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]
@@ -31,6 +32,8 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
+        for words in plugins.PROBLEMS:
+            say(f"accept: {words}")
         try:
             return command(*args, **kwargs)
         except BrokenPipeError:

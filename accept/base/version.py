@@ -5,6 +5,8 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from specs.plugins import packaged
+
 PACKAGES = ("accept", "hw", "checks", "specs")
 
 
@@ -14,10 +16,13 @@ def version() -> str:
 
 @cache
 def code_sha256() -> str:
-    """Hash over every source file and built-in spec, by path and content: it changes when a verdict could."""
+    """Hash over every source file and built-in spec, by path and content, and over packages that bring plug-ins: it
+    changes when a verdict could."""
     root = Path(__file__).resolve().parents[2]
     files = sorted(p for package in PACKAGES for p in (root / package).rglob("*") if p.suffix in {".py", ".toml"})
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    for name, content in packaged():
+        digest.update(name.encode() + b"\0" + content + b"\0")
     return digest.hexdigest()

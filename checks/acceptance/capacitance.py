@@ -1,7 +1,7 @@
 """Capacitance of the sensor stack and of the two actuator stacks at 1 kHz ([STB] 2.2)."""
 
 from checks.acceptance.common.typed_value import typed_quantity
-from checks.declare import Check, Form, Scalar, Values
+from checks.declare import Check, Form, Guide, Scalar, Values
 from checks.quantity import Outcome
 from specs.spec import CheckSpec
 
@@ -10,6 +10,17 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     """The two readings of the LCR meter [uF], small signal at 1 kHz, with their stated uncertainty."""
     return Outcome(tuple(typed_quantity(values, spec, name) for name in CHECK.quantities))
 
+
+PICTURE = """\
+   LCR meter, 1 kHz
+    H ──┬────────┐
+        │  ┌─────┴─────┐
+    L ─┐│  │ 1 sensor  │
+       ││  ├───────────┤
+       │└──┤ 2 ┐ drive │ 2 and 3 in
+       └───┤ 3 ┘       │ parallel
+           └───────────┘
+   first 1 alone, then 2 with 3"""
 
 CHECK = Check(
     name="capacitance",
@@ -27,4 +38,9 @@ CHECK = Check(
     quantities=("sensor_uF", "actuator_uF"),
     measure=measure,
     stated=("sensor_uF", "actuator_uF"),
+    guide=Guide(
+        "Short the stacks for a moment, set the LCR meter to 1 kHz and measure the sensor stack alone. "
+        "Then measure the two actuator stacks in parallel.",
+        PICTURE,
+    ),
 )

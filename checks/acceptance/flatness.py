@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from checks.arrays import Array
-from checks.declare import Check, CsvTable, Form, Setting, Values, Vector
+from checks.declare import Check, CsvTable, Form, Guide, Setting, Values, Vector
 from checks.picture import Band, Heights, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from specs.spec import CheckSpec, StatedU
@@ -166,6 +166,16 @@ def _panels(x: Array, y: Array, residual: Array, half_width: float) -> dict[str,
     }
 
 
+PICTURE = """\
+   y          seen from above
+   │   ┌───────┐       ┌───────┐
+ +9┤   │ 1   2 │       │ 5   6 │
+   │   │       │  APA  │       │
+ -9┤   │ 4   3 │       │ 8   7 │
+   │   └───────┘       └───────┘
+   └────┬───┬───────────┬───┬── x
+      -29.5 -16 mm     16 29.5"""
+
 CHECK = Check(
     name="flatness",
     title="Flatness of the two interface planes",
@@ -178,4 +188,9 @@ CHECK = Check(
     measure=measure,
     settings=(Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),),
     stated=("z_um",),
+    guide=Guide(
+        "Set the part on the table and touch the 8 points in the order of the numbers, zero at point 1. "
+        "Take each height when the probe has settled; a table of points can be given instead.",
+        PICTURE,
+    ),
 )

@@ -8,7 +8,7 @@ from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V, wrong_gain
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.arrays import Array
-from checks.declare import Check, Form, Series, Setting, Values
+from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
@@ -201,6 +201,13 @@ def _panels(key: str, label: str, scale: float, loops: list[Loop]) -> dict[str, 
     }
 
 
+PICTURE = """\
+  Va      ╱╲        ╱╲
+     ╱╲  ╱  ╲  ╱╲  ╱  ╲
+  ──╱──╲╱────╲╱──╲╱────╲── t
+   slow sines, growing amplitude
+   record t, Va, de (and Vs)"""
+
 CHECK = Check(
     name="hysteresis",
     title="Hysteresis under slow sines",
@@ -231,4 +238,9 @@ CHECK = Check(
         Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de"),
     ),
     stated=("hysteresis_percent",),
+    guide=Guide(
+        "Drive with slow sines of growing amplitude and record voltage and encoder. "
+        "Leave the bench alone while it runs.",
+        PICTURE,
+    ),
 )

@@ -8,7 +8,7 @@ answer give none: missing bands, turned channels, a model that does not explain 
 import numpy as np
 
 from checks.acceptance.responses import check
-from checks.declare import Check, Measured, Setting, Values
+from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.misalignment.estimate import CHANNELS, estimate, of_damping, with_payload
@@ -91,4 +91,8 @@ CHECK = Check(
     settings=(Setting("model", "strut", "built-in model or TOML file of the strut to compare with"),),
     section=check.CHECK.name,
     model="model",
+    guide=Guide(
+        "Nothing is measured here: the ratio of encoder to interferometer in the records of the frequency responses is "
+        "held against a model, which takes some seconds. It tells how far the APA sits beside the joints' axis.",
+    ),
 )

@@ -10,7 +10,7 @@ from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.acceptance.responses.rules import LOOKS
 from checks.arrays import Array
-from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
+from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
@@ -188,6 +188,14 @@ def _frf(record: Record, top_Hz: float) -> tuple[Array, Array]:
 
 
 _CHANNELS = {"t": "s", "Va": "V", "Vs": "V"}
+PICTURE = """\
+   sensor stack
+     ├───┬──────── ADC (Vs)
+    ═╪═ ┌┴┐
+     │  │R│ 80.6 kOhm
+     │  └┬┘ 1 with R
+     └───┴── 0 V   2 without"""
+
 CHECK = Check(
     name="sensor_highpass",
     title="High-pass of the sensor stack and its resistor",
@@ -216,4 +224,9 @@ CHECK = Check(
         Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to"),
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),
+    guide=Guide(
+        "Record the slow sweep with the resistor across the sensor stack, then without it. "
+        "Read the resistor's value from its label or a meter.",
+        PICTURE,
+    ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 from checks.acceptance import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.stated_uncertainty import stated
-from checks.declare import Check, Form, Series, Setting, Values
+from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.impact.hammer import HammerTest, ImpactFrf, analyse
@@ -231,6 +231,16 @@ SETTINGS = (
     Setting("lowest_Hz", 60.0, "modes are searched from here"),
     Setting("highest_Hz", 2000.0, "to here"),
 )
+PICTURE = """\
+  side view           from above
+      ┌───┐          ┌──────────┐
+ hit ▶│top│◀ o       │  hit ● top
+  ┌───┴───┴───┐      │          │
+  │    APA    │   ▶ hit left    │
+  └───┬───┬───┘      └──────────┘
+   ═══╧═══╧═══       o vibrometer
+   10 single hits, no double hits"""
+
 CHECK = Check(
     name="spurious_modes",
     title="Spurious modes: bending and torsion, by hammer",
@@ -256,4 +266,9 @@ CHECK = Check(
     measure=measure,
     settings=SETTINGS,
     stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),
+    guide=Guide(
+        "Hit with the hammer where the drawing shows, about ten single hits a record, vibrometer on the other side. "
+        "Let it ring out between hits; a double hit must be repeated.",
+        PICTURE,
+    ),
 )

@@ -8,7 +8,7 @@ import numpy as np
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.arrays import Array
-from checks.declare import Check, Form, Measured, Scalar, Series, Setting, Values
+from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
@@ -240,6 +240,15 @@ def _panels(key: str, f: Deflection) -> dict[str, Panel]:
 
 
 _CHANNELS = {"t": "s", "de": "m"}
+PICTURE = """\
+      6.4 kg  ┌───┐  on at 15 s
+              │ m │  off at 22 s
+            ┌─┴───┴─┐
+            │payload│
+            └─┬───┬─┘
+   encoder ─▶ │APA│
+            ──┴───┴──  granite"""
+
 CHECK = Check(
     name="stiffness",
     title="Axial stiffness from an added mass",
@@ -270,4 +279,9 @@ CHECK = Check(
         ),
     ),
     stated=("k_N_per_um", "mass_kg", "de_um"),
+    guide=Guide(
+        "Record the encoder while the mass is set on at about 15 s and taken off at about 22 s, amplifier connected. "
+        "Repeat with open stacks, and weigh the mass.",
+        PICTURE,
+    ),
 )

@@ -10,7 +10,7 @@ from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
 from checks.acceptance.common.stated_uncertainty import stated, with_stated
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.arrays import Array
-from checks.declare import Check, Form, Scalar, Series, Setting, Values
+from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
 from checks.picture import Item, Line, Mark, Panel
 from checks.quantity import Contribution, NoResult, Outcome, Quantity
 from checks.record import Record
@@ -246,6 +246,15 @@ def _panels(found: dict[str, Stroke], wanted: Range) -> dict[str, Panel]:
 
 
 _CHANNELS = {"t": "s", "V": "V", "d": "m"}
+PICTURE = """\
+      ▼ gauge
+   ┌──┴──┐    record 1   record 2
+   │ top │    1 ─ amp    1 ─ short
+ ┌─┴─────┴─┐  2 ─ short  2 ┐ amp
+ │ 1  2  3 │  3 ─ short  3 ┘
+ └─┬─────┬─┘
+   └─────┘      -20 V ... 150 V"""
+
 CHECK = Check(
     name="stroke",
     title="Stroke of the three stacks, -20 V to 150 V",
@@ -278,4 +287,9 @@ CHECK = Check(
         Setting("stroke_max_um", MAX_UM, "stroke of three stacks above which the data, not the unit, must be wrong"),
     ),
     stated=("stroke_um", "d_um"),
+    guide=Guide(
+        "Drive one stack from -20 V to 150 V and back while the gauge reads the top, then the two others. "
+        "Give both records, or the stroke of all three as one number.",
+        PICTURE,
+    ),
 )

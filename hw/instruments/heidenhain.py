@@ -14,6 +14,7 @@ from typing import Annotated
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange, WrongInstrument
+from hw.instruments.driver import serial_driver
 from hw.instruments.length import METRES, LengthInstrument, LengthSettings
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import text_of
@@ -131,3 +132,6 @@ def parse_frame(who: str, line: bytes, settings: HeidenhainSettings) -> float:
         raise Implausible(f"{who}: {line!r} is not the actual value (series status {found['series']!r})")
     metres = float(found["number"]) * METRES[UNITS[found["unit"]]] * (-1.0 if found["sign"] == "-" else 1.0)
     return settings.plausible(who, line, metres)
+
+
+DRIVER = serial_driver(Heidenhain, HeidenhainSettings, "nd287", "nd281b")

@@ -18,6 +18,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange
+from hw.instruments.driver import serial_driver
 from hw.instruments.lcr800_commands import QUESTIONS, ZEROINGS, setting
 from hw.instruments.reading import Identity, Reading
 from hw.instruments.serial_instrument import Seconds, SerialInstrument, SerialSettings, text_of
@@ -225,3 +226,6 @@ def _number(who: str, line: bytes, field: str, width: int, digits: int) -> float
         words = f"{width} characters with {digits} digits"
         raise Garbled(f"{who}: {line!r} has the number field {field!r}, expected {words}")
     return float(field)
+
+
+DRIVER = serial_driver(Lcr800, Lcr800Settings, "lcr800")

@@ -11,7 +11,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, SettingsError
+from hw.instruments.driver import Ask, Driver, Instrument, settings_of
 from hw.instruments.reading import Identity, Reading
+from specs.bench import InstrumentEntry
 from specs.strict import Strict
 
 UNITS = {
@@ -78,3 +80,10 @@ def parse_typed(who: str, typed: str, settings: ManualSettings, unit: str) -> fl
         ends = f"{settings.range[0]:g} to {settings.range[1]:g} {settings.unit}"
         raise Implausible(f"{who}: {typed.strip()} is outside {ends}, the range in the bench file")
     return value
+
+
+def _open(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
+    return Manual(name, settings_of(name, ManualSettings, entry), ask, entry.model, entry.serial)
+
+
+DRIVER = Driver(("manual",), _open)

@@ -119,7 +119,7 @@ def _timed(what: Callable[[], T]) -> tuple[T, str]:
 
 
 def _shown(reading: Reading) -> str:
-    scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}[reading.unit]
+    scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(reading.unit, (1.0, reading.unit))
     return f"{reading.value * scale:.4f} {unit}" + "".join(f", {k} {v:g}" for k, v in reading.more.items())
 
 

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from accept.workflow.steps.guides import Guide, guide_of
+from accept.workflow.steps.guides import guide_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, CsvTable, Form, Input, Scalar, Series
+from checks.declare import Check, CsvTable, Form, Guide, Input, Scalar, Series
 from specs import CheckSpec, Spec
 
 

@@ -38,7 +38,7 @@ from checks.acceptance.responses.rules import (
     vet_scales,
     vet_signs,
 )
-from checks.declare import Check, Form, Measured, Scalar, Series, Values
+from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Values
 from checks.errors import RecordError
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.record import Record
@@ -242,6 +242,17 @@ def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | s
 
 _ALL = {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"}
 _BARE = {"t": "s", "Va": "V", "Vs": "V", "da": "m"}
+PICTURE = """\
+        da interferometer
+             ▼
+         ┌───────┐ payload
+         └─┬───┬─┘
+     de ─▶ │   │ ── Vs sensor stack
+   encoder │   │ ◀─ Va x 20 drive
+         ──┴───┴──
+    low record    | high record
+    ... 350 Hz    | 350 Hz ..."""
+
 CHECK = Check(
     name="frf",
     title="Frequency responses: axial resonance, zero of Vs, gains, spurious modes",
@@ -287,5 +298,10 @@ CHECK = Check(
         "mass_line_um_per_V",
         "payload_kg",
         *gains.CONSTANTS,
+    ),
+    guide=Guide(
+        "Fix the payload, then record the low excitation up to 350 Hz and the high one above it. "
+        "Keep hands off the bench, and give a second realisation where there is one.",
+        PICTURE,
     ),
 )

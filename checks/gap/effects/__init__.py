@@ -63,7 +63,6 @@ def effect_problem(effect: Any) -> str:
 
 
 EFFECTS: dict[str, Effect] = {module.EFFECT.name: module.EFFECT for module in _OWN}
-EFFECTS |= plugins.plugins(plugins.EFFECTS, effect_problem, EFFECTS)
 
 
 def effect_named(name: str) -> Effect:
@@ -86,3 +85,5 @@ def with_effects(model: Model, effects: Sequence[tuple[str, Mapping[str, float]]
 
 
 __all__ = ["EFFECTS", "Effect", "Parameter", "effect_named", "with_effects"]
+
+EFFECTS |= plugins.plugins(plugins.EFFECTS, effect_problem, EFFECTS)

@@ -44,6 +44,19 @@ class TestLibrary:
         files = {p.stem for p in Path(library.__file__).parent.glob("*.py")} - {"__init__"}
         assert files == set(EFFECTS)
 
+    def test_no_effect_is_known_by_name_outside_its_file(self) -> None:
+        root = Path(library.__file__).parents[3]
+        files = [p for package in ("accept", "checks", "hw", "specs") for p in (root / package).rglob("*.py")]
+        compared = []
+        for path in (p for p in files if p.parent != Path(library.__file__).parent):
+            for node in ast.walk(ast.parse(path.read_text())):
+                if isinstance(node, ast.Compare):
+                    words = [c.value for part in ast.walk(node) if isinstance(c := part, ast.Constant)]
+                    compared += [
+                        f"{path.name}:{node.lineno}: {w}" for w in words if isinstance(w, str) and w in EFFECTS
+                    ]
+        assert compared == []
+
     @pytest.mark.parametrize("name", sorted(EFFECTS))
     def test_declares_itself(self, name: str) -> None:
         effect = EFFECTS[name]

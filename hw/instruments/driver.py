@@ -1,0 +1,74 @@
+"""What a driver is: its names in a bench file, and how it is made of an entry there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from pydantic import ValidationError
+
+from hw.errors import SettingsError
+from hw.instruments.reading import Identity, Reading
+from hw.link import Link
+from hw.serial_port import LineSettings
+from specs.bench import InstrumentEntry
+from specs.strict import Strict, problem_line
+
+Ask = Callable[[str], str]
+S = TypeVar("S", bound=Strict)
+
+
+class Instrument(Protocol):
+    """What capture and `accept hw test` need of any driver. link: None where there is no wire."""
+
+    name: str
+    model: str | None
+    serial: str | None
+    unit: str
+    reminders: tuple[str, ...]
+
+    @property
+    def link(self) -> Link | None: ...
+    def connect(self) -> Identity: ...
+    def read(self) -> Reading: ...
+    def close(self) -> None: ...
+
+
+Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
+
+
+@dataclass(frozen=True)
+class Driver:
+    """names: as `driver` in a bench file. open: (name in the bench file, entry, ask a person) -> instrument; the port
+    is opened by its first use; raises SettingsError."""
+
+    names: tuple[str, ...]
+    open: Opener
+
+    @property
+    def name(self) -> str:
+        return self.names[0]
+
+
+def serial_driver(driver: Callable[..., Instrument], settings: type[Strict], *names: str) -> Driver:
+    """A driver on a serial line: all of them are made alike."""
+
+    def opened(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
+        return driver(name, link_of(name, entry), settings_of(name, settings, entry), entry.model, entry.serial)
+
+    return Driver(names, opened)
+
+
+def link_of(name: str, entry: InstrumentEntry) -> Link:
+    """The line that an entry describes. Raises SettingsError."""
+    if entry.link is None:
+        raise SettingsError(f"{name}: [instruments.{name}.link] is missing: port, baud, data_bits, parity...")
+    return Link(LineSettings(**entry.link.model_dump()))
+
+
+def settings_of(name: str, kind: type[S], entry: InstrumentEntry) -> S:
+    """An entry's settings, of the driver's own kind. Raises SettingsError."""
+    try:
+        return kind.model_validate(entry.settings)
+    except ValidationError as e:
+        problems = "; ".join(problem_line(problem) for problem in e.errors())
+        raise SettingsError(f"{name}: [instruments.{name}.settings] {problems}") from e

@@ -1,0 +1,1 @@
+"""What another lab adds to accept: an effect, a check, an instrument."""
