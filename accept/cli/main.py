@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from accept.base.exit_codes import Exit
+from accept.base.fault_log import log_crashes
 from accept.cli.excite import app as excite_app
 from accept.cli.frf import compare, frf
 from accept.cli.gap import gap
@@ -219,6 +220,7 @@ def run_workflow(
 
 def main() -> None:
     """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
+    log_crashes()
     try:
         app()
     except BrokenPipeError:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.text import REFUSED
@@ -121,9 +122,8 @@ def _analysed(folder: UnitFolder, start: StartModel, say: Say) -> analyse_unit.G
     except NO_ANSWER:
         raise
     except Exception as e:
-        raise GapRefused(
-            f"the workflow stopped on an internal error ({type(e).__name__}: {e}); please report it"
-        ) from e
+        log_fault(f"{folder.serial}: gap analysis", e)
+        raise GapRefused(f"the workflow stopped on an internal error ({type(e).__name__}: {e}); {PLEASE_REPORT}") from e
 
 
 def _sha256(model: str) -> str | None:

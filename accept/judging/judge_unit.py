@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 
+from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
@@ -121,7 +122,8 @@ def _measure(
     except (NoResult, RecordError):
         raise
     except Exception as e:
-        raise NoResult(f"the check stopped on an internal error ({type(e).__name__}: {e}); please report it") from e
+        log_fault(f"{unit.serial}: judging {check.name}", e)
+        raise NoResult(f"the check stopped on an internal error ({type(e).__name__}: {e}); {PLEASE_REPORT}") from e
 
 
 def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:

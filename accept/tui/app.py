@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App
 from textual.binding import Binding, BindingType
 
+from accept.base.fault_log import log_fault
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen
 
@@ -41,6 +42,10 @@ class BenchApp(App[None]):
 
     def on_mount(self) -> None:
         self.show_start()
+
+    def _handle_exception(self, error: Exception) -> None:
+        log_fault("a screen of accept run", error)  # textual shows it when the screens are gone
+        super()._handle_exception(error)
 
     def show_start(self) -> None:
         """The start screen, with what is proposed for the next unit."""

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from accept.base.fault_log import PLEASE_REPORT
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.port import InstrumentPort, reading
 from checks.declare import Measured
@@ -11,7 +12,7 @@ from hw.errors import InstrumentError
 
 EVERY_S = 0.3  # a person reads no faster, and a settled reading takes longer than that on most instruments
 AFTER_ERROR_S = 1.0
-BROKEN = "the live value has stopped on an internal error; please report it"
+BROKEN = "the live value has stopped on an internal error; " + PLEASE_REPORT
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import threading
 import traceback
 from typing import Any, BinaryIO
 
+from accept.base.fault_log import log_fault
 from accept.workflow.worker import judging  # noqa: F401 - while nobody waits: to import the physics takes a second
 from accept.workflow.worker.process import BROKEN, DONE, REFUSED, SAID
 
@@ -28,7 +29,8 @@ def _answer(answers: BinaryIO, work: Any, given: tuple[Any, ...], expected: tupl
         _send(answers, DONE, work(lambda words: _send(answers, SAID, words), *given))
     except expected as e:
         _send(answers, REFUSED, " ".join(str(e).split()))
-    except BaseException:
+    except BaseException as e:
+        log_fault("the worker process", e)
         _send(answers, BROKEN, traceback.format_exc())
         raise
 
