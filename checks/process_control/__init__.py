@@ -1,0 +1,1 @@
+"""Statistics of many units: control charts, capability, gauge studies, matching."""
