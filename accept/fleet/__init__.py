@@ -1,0 +1,1 @@
+"""Questions over many units, benches and months: history, yield, trends, golden units, sets that fit together."""

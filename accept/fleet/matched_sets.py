@@ -1,0 +1,64 @@
+"""Which accepted units fit into one machine."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from accept.fleet.measurements import FleetError, latest
+from checks.arrays import Array
+from checks.process_control.matching import Matched, ideal_replacement, match
+
+DEFAULT = {"strut": ("axial_resonance_Hz", "ga_N_per_V", "dx_um", "dy_um"), "apa": ("k_closed_N_per_um", "stroke_um")}
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Units to choose from: serials (N,), values (N, Q) of `quantities` in `units`, U (Q,) the median of each."""
+
+    serials: tuple[str, ...]
+    quantities: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Array
+    U: Array
+    left_out: tuple[str, ...]
+
+
+def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
+    """The accepted units of a kind by their last judgement. Raises FleetError for a quantity that none of them has."""
+    last = latest(frame)
+    accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
+    if accepted.empty:
+        raise FleetError(f"no accepted unit of kind {kind} in the store")
+    wide = accepted.pivot_table(index="serial", columns="quantity", values="value", aggfunc="last")
+    missing = [name for name in by if name not in wide.columns]
+    if missing:
+        raise FleetError(f"no accepted {kind} has {', '.join(missing)}; there are: {', '.join(map(str, wide.columns))}")
+    whole = wide[list(by)].dropna()
+    spread = [accepted[accepted["quantity"] == name] for name in by]
+    U = np.array([rows["U"].median() for rows in spread])
+    unknown = [name for name, u in zip(by, U, strict=True) if not (np.isfinite(u) and u > 0)]
+    if unknown:
+        raise FleetError(f"{', '.join(unknown)}: no uncertainty is known, so widths cannot be compared")
+    units = tuple(str(rows["unit"].iloc[0]) for rows in spread)
+    left = tuple(sorted(set(wide.index) - set(whole.index)))
+    return Pool(tuple(map(str, whole.index)), tuple(by), units, whole.to_numpy(dtype=float), U, left)
+
+
+def choose(units: Pool, size: int, sets: int) -> Matched:
+    """Sets of `size`, the best first. Raises FleetError where there are too few units."""
+    try:
+        return match(units.values, units.U, size, sets)
+    except ValueError as e:
+        raise FleetError(str(e)) from e
+
+
+def advice(units: Pool, members: Sequence[int], cost: float) -> str:
+    """What one more unit would have to be to make the set better."""
+    worst, then, lo, hi = ideal_replacement(units.values, units.U, members)
+    wanted = ", ".join(
+        f"{name} {a:.5g} to {b:.5g} {unit}"
+        for name, unit, a, b in zip(units.quantities, units.units, lo, hi, strict=True)
+    )
+    return f"one more unit with {wanted} in place of {units.serials[worst]} lowers the cost from {cost:.3g} to {then:.3g}"
