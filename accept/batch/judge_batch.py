@@ -22,6 +22,7 @@ from accept.batch.worker import Job, Outcome, judge
 from accept.certificate import events
 from accept.certificate.certify import certify
 from accept.certificate.keys import Credential
+from accept.fleet import golden
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
@@ -150,6 +151,11 @@ def _readable(
             where = one.path / unit_folder.UNIT_FILE
             reason = f"{where}: serial = '{one.serial}' is also that of {others}; serials must be unique"
             _refuse(one.path, reason, store, order, report, say)
+            continue
+        try:
+            golden.may_judge(store, one.serial)
+        except golden.BenchStopped as e:
+            _refuse(one.path, str(e), store, order, report, say)
         else:
             yield one
 

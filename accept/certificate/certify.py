@@ -12,6 +12,7 @@ from accept.base.atomic_files import write_atomic
 from accept.certificate import events
 from accept.certificate.examine import JudgedUnit
 from accept.certificate.keys import Credential
+from accept.fleet import golden
 from accept.store import Store
 from specs import Spec
 
@@ -28,8 +29,9 @@ def certify(
     """Store the verdict unless it is `stored`; write its certificate, where one was drawn, to `path`, signed where
     there is a credential, and store that it was. who: signs, where that is not the operator who judged.
 
-    Raises StoreError, SigningRefused, OSError."""
+    Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
     if not stored:
+        golden.may_judge(store, judged.result.serial)
         events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
     if judged.unsigned is None:
         return

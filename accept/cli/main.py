@@ -8,6 +8,7 @@ import typer
 from accept.base.exit_codes import Exit
 from accept.base.fault_log import log_crashes
 from accept.cli.excite import app as excite_app
+from accept.cli.fleet import first_pass, gauge_study, golden_app, history, list_units, match, rejudge, trend
 from accept.cli.frf import compare, frf
 from accept.cli.gap import gap
 from accept.cli.hw import app as hw_app
@@ -36,9 +37,17 @@ app.add_typer(model_app, name="model")
 app.add_typer(lookup_app, name="lookup")
 app.add_typer(simulate_app, name="simulate")
 app.add_typer(hw_app, name="hw")
+app.add_typer(golden_app, name="golden")
 
 app.command()(frf)
 app.command()(compare)
+app.command()(history)
+app.command("list")(list_units)
+app.command("yield")(first_pass)
+app.command()(trend)
+app.command("rr")(gauge_study)
+app.command()(rejudge)
+app.command()(match)
 app.command()(recall)
 app.command()(gap)
 app.command()(misalign)

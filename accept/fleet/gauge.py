@@ -47,11 +47,12 @@ def crossed(frame: pd.DataFrame) -> Array:
         have = f"{counts.shape[0]} part(s) and {counts.shape[1]} operator(s)"
         raise FleetError(f"a crossed study needs two or more parts and operators, this has {have}")
     repeats = int(counts.to_numpy().max())
-    uneven = [(part, who) for part in counts.index for who in counts.columns if counts.at[part, who] != repeats]
-    if uneven:
-        part, who = uneven[0]
+    uneven = np.argwhere(counts.to_numpy() != repeats)
+    if len(uneven):
+        i, k = uneven[0]
+        part, who = list(map(str, counts.index))[i], list(map(str, counts.columns))[k]
         raise FleetError(
-            f"part {part} was measured {counts.at[part, who]} times by {who}, others {repeats} times: "
+            f"part {part} was measured {counts.to_numpy()[i, k]} times by {who}, others {repeats} times: "
             "every operator must measure every part equally often"
         )
     ordered = frame.sort_values(["part", "operator"], kind="stable")

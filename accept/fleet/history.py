@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-SIGNIFICANT = 1.0  # En above one: the two results disagree (ISO 13528:2022, 9.7; U with k = 2)
+SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U with k = 2)
 
 
 def changes(frame: pd.DataFrame) -> pd.DataFrame:

@@ -61,4 +61,6 @@ def advice(units: Pool, members: Sequence[int], cost: float) -> str:
         f"{name} {a:.5g} to {b:.5g} {unit}"
         for name, unit, a, b in zip(units.quantities, units.units, lo, hi, strict=True)
     )
-    return f"one more unit with {wanted} in place of {units.serials[worst]} lowers the cost from {cost:.3g} to {then:.3g}"
+    return (
+        f"one more unit with {wanted} in place of {units.serials[worst]} lowers the cost from {cost:.3g} to {then:.3g}"
+    )

@@ -24,7 +24,7 @@ class FleetError(AcceptError, ValueError):
 def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
     """One row per finding of every judgement, columns `COLUMNS`, in the order of the store. Raises StoreError.
 
-    attempt: how often the serial was judged up to then. bench: the bench file's name where the unit was judged with one.
+    attempt: how often the serial was judged up to then. bench: name of the bench file, where one was used.
     """
     frame = pd.DataFrame(rows(store.events(serial, "unit_judged")), columns=COLUMNS)
     frame["time"] = pd.to_datetime(frame["time"], utc=True, format="ISO8601")
@@ -64,8 +64,8 @@ def attempts(frame: pd.DataFrame) -> pd.DataFrame:
     """One row per judgement: seq, time, operator, bench, serial, kind, attempt, unit_verdict, spec and its causes."""
     common = COLUMNS[:9]
     bad = frame[frame["verdict"] != "pass"]
-    causes = bad.groupby("seq")["quantity"].agg(lambda names: ", ".join(dict.fromkeys(names)))
-    return frame.drop_duplicates("seq")[common].assign(causes=lambda f: f["seq"].map(causes).fillna(""))
+    causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
+    return frame.drop_duplicates("seq")[common].assign(causes=lambda f: [causes.get(seq, "") for seq in f["seq"]])
 
 
 def latest(frame: pd.DataFrame) -> pd.DataFrame:

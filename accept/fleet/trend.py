@@ -9,7 +9,7 @@ import pandas as pd
 from accept.fleet.measurements import FleetError, of_quantity
 from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, capability
-from checks.process_control.control_chart import LEAST, RULES, Chart, chart
+from checks.process_control.control_chart import LEAST, ROUTINE, RULES, Chart, chart
 
 BY = ("all", "bench", "operator", "kind", "spec")
 
@@ -64,17 +64,26 @@ def _trend(name: str, quantity: str, rows: pd.DataFrame) -> Trend:
 
 
 def alarms(trend: Trend) -> Iterator[tuple[str, str]]:
-    """(serial, words) of every alarm, in the order of the units; the weighted mean only where it leaves its limits."""
+    """(serial, words) of every alarm, in the order of the units: Nelson's routine rules, and the weighted mean where it
+    leaves its limits."""
     if trend.chart is None:
         return
     serials = trend.rows["serial"].to_numpy()
-    found = [(int(i), f"rule {rule}: {RULES[rule]}") for rule, at in trend.chart.alarms.items() for i in at]
+    routine = {rule: at for rule, at in trend.chart.alarms.items() if rule in ROUTINE}
+    found = [(int(i), f"rule {rule}: {RULES[rule]}") for rule, at in routine.items() for i in at]
     inside = np.zeros(serials.size + 1, dtype=bool)
     inside[1:] = np.isin(np.arange(serials.size), trend.chart.ewma_alarms)
     entered = np.flatnonzero(inside[1:] & ~inside[:-1])
     found += [(int(i), "the weighted mean (EWMA) leaves its limits") for i in entered]
     for i, words in sorted(found):
         yield str(serials[i]), words
+
+
+def hints(trend: Trend) -> dict[str, int]:
+    """How often the rules rang that are no alarm by themselves."""
+    if trend.chart is None:
+        return {}
+    return {f"rule {r}: {RULES[r]}": at.size for r, at in trend.chart.alarms.items() if r not in ROUTINE}
 
 
 def panel(trend: Trend) -> Panel:

@@ -18,17 +18,17 @@ def yields(frame: pd.DataFrame, by: str) -> pd.DataFrame:
     judged = attempts(frame).assign(month=lambda f: f["time"].dt.strftime("%Y-%m"))
     first = judged.sort_values("seq").drop_duplicates("serial")
     last = judged.sort_values("seq").drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"]
-    units = first.assign(
-        first=first["unit_verdict"] == "accepted", finally_=first["serial"].map(last).eq("accepted")
+    units = first.assign(first=first["unit_verdict"] == "accepted", finally_=first["serial"].map(last).eq("accepted"))
+    grouped = units.groupby(by, sort=True).agg(
+        units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum")
     )
-    grouped = units.groupby(by, sort=True).agg(units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum"))
     lo, hi = wilson(grouped["first"].to_numpy(), grouped["units"].to_numpy())
     share = grouped["first"] / grouped["units"]
     return grouped.assign(first_pass=share, lo=lo, hi=hi).reset_index()
 
 
 def pareto(frame: pd.DataFrame) -> pd.DataFrame:
-    """What stopped units at their first attempt: check, quantity, verdict and number of units, the most frequent first."""
+    """What stopped units at their first attempt: check, quantity, verdict, number of units; the most frequent first."""
     first = frame[frame["attempt"] == 1]
     bad = first[first["verdict"] != "pass"]
     counted = bad.groupby(["check", "quantity", "verdict"])["serial"].nunique().rename("units").reset_index()
@@ -37,7 +37,7 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Interval of a share by Wilson's score (JASA 22, 1927)."""
+    """Interval of a share by Wilson's score ([Wilson])."""
     z = float(ndtri(0.5 + CONFIDENCE / 2.0))
     n = np.maximum(of, 1).astype(float)
     p = hits / n

@@ -40,9 +40,9 @@ def match(values: Array, U: Array, size: int, sets: int = 1, time_limit_s: float
         raise ValueError(f"{x.shape[0]} units are too few for {sets} set(s) of {size}")
     scaled = (x - x.mean(axis=0)) / widths
     answer = _solve(scaled, size, sets, time_limit_s)
-    chosen = tuple(sorted((tuple(np.flatnonzero(row)) for row in answer[0]), key=lambda s: cost(scaled, s)))
-    costs = tuple(cost(scaled, s) for s in chosen)
-    return Matched(tuple(tuple(int(i) for i in s) for s in chosen), costs, answer[1], answer[2])
+    members = [tuple(int(i) for i in np.flatnonzero(row)) for row in answer[0]]
+    chosen = tuple(sorted(members, key=lambda s: cost(scaled, s)))
+    return Matched(chosen, tuple(cost(scaled, s) for s in chosen), answer[1], answer[2])
 
 
 def cost(scaled: Array, members: Sequence[int]) -> float:

@@ -18,8 +18,8 @@ def test_it_is_the_nearest_limit_in_three_sigmas():
 
 
 def test_its_interval_covers():
-    """1000 samples of 30 from a process with Cpk 1.2: 95 % within the 99.9 % binomial band, widened by 1 % for Bissell's
-    approximation (it is known to be a little short for small samples)."""
+    """1000 samples of 30 from a process with Cpk 1.2: 95 % within the 99.9 % binomial band, widened by 1 % for
+    Bissell's approximation (it is known to be a little short for small samples)."""
     rng = np.random.default_rng(3)
     hits = sum((c := capability(rng.standard_normal(30), -3.6, 5.0)).lo <= 1.2 <= c.hi for _ in range(1000))
     assert 917 <= hits <= 975

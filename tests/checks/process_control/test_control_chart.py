@@ -7,7 +7,7 @@ from checks.process_control.control_chart import LEAST, RULES, chart, nelson
 
 
 def test_limits_are_those_of_the_textbook():
-    """Loan processing costs of 20 weeks (Montgomery, Statistical Quality Control, 7th ed., example 6.5): mean 300.5,
+    """Loan processing costs of 20 weeks ([Montgomery] example 6.5): mean 300.5,
     mean moving range 7.79, limits 279.78 and 321.22 (the book rounds)."""
     costs = [310, 288, 297, 298, 307, 303, 294, 297, 308, 306, 294, 299, 297, 299, 314, 295, 293, 306, 301, 304]
     made = chart(np.array(costs, dtype=float))
@@ -40,9 +40,9 @@ def test_each_rule_rings_at_the_value_that_completes_it(rule):
 
 
 def test_a_process_in_control_rarely_rings_and_a_shift_is_seen():
-    """Rule 1: 0.27 % of normal values, binomial band of 20,000. EWMA: a shift of one sigma is seen after
-    about ten values on average (Montgomery, table 9.11), so after thirty it is still unseen in about (1 - 1/9)^27 = 4 %;
-    the 99.9 % band of 100 such shifts reaches to 11."""
+    """Rule 1: 0.27 % of normal values, binomial band of 20,000. EWMA: a shift of one sigma is seen after about ten values
+    on average ([Montgomery] table 9.11), so after thirty it is unseen in about (1 - 1/9)^27 = 4 %; the 99.9 % band of 100
+    such shifts reaches to 11."""
     rng = np.random.default_rng(5)
     z = rng.standard_normal(20_000)
     assert 30 < nelson(z)[1].size < 80  # 54 expected, sd 7.3
@@ -54,7 +54,7 @@ def test_a_process_in_control_rarely_rings_and_a_shift_is_seen():
 
 
 def test_false_alarms_of_the_weighted_mean_are_as_rare_as_stated():
-    """Run length 500: among 40 runs of 1000 values, about two runs of alarms each; far fewer would mean wrong limits."""
+    """Run length 500: the mean of 60 runs until their first alarm; limits that are wrong by 5 % halve or double it."""
     rng = np.random.default_rng(6)
     first = [chart(rng.standard_normal(3000)).ewma_alarms for _ in range(60)]
     lengths = [a[0] if a.size else 3000 for a in first]

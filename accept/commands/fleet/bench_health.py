@@ -1,0 +1,96 @@
+"""`accept rr` and `accept golden`: is the measurement itself sound."""
+
+import datetime
+from pathlib import Path
+
+import pandas as pd
+
+from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.exit_codes import Exit
+from accept.commands.fleet.questions import Choice
+from accept.commands.fleet.tables import Outputs, show
+from accept.fleet import gauge, golden
+from accept.fleet.measurements import FleetError, measurements, of_quantity
+from accept.store import open_store
+
+GOOD, USABLE = 10.0, 30.0  # percent of the study ([AIAG-MSA] chapter II)
+
+
+@clear_errors
+def gauge_study(
+    table: Path | None, quantity: str | None, choice: Choice, tolerance: float | None, outputs: Outputs
+) -> Exit:
+    """A crossed gauge study from a table, or from repeated judgements in the store. Exit 4 above 30 % of the study."""
+    outputs.check()
+    if (table is None) == (quantity is None):
+        raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
+    if table is not None:
+        frame = gauge.read_table(table)
+    else:
+        with open_store() as store:
+            frame = gauge.from_store(of_quantity(choice.of(measurements(store)), str(quantity)))
+    found = gauge.study(frame)
+    parts = {
+        "repeatability": found.repeatability,
+        "reproducibility": found.reproducibility,
+        "gauge R&R": found.gauge,
+        "parts": found.parts,
+        "total": found.total,
+    }
+    rows = pd.DataFrame(
+        [(name, sigma, 100.0 * sigma / found.total) for name, sigma in parts.items()],
+        columns=["source", "sigma", "percent_of_study"],
+    )
+    show(rows, "gauge study, crossed, by analysis of variance", {"percent_of_study": "{:.1f}"})
+    interaction = "significant" if found.interaction > 0 else "not significant, pooled with the repeats"
+    stdout.print(f"operators x parts: {interaction} (p = {found.p_interaction:.3g})")
+    stdout.print(f"distinct categories: {found.distinct_categories}")
+    if tolerance is not None:
+        stdout.print(f"gauge R&R: {found.percent_of_tolerance(tolerance):.1f} % of the tolerance")
+    U = gauge.expanded_uncertainty(found)
+    stdout.print(
+        f"for a spec: U = {U:.3g} (k = 2, without calibration), source = 'gauge study of {len(frame)} readings'"
+    )
+    outputs.write(rows)
+    verdict = (
+        "good" if found.percent_of_study <= GOOD else "usable" if found.percent_of_study <= USABLE else "not usable"
+    )
+    stdout.print(f"the measurement is {verdict}: {found.percent_of_study:.1f} % of the study")
+    return Exit.INCOMPLETE if verdict == "not usable" else Exit.ACCEPTED
+
+
+@clear_errors
+def golden_name(serial: str, expect: str, operator: str | None) -> Exit:
+    """Make a judged unit a golden one."""
+    with open_store() as store:
+        golden.name_golden(store, serial, expect, operator_name(operator))
+    say(f"{serial} is a golden unit, expected {expect}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def golden_check(hours: float, operator: str | None) -> Exit:
+    """Compare the golden units of this shift with their history. Exit 3 where one is missed, 4 where one is missing."""
+    since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
+    with open_store() as store:
+        found = golden.check(store, since, operator_name(operator))
+    for each in found:
+        if not each.measured:
+            stdout.print(f"{each.serial}: not judged in the last {hours:g} hours")
+        elif each.problems:
+            stdout.print(f"{each.serial}: {'; '.join(each.problems)}", soft_wrap=True)
+        else:
+            stdout.print(f"{each.serial}: as before ({each.expected})")
+    if any(each.problems for each in found):
+        say("the bench judges nothing else until this is resolved: accept golden resolve --reason '...'")
+        return Exit.REJECTED
+    return Exit.ACCEPTED if all(each.measured for each in found) else Exit.INCOMPLETE
+
+
+@clear_errors
+def golden_resolve(reason: str, operator: str | None) -> Exit:
+    """Let the bench judge again, with the reason on record."""
+    with open_store() as store:
+        golden.resolve(store, reason, operator_name(operator))
+    say("resolved; judge the golden units again before anything else")
+    return Exit.ACCEPTED

@@ -1,0 +1,148 @@
+"""`accept history`, `list`, `yield` and `trend`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from accept.base.atomic_files import check_place, write_atomic
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.commands.fleet.tables import Outputs, show
+from accept.fleet import history as histories
+from accept.fleet import trend as trends
+from accept.fleet import yields
+from accept.fleet.measurements import FleetError, attempts, between, day, latest, measurements
+from accept.pictures.formats import format_of
+from accept.store import open_store
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which judgements are asked about."""
+
+    since: str | None = None
+    until: str | None = None
+    kind: str | None = None
+
+    def of(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """The rows that are asked about. Raises FleetError where there are none."""
+        chosen = between(frame, day(self.since), day(self.until, last=True))
+        if self.kind is not None:
+            chosen = chosen[chosen["kind"] == self.kind]
+        if chosen.empty:
+            raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
+        return chosen
+
+
+def _stored(serial: str | None = None) -> pd.DataFrame:
+    with open_store() as store:
+        return measurements(store, serial)
+
+
+@clear_errors
+def history(serial: str, outputs: Outputs) -> Exit:
+    """Every attempt of a unit, and what changed."""
+    outputs.check()
+    frame = _stored(serial)
+    if frame.empty:
+        raise FleetError(f"no judgement of a unit '{serial}' in the store")
+    changed = histories.changes(frame)
+    tries = attempts(frame)
+    show(tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]], serial)
+    columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
+    show(changed[columns], "values", {"En": "{:.2f}", "U": "{:.2g}", "change": "{:+.3g}"})
+    for row in changed[changed["changed"].eq(True)].itertuples():
+        stdout.print(
+            f"attempt {row.attempt}: {row.quantity} changed by {row.change:+.3g} {row.unit}, "
+            f"{row.En:.1f} times what both uncertainties allow",
+            soft_wrap=True,
+        )
+    outputs.write(changed)
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def units(choice: Choice, verdict: str | None, check: str | None, every: bool, outputs: Outputs) -> Exit:
+    """Units with their last judgement. check: a check or quantity that did not pass."""
+    outputs.check()
+    frame = choice.of(_stored())
+    chosen = frame if every else latest(frame)
+    tries = attempts(chosen)
+    if verdict is not None:
+        wanted = {"failed": ("rejected", "conditional", "incomplete")}.get(verdict, (verdict,))
+        tries = tries[tries["unit_verdict"].isin(wanted)]
+    if check is not None:
+        tries = tries[tries["seq"].isin(_stopped_by(chosen, check))]
+    rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]]
+    show(rows, f"{len(rows)} of {chosen['seq'].nunique()} judgements" if every else f"{len(rows)} units")
+    outputs.write(rows)
+    return Exit.ACCEPTED
+
+
+def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
+    named = (frame["check"] == check) | (frame["quantity"] == check)
+    if not named.any():
+        held = ", ".join(sorted({*frame["check"], *frame["quantity"]}))
+        raise FleetError(f"no judgement has a check or quantity '{check}'; there are: {held}")
+    return frame.loc[named & (frame["verdict"] != "pass"), "seq"]
+
+
+@clear_errors
+def first_pass(choice: Choice, by: str, outputs: Outputs) -> Exit:
+    """First-pass yield of every group, and what stopped the others."""
+    outputs.check()
+    frame = choice.of(_stored())
+    made = yields.yields(frame, by)
+    show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
+    causes = yields.pareto(frame)
+    if len(causes):
+        show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
+    else:
+        stdout.print("every unit passed at its first attempt")
+    outputs.write(made)
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def trend(quantity: str, choice: Choice, by: str, plot: Path | None, outputs: Outputs) -> Exit:
+    """Control charts and capability of a quantity. Exit 4 where an alarm rings."""
+    outputs.check()
+    format = None
+    if plot is not None:
+        check_place(plot)
+        format = format_of(plot)
+    made = trends.trends(choice.of(_stored()), quantity, by)
+    rows = pd.DataFrame([_summary(t) for t in made])
+    show(rows, f"{quantity} [{made[0].unit}], first attempts")
+    rang = False
+    for each in made:
+        for words in each.why:
+            say(f"{each.name}: {words}")
+        for serial, words in trends.alarms(each):
+            rang = True
+            stdout.print(f"{each.name}: {serial}: {words}", soft_wrap=True)
+        for words, times in trends.hints(each).items():
+            say(f"{each.name}: hint, {times} times {words}")
+    outputs.write(rows)
+    if plot is not None and format is not None:
+        from accept.pictures.draw import picture  # loads matplotlib: only when wanted
+
+        write_atomic(plot, picture([trends.panel(t) for t in made], format, columns=1))
+    return Exit.INCOMPLETE if rang else Exit.ACCEPTED
+
+
+def _summary(t: trends.Trend) -> dict[str, object]:
+    cap, made = t.capability, t.chart
+    return {
+        "group": t.name,
+        "units": len(t.rows),
+        "mean": float(t.rows["value"].mean()),
+        "sigma": made.sigma if made else None,
+        "lower_3_sigma": made.lower if made else None,
+        "upper_3_sigma": made.upper if made else None,
+        "Cpk": cap.cpk if cap else None,
+        "Cpk_lo": cap.lo if cap else None,
+        "Cpk_hi": cap.hi if cap else None,
+        "alarms": sum(1 for _ in trends.alarms(t)),
+    }

@@ -1,0 +1,72 @@
+"""`accept rejudge` and `accept match`."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from accept.base.console import clear_errors, say, stdout
+from accept.base.exit_codes import Exit
+from accept.commands.fleet.tables import Outputs, show
+from accept.fleet import judged_again, matched_sets
+from accept.fleet.measurements import measurements
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from specs import Spec
+
+
+@clear_errors
+def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs) -> Exit:
+    """Stored units under other specs. Exit 4 where an accepted unit would no longer be."""
+    outputs.check()
+    loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
+    with open_store() as store:
+        units = list(judged_again.judged_again(store, loaded, from_records))
+    flips = [u for u in units if u.flipped]
+    rows = pd.DataFrame(
+        [(u.serial, u.was, u.now, _why(u), u.basis) for u in flips],
+        columns=["serial", "was", "now", "why", "judged_from"],
+    )
+    if flips:
+        show(rows, f"{len(flips)} of {len(units)} units change their verdict")
+    else:
+        stdout.print(f"none of {len(units)} units changes its verdict")
+    if not from_records:
+        say("stored values were compared with the new limits; changed settings of a check need --records")
+    outputs.write(rows)
+    return Exit.INCOMPLETE if judged_again.worse(units) else Exit.ACCEPTED
+
+
+def _why(unit: judged_again.JudgedAgain) -> str:
+    return "; ".join(f"{name}: {was} -> {now}" for name, (was, now, _) in unit.findings.items())
+
+
+@clear_errors
+def match(kind: str, size: int, sets: int, by: Sequence[str], outputs: Outputs) -> Exit:
+    """Sets of accepted units that fit together best. Exit 4 where the best could not be proven in time."""
+    outputs.check()
+    with open_store() as store:
+        units = matched_sets.pool(measurements(store), kind, by or matched_sets.DEFAULT[kind])
+    found = matched_sets.choose(units, size, sets)
+    rows = []
+    for number, members in enumerate(found.sets, 1):
+        for i in members:
+            values = dict(zip(units.quantities, units.values[i], strict=True))
+            rows.append({"set": number, "serial": units.serials[i], **values})
+    frame = pd.DataFrame(rows)
+    show(
+        frame,
+        f"{sets} of {len(units.serials)} accepted {kind}s, {size} each"
+        if sets > 1
+        else f"{size} of {len(units.serials)} accepted {kind}s",
+    )
+    for number, (members, cost) in enumerate(zip(found.sets, found.costs, strict=True), 1):
+        stdout.print(
+            f"set {number}: widths add up to {cost:.3g} times U; {matched_sets.advice(units, members, cost)}",
+            soft_wrap=True,
+        )
+    if units.left_out:
+        say(f"left out, a value is missing: {', '.join(units.left_out)}")
+    if not found.proven:
+        say(f"stopped after the time limit: no choice can cost less than {found.bound:.3g}")
+    outputs.write(frame)
+    return Exit.ACCEPTED if found.proven else Exit.INCOMPLETE

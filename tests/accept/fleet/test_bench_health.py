@@ -1,0 +1,123 @@
+"""Golden units stop a bench that has changed; a gauge study says what the measurement adds."""
+
+import datetime
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from accept.cli.main import app
+from accept.fleet import golden
+from accept.fleet.golden import BenchStopped
+from accept.fleet.measurements import FleetError
+from accept.store import open_store
+from tests.accept.fleet.judgements import add, judgement
+from tests.accept.units.units import make_unit
+from tests.checks.process_control.test_gauge_study import AIAG
+
+GOOD = {"sensor_uF": 5.0, "stroke_um": 360.0}
+BEFORE = datetime.datetime(2026, 1, 5, 8, tzinfo=datetime.UTC)
+
+
+def ask(*words: object):
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+@pytest.fixture
+def store():
+    with open_store() as opened:
+        add(opened, [judgement("GOLD", GOOD), judgement("BAD", GOOD | {"stroke_um": 100.0})], at=BEFORE)
+        golden.name_golden(opened, "GOLD", "accepted", "Ann")
+        golden.name_golden(opened, "BAD", "rejected", "Ann")
+        yield opened
+
+
+def today(store, **changed):
+    add(store, [judgement("GOLD", GOOD | changed), judgement("BAD", GOOD | {"stroke_um": 100.1})])
+    return ask("golden", "check")
+
+
+def test_a_bench_as_before_goes_on(store):
+    assert today(store, sensor_uF=5.01).exit_code == 0
+    golden.may_judge(store, "A-01")
+
+
+@pytest.mark.parametrize("changed", [{"sensor_uF": 5.1}, {"stroke_um": None}, {"stroke_um": 200.0}])
+def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, changed, tmp_path):
+    done = today(store, **changed)
+    assert done.exit_code == 3
+    assert next(iter(changed)) in done.output
+    with pytest.raises(BenchStopped, match="A-01: not judged"):
+        golden.may_judge(store, "A-01")
+    golden.may_judge(store, "GOLD")  # how else could it be shown to be right again
+    make_unit(tmp_path / "u", "U-1")
+    refused = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
+    assert refused.exit_code == 6, refused.output
+    assert "golden resolve" in refused.output
+    assert ask("report", tmp_path / "u", "--out", tmp_path / "u.pdf").exit_code == 6
+    assert not (tmp_path / "u.pdf").exists()
+    assert ask("golden", "resolve", "--reason", " ").exit_code == 6
+    assert ask("golden", "resolve", "--reason", "the probe was loose").exit_code == 0
+    golden.may_judge(store, "A-01")
+
+
+def test_a_known_bad_unit_that_passes_stops_the_bench_too(store):
+    add(store, [judgement("GOLD", GOOD), judgement("BAD", GOOD)])
+    assert ask("golden", "check").exit_code == 3
+    assert golden.stopped(store)
+
+
+def test_a_golden_unit_that_was_not_judged_is_neither(store):
+    add(store, [judgement("GOLD", GOOD)])
+    assert ask("golden", "check").exit_code == 4
+    golden.may_judge(store, "A-01")
+
+
+def test_only_what_was_judged_so_can_be_golden(store):
+    for serial, expected, words in (("NEW", "accepted", "never judged"), ("BAD", "accepted", "rejected, not")):
+        with pytest.raises(FleetError, match=words):
+            golden.name_golden(store, serial, expected, "Ann")
+
+
+def test_the_published_study_from_a_table(tmp_path):
+    lines = ["part,operator,value"]
+    lines += [f"P{p},O{o},{v}" for p in range(10) for o in range(3) for v in AIAG[p, o]]
+    (tmp_path / "study.csv").write_text("\n".join(lines))
+    done = ask("rr", tmp_path / "study.csv", "--tolerance", "8")
+    assert done.exit_code == 0, done.output
+    assert "27.9 % of the study" in done.output
+    assert f"{100 * 6 * 0.302373 / 8:.1f} % of the tolerance" in done.output
+    assert "U = 0.605" in done.output
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("part,value\n1,2\n", "operator"),
+        ("part,operator,value\na,b,x\n", "line 2: value 'x'"),
+        ("part,operator,value\na,b,1\na,b,2\nc,b,1\nc,b,2\n", "1 operator"),
+        ("part,operator,value\na,x,1\na,x,2\na,y,1\nb,x,1\nb,x,2\nb,y,1\nb,y,2\n", "equally often"),
+        ("", "not a CSV table"),
+    ],
+)
+def test_tables_that_are_no_study(tmp_path, text, words):
+    (tmp_path / "s.csv").write_text(text)
+    done = ask("rr", tmp_path / "s.csv")
+    assert done.exit_code == 6
+    assert words in done.output
+
+
+def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in():
+    rng = np.random.default_rng(4)
+    parts = 360.0 + 5.0 * rng.standard_normal(12)
+    with open_store() as store:
+        for who in ("Ann", "Bob", "Cy"):
+            for _ in range(3):
+                values = parts + 0.2 * rng.standard_normal(12)
+                add(store, [judgement(f"S-{i}", {"stroke_um": v}) for i, v in enumerate(values)], who=who)
+    done = ask("rr", "--quantity", "stroke_um")
+    assert done.exit_code == 0, done.output
+    (line,) = [words for words in done.output.splitlines() if words.strip().startswith("repeatability")]
+    assert float(line.split()[1]) == pytest.approx(
+        0.2, rel=0.25
+    )  # 72 or more degrees of freedom: sd 8 %, three of them

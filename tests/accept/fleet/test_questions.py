@@ -1,0 +1,128 @@
+"""Questions over units and time, as a QA engineer asks them, on a store whose content is known."""
+
+import datetime
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.special import ndtri
+from typer.testing import CliRunner
+
+from accept.cli.main import app
+from accept.fleet.measurements import between, day, measurements
+from accept.fleet.yields import pareto, yields
+from accept.store import open_store
+from tests.accept.fleet.judgements import add, judgement
+
+OCTOBER, NOVEMBER = (datetime.datetime(2026, month, 12, 9, tzinfo=datetime.UTC) for month in (10, 11))
+
+
+def ask(*words: object):
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+@pytest.fixture
+def bench():
+    """October: ten units, three fail, one of them is repaired in November; November: five units on another bench."""
+    with open_store() as store:
+        good = {"sensor_uF": 5.0, "stroke_um": 360.0}
+        add(store, [judgement(f"A-{i:02d}", good, "bench-1") for i in range(7)], at=OCTOBER)
+        bad = [good | {"sensor_uF": 1.7}, good | {"sensor_uF": 1.8}, good | {"stroke_um": 180.0}]
+        add(store, [judgement(f"A-{7 + i:02d}", v, "bench-1") for i, v in enumerate(bad)], at=OCTOBER)
+        add(store, [judgement(f"B-{i:02d}", good, "bench-2") for i in range(5)], who="Bob", at=NOVEMBER)
+        add(store, [judgement("A-07", good | {"stroke_um": 360.3}, "bench-2")], who="Bob", at=NOVEMBER)
+
+
+def test_what_failed_this_month_and_why(bench, tmp_path):
+    done = ask(
+        "list", "--failed", "--all-attempts", "--since", "2026-10", "--until", "2026-10", "--json", tmp_path / "l"
+    )
+    assert done.exit_code == 0, done.output
+    rows = json.loads((tmp_path / "l").read_text())
+    assert [(r["serial"], r["causes"]) for r in rows] == [
+        ("A-07", "sensor_uF"), ("A-08", "sensor_uF"), ("A-09", "stroke_um"),
+    ]  # fmt: skip
+    assert len(json_list(tmp_path, "--failed")) == 2  # A-07 has been accepted since
+    assert [r["serial"] for r in json_list(tmp_path, "--check", "stroke")] == ["A-09"]
+    assert "there are: capacitance" in ask("list", "--check", "strok").output
+
+
+def json_list(tmp_path, *words):
+    assert ask("list", *words, "--json", tmp_path / "j").exit_code == 0
+    return json.loads((tmp_path / "j").read_text())
+
+
+def test_what_changed_significantly(bench, tmp_path):
+    done = ask("history", "A-07", "--json", tmp_path / "h")
+    assert done.exit_code == 0
+    rows = [r for r in json.loads((tmp_path / "h").read_text()) if r["attempt"] == 2]
+    changed = {r["quantity"]: (r["changed"], r["En"]) for r in rows}
+    assert changed["sensor_uF"] == (True, pytest.approx(3.3 / np.hypot(0.02, 0.02)))
+    assert changed["stroke_um"] == (False, pytest.approx(0.3 / np.hypot(0.5, 0.5)))
+    assert "sensor_uF changed by +3.3 uF" in done.output
+    assert ask("history", "Z").exit_code == 6
+
+
+def test_first_pass_yield_and_its_causes(bench):
+    with open_store() as store:
+        frame = measurements(store)
+    made = yields(frame, "month").set_index("month")
+    assert (made.at["2026-10", "units"], made.at["2026-10", "first"], made.at["2026-10", "last"]) == (10, 7, 8)
+    assert made.at["2026-10", "lo"] == pytest.approx(0.3968, abs=1e-4)  # Wilson 1927, 7 of 10
+    assert made.at["2026-10", "hi"] == pytest.approx(0.8922, abs=1e-4)
+    causes = pareto(frame)
+    assert list(zip(causes["quantity"], causes["units"], strict=True)) == [("sensor_uF", 2), ("stroke_um", 1)]
+    assert "70.0%" in ask("yield", "--by", "month").output
+    assert set(yields(frame, "bench")["bench"]) == {"bench-1", "bench-2"}
+    assert set(yields(frame, "operator")["operator"]) == {"Ann", "Bob"}
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "last"),
+    [("2026-02", "2026-02-01", "2026-02-28"), ("2026-12", "2026-12-01", "2026-12-31"), ("2026-10-05",) * 3],
+)
+def test_days_and_months(text, first, last):
+    assert (str(day(text)), str(day(text, last=True))) == (first, last)
+
+
+def test_days_count_whole():
+    frame = pd.DataFrame({"time": pd.to_datetime(["2026-10-31T23:59:59Z", "2026-11-01T00:00:00Z"], utc=True)})
+    assert len(between(frame, day("2026-10"), day("2026-10", last=True))) == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("list", "--since", "October"), ("trend", "nothing_um"), ("history", "x"), ("yield",), ("match",), ("rr",)],
+)
+def test_questions_that_have_no_answer_end_in_one_line(words):
+    done = ask(*words)
+    assert done.exit_code == 6
+    assert done.output.startswith("accept: ")
+    assert done.output.count("\n") == 1
+
+
+def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
+    rng = np.random.default_rng(1)
+    with open_store() as store:
+        steady = 360.0 + 2.0 * rng.permutation(ndtri((np.arange(40) + 0.5) / 40))  # no value is extreme
+        drifting = 5.0 + 0.03 * rng.standard_normal(40) + np.linspace(0, 0.25, 40)
+        values = zip(steady, drifting, strict=True)
+        add(store, [judgement(f"T-{i:02d}", {"stroke_um": s, "sensor_uF": c}) for i, (s, c) in enumerate(values)])
+    quiet = ask("trend", "stroke_um", "--plot", tmp_path / "t.svg", "--json", tmp_path / "t.json")
+    assert quiet.exit_code == 0, quiet.output
+    assert (tmp_path / "t.svg").read_text().startswith("<?xml")
+    (row,) = json.loads((tmp_path / "t.json").read_text())
+    assert row["Cpk_lo"] < row["Cpk"] < row["Cpk_hi"]
+    assert row["mean"] == pytest.approx(steady.mean())
+    rang = ask("trend", "sensor_uF")
+    assert rang.exit_code == 4
+    assert "leaves its limits" in rang.output
+
+
+def test_nothing_from_a_serial_runs_in_a_spreadsheet_or_a_terminal(tmp_path):
+    with open_store() as store:
+        add(store, [judgement("=cmd|'/c calc'!A1\x1b[31m", {"sensor_uF": 5.0})])
+    done = ask("list", "--csv", tmp_path / "l.csv")
+    assert "\x1b" not in done.output
+    assert "'=cmd" in (tmp_path / "l.csv").read_text()
