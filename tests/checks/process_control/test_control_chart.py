@@ -40,9 +40,9 @@ def test_each_rule_rings_at_the_value_that_completes_it(rule):
 
 
 def test_a_process_in_control_rarely_rings_and_a_shift_is_seen():
-    """Rule 1: 0.27 % of normal values, binomial band of 20,000. EWMA: a shift of one sigma is seen after about ten values
-    on average ([Montgomery] table 9.11), so after thirty it is unseen in about (1 - 1/9)^27 = 4 %; the 99.9 % band of 100
-    such shifts reaches to 11."""
+    """Rule 1: 0.27 % of normal values, binomial band of 20,000. EWMA: a shift of one sigma is seen after about ten
+    values on average ([Montgomery] table 9.11), so after thirty it is unseen in about (1 - 1/9)^27 = 4 %; the 99.9 %
+    band of 100 such shifts reaches to 11."""
     rng = np.random.default_rng(5)
     z = rng.standard_normal(20_000)
     assert 30 < nelson(z)[1].size < 80  # 54 expected, sd 7.3
