@@ -31,8 +31,8 @@ from accept.store import BenchState, Store, fold
 from accept.units import unit_folder
 from accept.units.shared_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
-from specs import Spec
 from specs.bench import BenchFile
+from specs.spec import Spec
 
 Say = Callable[[str], None]
 CERTIFICATES = "certificates"

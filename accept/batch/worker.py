@@ -9,7 +9,7 @@ from typing import Any
 from accept.certificate.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
 from accept.units.unit_folder import UnitError, UnitFolder
-from specs import Spec
+from specs.spec import Spec
 
 QUIET_S = 2.0  # what takes less needs no words
 

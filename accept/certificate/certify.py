@@ -14,7 +14,7 @@ from accept.certificate.examine import JudgedUnit
 from accept.certificate.keys import Credential
 from accept.fleet import golden
 from accept.store import Store
-from specs import Spec
+from specs.spec import Spec
 
 
 def certify(

@@ -6,7 +6,7 @@ from typing import Any
 
 from accept.base.version import code_sha256
 from accept.store import Event, Store
-from specs import Spec
+from specs.spec import Spec
 
 
 def judged(store: Store, folder: Path, entry: dict[str, Any], spec: Spec, who: str) -> Event:

@@ -9,7 +9,7 @@ from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
 from accept.judging.result import UnitResult
 from accept.units.unit_folder import UnitFolder
-from specs import Spec
+from specs.spec import Spec
 
 Say = Callable[[str], None]
 

@@ -12,7 +12,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.quantity import Quantity
 from checks.verdict import Finding, judge, unit_verdict
-from specs import Spec
+from specs.spec import Spec
 
 RECORDS, VALUES = "records", "stored values"
 

@@ -16,7 +16,8 @@ from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
 from checks.gap.decision.result import NO_MISSING
 from checks.gap.workflow import GapRefused
-from specs import Spec, SpecError
+from specs.spec import Spec
+from specs.strict import SpecError
 
 Say = Callable[[str], None]
 PREFIX = "gap/"  # of the names of its pictures among those of a unit

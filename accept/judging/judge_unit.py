@@ -19,7 +19,8 @@ from checks.picture import Panel
 from checks.quantity import NoResult, Outcome, Quantity
 from checks.settings import setting_problem
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
-from specs import CheckSpec, Spec, SpecError, load
+from specs.spec import CheckSpec, Spec, load
+from specs.strict import SpecError
 
 DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
 

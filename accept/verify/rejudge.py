@@ -14,7 +14,8 @@ from accept.simulate import demo, published_units
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from accept.verify.verification import Verification, verify
-from specs import SpecError, parse
+from specs.spec import parse
+from specs.strict import SpecError
 
 
 def rejudge(attached: Attachments) -> dict[str, Any]:

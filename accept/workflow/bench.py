@@ -16,8 +16,8 @@ from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.session import Session
 from accept.workflow.unit_list import KnownUnit, known_unit, known_units
 from accept.workflow.worker.process import WorkerProcess
-from specs import Spec
 from specs.bench import BenchFile, load_bench
+from specs.spec import Spec
 
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
 

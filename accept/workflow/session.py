@@ -31,8 +31,8 @@ from accept.workflow.worker.judging import Explained, Judge, judge_here, judgeme
 from checks.declare import CsvTable, Input, Measured, Scalar, Series
 from checks.picture import Panel
 from hw.errors import InstrumentError
-from specs import Spec
 from specs.bench import BenchFile
+from specs.spec import Spec
 
 
 class Session:

@@ -6,7 +6,9 @@ import pytest
 
 from accept.judging.judge_unit import load_spec
 from checks.acceptance import CHECKS
-from specs import SpecError, builtin, load, unit_of
+from specs.spec import builtin, load
+from specs.strict import SpecError
+from specs.units import unit_of
 
 GOOD = """
 name = "mine"

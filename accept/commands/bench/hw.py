@@ -23,8 +23,8 @@ from accept.units.unit_folder import UNIT_FILE
 from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
-from specs import SpecError
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry, load_bench
+from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2

@@ -11,7 +11,7 @@ from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
-from specs import Spec
+from specs.spec import Spec
 
 
 @clear_errors

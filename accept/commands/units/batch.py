@@ -11,8 +11,8 @@ from accept.commands.trust.bench_keys import bench_credential
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import open_model
 from accept.store import open_store
-from specs import Spec
 from specs.bench import load_bench
+from specs.spec import Spec
 
 
 @clear_errors

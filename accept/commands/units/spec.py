@@ -6,7 +6,8 @@ from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.judging.check_docs import all_checks
 from accept.judging.judge_unit import load_spec
-from specs import Limit, SpecError, builtin
+from specs.spec import Limit, builtin
+from specs.strict import SpecError
 
 
 @clear_errors

@@ -17,7 +17,7 @@ from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import missing, ready
 from accept.workflow.worker.judging import Elsewhere
-from specs import Limit
+from specs.spec import Limit
 
 _HEAD = {"bold red": "red", "dim": "white"}
 

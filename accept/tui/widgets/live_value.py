@@ -10,7 +10,7 @@ from accept.tui.widgets.limit_bar import limit_bar, limits, numbers
 from accept.workflow.instruments.live import Look, Watch
 from accept.workflow.instruments.port import InstrumentPort
 from checks.declare import Measured
-from specs import Limit
+from specs.spec import Limit
 
 _STRIP = 26
 

@@ -6,8 +6,8 @@ import re
 from accept.units.unit_folder import SERIAL
 from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured, Scalar, Vector
-from specs import Spec
 from specs.errors import AcceptError
+from specs.spec import Spec
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
 _ENTRY = re.compile(

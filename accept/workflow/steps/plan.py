@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from accept.workflow.steps.guides import guide_of
 from checks.acceptance import CHECKS
 from checks.declare import Check, CsvTable, Form, Guide, Input, Scalar, Series
-from specs import CheckSpec, Spec
+from specs.spec import CheckSpec, Spec
 
 
 @dataclass(frozen=True, eq=False)

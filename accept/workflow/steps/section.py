@@ -11,7 +11,7 @@ from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.declare import CsvTable, Input, Scalar, Series, Vector
 from checks.quantity import COVERAGE_FACTOR
-from specs import CheckSpec
+from specs.spec import CheckSpec
 
 
 @dataclass(frozen=True)

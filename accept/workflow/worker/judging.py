@@ -21,7 +21,8 @@ from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
 from checks.picture import Panel
-from specs import Spec, SpecError
+from specs.spec import Spec
+from specs.strict import SpecError
 
 T = TypeVar("T")
 Judge = Callable[[Path, Spec, Statement | None], UnitResult]

@@ -13,7 +13,7 @@ from accept.base.fault_log import log_crashes, log_fault, log_file
 from accept.judging.judge_unit import judge_unit
 from accept.units.unit_folder import read
 from checks.acceptance import CHECKS
-from specs import load
+from specs.spec import load
 from tests.accept.units.units import make_unit
 
 

@@ -24,7 +24,7 @@ from accept.judging.judge_unit import judge_unit, load_spec
 from accept.simulate import published_units
 from accept.store import open_store
 from accept.units import unit_folder
-from specs import builtin
+from specs.spec import builtin
 from tests.accept.units.units import DATA, GOOD, make_unit
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",

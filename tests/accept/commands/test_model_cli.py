@@ -13,9 +13,9 @@ from accept.models.model_file import open_model, opened, write_model
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
 from hw.records.writers import mat_bytes
-from specs import SpecError
 from specs.model import load_model
 from specs.model_sections import FitRecord
+from specs.strict import SpecError
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data, true_values
 
 FS, SECONDS = 10_000.0, 4.0

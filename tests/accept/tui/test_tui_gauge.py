@@ -9,7 +9,7 @@ from accept.tui.widgets.live_value import Gauge, gauge_text
 from accept.workflow.bench import Workbench
 from checks.declare import Measured
 from hw.errors import NoReply
-from specs import Limit
+from specs.spec import Limit
 from tests.accept.tui.tui_help import begin, loader, press, running, settled, shown, words
 from tests.hw.instruments.fake_instrument import Fake, Only
 

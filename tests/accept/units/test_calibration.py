@@ -12,8 +12,8 @@ from accept.cli.main import app
 from accept.judging import calibration, judge_unit
 from accept.units import unit_folder
 from checks.verdict import Verdict
-from specs import SpecError
 from specs.bench import load_bench, parse_bench
+from specs.strict import SpecError
 from tests.accept.units.units import make_unit
 
 TODAY = datetime.date(2026, 11, 21)

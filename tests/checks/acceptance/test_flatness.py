@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from accept.simulate.published_units import SEED_APAS
 from checks.acceptance.flatness import POSITIONS_MM, measure, minimum_zone
 from checks.quantity import NoResult
-from specs import CheckSpec, StatedU
+from specs.spec import CheckSpec, StatedU
 
 POSITIONS = np.array(POSITIONS_MM) * 1e-3
 SPEC = CheckSpec(required=False, uncertainty={"z_um": StatedU(U=0.5, source="probe")})

@@ -11,8 +11,7 @@ from checks.acceptance.responses.check import CHECK
 from checks.quantity import NoResult, Outcome
 from checks.record import Record
 from checks.verdict import judge
-from specs import load
-from specs.spec import CheckSpec
+from specs.spec import CheckSpec, load
 from tests.checks.signals.frf_plant import Plant, noise_drive, record, unit
 
 APA = load("apa").checks["frf"]

@@ -23,8 +23,7 @@ from checks.signals.spectral.zeros import find_zero
 from checks.verdict import judge
 from hw import records
 from hw.model_files import open_model
-from specs import load
-from specs.spec import CheckSpec
+from specs.spec import CheckSpec, load
 from tests.checks.signals.frf_plant import UNITS as PLANT_UNITS
 from tests.checks.signals.frf_plant import Plant, noise_drive, record, unit
 

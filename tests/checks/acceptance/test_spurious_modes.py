@@ -10,8 +10,7 @@ from scipy.io import loadmat
 from checks.acceptance.spurious_modes import CHECK, RECORDS
 from checks.quantity import NoResult
 from checks.record import Record
-from specs import load
-from specs.spec import CheckSpec, Limit
+from specs.spec import CheckSpec, Limit, load
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 
 UNITS = Path(__file__).parents[3] / "../shared/data/units"

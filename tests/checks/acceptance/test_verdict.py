@@ -11,7 +11,8 @@ from scipy.stats import norm
 from checks.acceptance import CHECKS
 from checks.quantity import Contribution, NoResult, Quantity
 from checks.verdict import UnitVerdict, Verdict, bounds, judge, missing_findings, probability_outside, unit_verdict
-from specs import CheckSpec, Limit, unit_of
+from specs.spec import CheckSpec, Limit
+from specs.units import unit_of
 
 NAME, UNIT = "sensor_uF", "uF"
 # every quantity that any check can return, with its check
