@@ -91,7 +91,7 @@ def judge(folders: list[Path], out: Path, credential: keys.Credential | None) ->
     """A whole batch."""
     order = judge_batch.BatchRequest(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:
-        judge_batch.run(order, store, lambda words: None)
+        judge_batch.run(order, store, lambda _: None)
 
 
 def main() -> None:

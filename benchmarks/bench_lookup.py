@@ -49,7 +49,7 @@ def main() -> None:
 
 def built(model: Model) -> MisalignmentTable:
     plan = Plan.of(model)
-    all_cores = seconds(lambda: build(plan, lambda words: None), 1, time.perf_counter)
+    all_cores = seconds(lambda: build(plan, lambda _: None), 1, time.perf_counter)
     others = iter(range(3))  # a row that was computed just now is remembered
     one_row = seconds(lambda: plan.row(next(others)), 3)
     row("41 x 41 places on all cores", f"{all_cores:.1f} s", "<= 20 s")

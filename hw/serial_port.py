@@ -116,9 +116,10 @@ def _mark_damaged(port: Any, parity: str) -> bool | None:
 def mark_on_windows(port: Any, win32: Any) -> None:
     """Have Windows replace characters of wrong parity by MARK. win32: pyserial's `serial.win32`."""
     state = win32.DCB()
-    win32.GetCommState(port._port_handle, ctypes.byref(state))
+    handle = port._port_handle  # noqa: SLF001 - pyserial has no public name for it
+    win32.GetCommState(handle, ctypes.byref(state))
     state.fErrorChar, state.ErrorChar = 1, bytes([MARK])
-    if not win32.SetCommState(port._port_handle, ctypes.byref(state)):
+    if not win32.SetCommState(handle, ctypes.byref(state)):
         raise OSError(errno.EINVAL, "its parity check cannot be set up")
 
 

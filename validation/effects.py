@@ -166,7 +166,7 @@ LIBRARY: Mapping[str, Hidden] = {
         settles=("head", "ruler"),
         grows=("kg",),
     ),
-    "sensor_polarity": Hidden(lambda rng: {}, lambda w, p: _gain(w, VS, -1.0)),
+    "sensor_polarity": Hidden(lambda _: {}, lambda w, _: _gain(w, VS, -1.0)),
     "hysteresis": Hidden(
         lambda rng: {"relative_width": rng.uniform(0.03, 0.12)},
         lambda w, p: replace(w, bends=(*w.bends, hysteresis(p["relative_width"]))),

@@ -3,14 +3,10 @@
 import logging
 import sys
 import threading
+from importlib import metadata
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import TracebackType
-
-from filelock import FileLock, Timeout
-
-from accept.base.home import HomeError, home
-from accept.base.version import version
 
 NAME = "accept.log"
 PLEASE_REPORT = f"please report it with ACCEPT_HOME/log/{NAME}"
@@ -21,6 +17,8 @@ _FORMAT = "%(asctime)s %(process)d accept %(version)s: %(message)s"
 
 def log_file() -> Path:
     """Where faults are written. Raises HomeError."""
+    from accept.base.home import home  # late, as below: `accept --help` has no fault to log, and stays quick
+
     return home() / "log" / NAME
 
 
@@ -30,16 +28,18 @@ def log_fault(doing: str, fault: BaseException) -> None:
     """
     info = (type(fault), fault, fault.__traceback__)
     record = logging.LogRecord("accept", logging.ERROR, __file__, 0, doing, None, info)
-    record.version = version()
+    record.version = metadata.version("accept")
     formatter = logging.Formatter(_FORMAT)
     try:
         _append(record, formatter)
-    except (OSError, HomeError, Timeout) as e:
+    except (OSError, RuntimeError) as e:
         print(f"accept: the log cannot be written ({e})\n{formatter.format(record)}", file=sys.stderr)
 
 
 def _append(record: logging.LogRecord, formatter: logging.Formatter) -> None:
-    """Raises OSError, HomeError, Timeout."""
+    """Raises OSError, of which a lock's timeout is one, and HomeError, a RuntimeError."""
+    from filelock import FileLock
+
     path = log_file()
     path.parent.mkdir(mode=0o700, exist_ok=True)
     with FileLock(path.with_suffix(".lock"), timeout=LOCK_S):
@@ -52,7 +52,7 @@ def _append(record: logging.LogRecord, formatter: logging.Formatter) -> None:
 
 
 class _RotatingFile(RotatingFileHandler):
-    def handleError(self, record: logging.LogRecord) -> None:
+    def handleError(self, _: logging.LogRecord) -> None:
         """A full disk is raised to `log_fault`, which has another place."""
         raise
 

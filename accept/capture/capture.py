@@ -46,7 +46,7 @@ class Run:
     hands: Hands
     store: Store
     who: str
-    say: Say = lambda words: None
+    say: Say = lambda _: None
 
 
 @dataclass(frozen=True)

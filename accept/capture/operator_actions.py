@@ -68,7 +68,7 @@ class Player(Person):
         self._ask(f"Connect the amplifier to {NAMES[stacks]}, zero the gauge, then start the rig and press Enter: ")
         self._start, self._step = self._clock(), 0
 
-    def voltage(self, V: float) -> None:
+    def voltage(self, _: float) -> None:
         due = self._start + self._step * self._dwell_s + self._settle_s
         self._step += 1
         time.sleep(max(0.0, due - self._clock()))
@@ -82,7 +82,7 @@ class Staged:
     def __init__(self, file: Path) -> None:
         self._file = StageFile(file)
 
-    def probe(self, point: int, x_mm: float, y_mm: float) -> None:
+    def probe(self, point: int, *_: float) -> None:
         self._set(probe=point)
 
     def leads(self, group: str) -> None:

@@ -35,7 +35,7 @@ def examine(
     start: StartModel | None = None,
     out: Path | None = None,
     draw: bool = True,
-    say: Say = lambda words: None,
+    say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
     certificate. Plain data goes in and comes back, so that another process can do it.

@@ -43,7 +43,7 @@ def run_gap(
     model: str | Path,
     out: Path | None = None,
     without: Sequence[str] = (),
-    say: Say = lambda words: None,
+    say: Say = lambda _: None,
 ) -> dict[str, Any]:
     """gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are taken
     out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
@@ -53,7 +53,7 @@ def run_gap(
     return done.document
 
 
-def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda words: None) -> GapAnalysis:
+def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda _: None) -> GapAnalysis:
     """The workflow on a unit folder."""
     given = opened(model)
     say("reading the records")

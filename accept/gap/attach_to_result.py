@@ -72,7 +72,7 @@ def explained(
     result: UnitResult,
     folder: UnitFolder,
     start: StartModel | None,
-    say: Say = lambda words: None,
+    say: Say = lambda _: None,
     out: Path | None = None,
 ) -> UnitResult:
     """The result with its key `gap`: gap.json, with the model it began from, or why there is none. The result as it is

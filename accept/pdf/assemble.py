@@ -15,8 +15,10 @@ from pypdf.generic import (
     DecodedStreamObject,
     DictionaryObject,
     FloatObject,
+    IndirectObject,
     NameObject,
     NumberObject,
+    PdfObject,
     StreamObject,
     TextStringObject,
 )
@@ -71,7 +73,7 @@ def _draw_figure(writer: PdfWriter, figure: Placed, name: str) -> None:
             NameObject("/Resources"): source["/Resources"].clone(writer),
         }
     )
-    reference = writer._add_object(form.flate_encode())
+    reference = _added(writer, form.flate_encode())
     page = writer.pages[figure.page]
     resources: Any = page["/Resources"]
     forms = resources.get("/XObject", DictionaryObject()).get_object()
@@ -81,18 +83,18 @@ def _draw_figure(writer: PdfWriter, figure: Placed, name: str) -> None:
     drawing.set_data(f"q 1 0 0 1 {figure.x:.3f} {figure.y:.3f} cm {name} Do Q\n".encode())
     before = page.raw_get("/Contents")
     parts = list(before) if isinstance(before, ArrayObject) else [before]
-    page[NameObject("/Contents")] = ArrayObject([*parts, writer._add_object(drawing)])
+    page[NameObject("/Contents")] = ArrayObject([*parts, _added(writer, drawing)])
 
 
 def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
     """Embedded files, also listed as associated with the document ([ISO32000-2] 14.13)."""
     names, associated = ArrayObject(), ArrayObject()
     for name, content in sorted(attachments.items()):
-        reference = writer._add_object(_file(writer, name, content))
+        reference = _added(writer, _file(writer, name, content))
         names.extend([TextStringObject(name), reference])
         associated.append(reference)
     tree = _dictionary({"/EmbeddedFiles": _dictionary({"/Names": names})})
-    writer.root_object[NameObject("/Names")] = writer._add_object(tree)
+    writer.root_object[NameObject("/Names")] = _added(writer, tree)
     writer.root_object[NameObject("/AF")] = associated
 
 
@@ -100,13 +102,13 @@ def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
     stream = StreamObject()
     packed = zlib.compress(content, 6)
     smaller = len(packed) < len(content)
-    stream._data = packed if smaller else content
+    stream.set_data(packed if smaller else content)
     if smaller:
         stream[NameObject("/Filter")] = NameObject("/FlateDecode")
     digest = hashlib.md5(content, usedforsecurity=False).digest()  # the format asks for MD5; nothing relies on it
     size = {"/Size": NumberObject(len(content)), "/CheckSum": ByteStringObject(digest)}
     stream.update({NameObject("/Type"): NameObject("/EmbeddedFile"), NameObject("/Params"): _dictionary(size)})
-    reference = writer._add_object(stream)
+    reference = _added(writer, stream)
     return _dictionary(
         {
             "/Type": NameObject("/Filespec"),
@@ -134,10 +136,14 @@ def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, floa
                 "/P": page.indirect_reference,
             }
         )
-        widgets.append(writer._add_object(widget))
+        widgets.append(_added(writer, widget))
     page[NameObject("/Annots")] = ArrayObject(widgets)
     form = _dictionary({"/Fields": widgets, "/SigFlags": NumberObject(_SIGNED_FILE)})
-    writer.root_object[NameObject("/AcroForm")] = writer._add_object(form)
+    writer.root_object[NameObject("/AcroForm")] = _added(writer, form)
+
+
+def _added(writer: PdfWriter, what: PdfObject) -> IndirectObject:
+    return writer._add_object(what)  # noqa: SLF001 - pypdf has no public name for it
 
 
 def _dictionary(entries: Mapping[str, Any]) -> DictionaryObject:

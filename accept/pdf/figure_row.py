@@ -24,7 +24,7 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         self.spaceBefore = space_above
         self.place: tuple[int, float, float] | None = None
 
-    def wrap(self, available_width: float, available_height: float) -> tuple[float, float]:
+    def wrap(self, *_: float) -> tuple[float, float]:
         return self.size
 
     def draw(self) -> None:

@@ -151,7 +151,7 @@ def _text(axes: Axes, item: Text, series: _Series) -> None:
     )
 
 
-def _heights(axes: Axes, item: Heights, series: _Series) -> None:
+def _heights(axes: Axes, item: Heights, _: _Series) -> None:
     """Numbered dots; the height stands away from the middle of the part, where no other dot is."""
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
@@ -167,7 +167,7 @@ def _heights(axes: Axes, item: Heights, series: _Series) -> None:
     _colour_bar(axes, dots, item.label)
 
 
-def _image(axes: Axes, item: Image, series: _Series) -> None:
+def _image(axes: Axes, item: Image, _: _Series) -> None:
     mesh = axes.pcolormesh(item.x, item.y, item.z, cmap=MAP, shading="nearest", rasterized=True)
     axes.grid(False)
     _colour_bar(axes, mesh, item.label)

@@ -35,7 +35,7 @@ def world_of(folder: Path) -> BenchSetup:
     one, two = _strokes(values("stroke"))
     return BenchSetup(
         serial=unit.serial,
-        heights_m=_heights(folder, values("flatness")),
+        heights_m=_heights(values("flatness")),
         sensor_F=_number(capacitance, "sensor_uF") * 1e-6,
         actuator_F=_number(capacitance, "actuator_uF") * 1e-6,
         one_stack_m=one,
@@ -48,7 +48,7 @@ def _number(values: Mapping[str, Any], name: str) -> float:
     return given.value if isinstance(given, Measured) else NOMINAL[name]
 
 
-def _heights(folder: Path, values: Mapping[str, Any]) -> tuple[float, ...]:
+def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
     """At the probe points, in their order; of a table the point nearest to each."""
     if "points" in values:
         table = values["points"]

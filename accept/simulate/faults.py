@@ -97,7 +97,7 @@ FAULTS: Mapping[str, UnitFault] = {
         "8 kg on the bench",
         KINDS,
         (("axial_resonance_Hz", "fail"),),
-        model=lambda values: {"bench.payload_kg": 8.0},
+        model=lambda _: {"bench.payload_kg": 8.0},
     ),
     "polarity": UnitFault("Vs is turned", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
     "exchanged": UnitFault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),

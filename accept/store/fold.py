@@ -89,16 +89,16 @@ def _judged(units: dict[str, UnitState], refused: dict[str, str], event: Event) 
     refused.pop(data["path"], None)
 
 
-def _refused(units: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
+def _refused(_: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
     refused[event.data["path"]] = event.data["reason"]
 
 
-def _written(units: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
+def _written(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
     certificate = Certificate(event.data["path"], event.data["sha256"])
     units[event.subject] = replace(units[event.subject], certificate=certificate)
 
 
-def _signed(units: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
+def _signed(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
     data = event.data
     unit = units[event.subject]
     before = unit.certificate.signatures if unit.certificate else ()

@@ -39,7 +39,7 @@ class Label:
     def read(self) -> tuple[float, str]:
         return self.value, self.unit
 
-    def uncertainty(self, value: float) -> float | None:
+    def uncertainty(self, _: float) -> float | None:
         return None
 
     def evidence(self) -> Mapping[str, Any]:

@@ -24,7 +24,7 @@ PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step o
 DIGITS = 2  # of um: far below U, far above what another processor's rounding does
 
 
-def measure(values: Values, spec: CheckSpec) -> Outcome:
+def measure(values: Values, _: CheckSpec) -> Outcome:
     """dx_um and dy_um with U. Raises NoResult without both records or a model."""
     model = values.get("model")
     if not isinstance(model, Model):

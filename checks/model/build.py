@@ -27,7 +27,7 @@ class Fixed:
 
     body: ApaBody
 
-    def __call__(self, values: Values) -> ApaBody:
+    def __call__(self, _: Values) -> ApaBody:
         return self.body
 
 

@@ -151,10 +151,11 @@ class Model:
         return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
-        return _solved(self, tuple(v[n] for n in self._mechanical))
+        return _solved(self, tuple(v[n] for n in self.mechanical))
 
     @cached_property
-    def _mechanical(self) -> tuple[str, ...]:
+    def mechanical(self) -> tuple[str, ...]:
+        """Names of the parameters that the matrices depend on, in the order of `values`."""
         return tuple(n for n in self.values if is_mechanical(n))
 
     def _smooth(self, name: str) -> bool:
@@ -179,7 +180,7 @@ class Model:
 def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callable[[], Modal]]:
     """The matrices at these mechanical values and, once they are asked for, their modes: a search asks for the same
     again and again."""
-    system = _assembled(model, dict(zip(model._mechanical, mechanical, strict=True)))
+    system = _assembled(model, dict(zip(model.mechanical, mechanical, strict=True)))
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
 
 

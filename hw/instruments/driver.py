@@ -52,7 +52,7 @@ class Driver:
 def serial_driver(driver: Callable[..., Instrument], settings: type[Strict], *names: str) -> Driver:
     """A driver on a serial line: all of them are made alike."""
 
-    def opened(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
+    def opened(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
         return driver(name, link_of(name, entry), settings_of(name, settings, entry), entry.model, entry.serial)
 
     return Driver(names, opened)

@@ -86,7 +86,7 @@ def _stopped_by_signal() -> Iterator[threading.Event]:
     Only a program's main thread may ask for signals."""
     stop = threading.Event()
 
-    def handler(number: int, frame: FrameType | None) -> None:
+    def handler(*_: int | FrameType | None) -> None:
         stop.set()
 
     mine = threading.current_thread() is threading.main_thread()

@@ -79,7 +79,7 @@ class Explain(Page):
         self._show()
         self.say(f"stored as event {event.seq}; it goes on the certificate", "good")
 
-    def _not_found(self, words: str) -> None:
+    def _not_found(self, _: str) -> None:
         self.query_one("#answer", Static).update("")
         self._show()
 

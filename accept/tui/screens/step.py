@@ -8,7 +8,6 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.events import DescendantFocus, ScreenResume, ScreenSuspend
 from textual.widgets import Input, Label, Static
 
 from accept.store import Event
@@ -102,13 +101,13 @@ class StepScreen(StepView):
             for field in self.query(Field):
                 field.show(self.state)
 
-    def on_descendant_focus(self, event: DescendantFocus) -> None:
+    def on_descendant_focus(self) -> None:
         self._follow()
 
-    def on_screen_resume(self, event: ScreenResume) -> None:
+    def on_screen_resume(self) -> None:
         self._follow()
 
-    def on_screen_suspend(self, event: ScreenSuspend) -> None:
+    def on_screen_suspend(self) -> None:
         for gauge in self.query(Gauge):
             gauge.leave()
 
@@ -151,7 +150,7 @@ class StepScreen(StepView):
                 case Scalar() as declared:
                     self._take(field, parse_scalar(text, declared), repeat, text)
                 case Vector() as declared if len(text.replace(";", " ").split()) == declared.size:
-                    self._take_all(field, parse_list(text, declared), text)
+                    self._take_all(parse_list(text, declared), text)
                 case _:
                     self._take(field, parse_number(text, place.unit), repeat, text)
         except EntryError as e:
@@ -165,7 +164,7 @@ class StepScreen(StepView):
             lambda: self.session.take(step, place.declared, measured, index=place.index, repeat=repeat, text=text),
         )
 
-    def _take_all(self, field: Field, values: list[float], text: str) -> None:
+    def _take_all(self, values: list[float], text: str) -> None:
         for other, value in zip(self.query(Field), values, strict=True):
             self._take(other, Measured(value), False, text)
 
@@ -260,7 +259,7 @@ class StepScreen(StepView):
         if self.complete:
             self.judge()
 
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+    def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
         """Keys that mean nothing at this step are not in the footer."""
         if action == "way":
             return len(self.step.check.forms) > 1

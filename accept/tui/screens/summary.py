@@ -66,7 +66,7 @@ class Summary(Working[bool]):
             self, self.bench.worker, lambda e: judge(e.judge), self._judged, "judging the unit", self._not_judged
         )
 
-    def _not_judged(self, words: str) -> None:
+    def _not_judged(self, _: str) -> None:
         self.query_one("#verdict", Static).update("not judged")
 
     def _judged(self, result: UnitResult) -> None:

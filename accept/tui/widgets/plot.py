@@ -34,7 +34,7 @@ MAP_ROWS = {False: 10, True: 14}  # of a map, on a narrow and on a wide screen
 class Decades(AxisFormatter):
     """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where they are few."""
 
-    def get_ticks(self, min_: float, max_: float, max_ticks: int = 8) -> list[float]:
+    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
         first, last = math.floor(min_), math.ceil(max_)
         steps = (1,) if last - first > 4 else (1, 2, 5)
         ticks = [math.log10(m) + d for d in range(first, last + 1) for m in steps]
@@ -88,7 +88,7 @@ class PanelPlot(PlotWidget):
 
     def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
         panel = self._panel
-        x, y = _logged(thin(x, points), panel.x_log), _logged(thin(y, points), panel.y_log)
+        x, y = _logged(thin(x), panel.x_log), _logged(thin(y), panel.y_log)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
             return
@@ -109,8 +109,8 @@ class PanelPlot(PlotWidget):
             self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
 
 
-def thin(values: Array, points: bool) -> Array:
-    """At most `_MOST_POINTS` values: every n-th, and of a curve the ends too."""
+def thin(values: Array) -> Array:
+    """At most `_MOST_POINTS` values: every n-th."""
     step = math.ceil(values.size / _MOST_POINTS)
     return values if step <= 1 else values[::step]
 

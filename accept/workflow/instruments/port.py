@@ -40,7 +40,7 @@ class Instruments(Protocol):
 class NoInstruments:
     """Everything is typed."""
 
-    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
+    def serving(self, _check: str, _name: str, _index: int | None) -> InstrumentPort | None:
         return None
 
 

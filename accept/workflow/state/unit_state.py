@@ -148,7 +148,7 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
     return run
 
 
-def _nothing(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
+def _nothing(run: UnitRun, *_: Event | Mapping[str, Any]) -> UnitRun:
     return run
 
 
@@ -218,12 +218,12 @@ def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun
     return _with(run, replace(attempt, steps={**attempt.steps, data["step"]: state}))
 
 
-def _explained(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
+def _explained(run: UnitRun, _: Event, data: Mapping[str, Any]) -> UnitRun:
     """A verdict that was given without it is given again with it: it goes on the certificate."""
     return _with(run, _unjudged(replace(_present(run), gap=(int(data["upto"]), dict(data["gap"])))))
 
 
-def _judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
+def _judged(run: UnitRun, _: Event, data: Mapping[str, Any]) -> UnitRun:
     """Only of this attempt's own folder: a batch may have judged a folder of the same serial. Where the same was found
     once more, from the same inputs, spec and program, a certificate of it still holds."""
     attempt = run.attempt
@@ -235,7 +235,7 @@ def _judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     return _with(run, replace(attempt, verdict=verdict, judged=dict(data), certificate=None, signatures=()))
 
 
-def _undone(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
+def _undone(run: UnitRun, *_: Event | Mapping[str, Any]) -> UnitRun:
     """What was undone is passed over already; a verdict that was given with it no longer holds."""
     return _with(run, _unjudged(_present(run)))
 

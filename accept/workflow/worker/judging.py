@@ -46,7 +46,7 @@ class Elsewhere:
     """Judges and explains in the other process, one thing; `cancel` stops it. say: is told, from the thread that waits,
     what the computation says of itself."""
 
-    def __init__(self, worker: WorkerProcess, say: Say = lambda words: None) -> None:
+    def __init__(self, worker: WorkerProcess, say: Say = lambda _: None) -> None:
         self._worker, self._say = worker, say
         self._work: Work[Any] | None = None
 
@@ -67,7 +67,7 @@ class Elsewhere:
         return self._worker.run(work, self._say)
 
 
-def _judge(say: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
+def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
     return judge_here(folder, spec, stated)
 
 

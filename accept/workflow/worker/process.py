@@ -52,7 +52,7 @@ class WorkerProcess:
         with self._mutex:
             self._started()
 
-    def run(self, work: Work[T], say: Say = lambda words: None) -> T:
+    def run(self, work: Work[T], say: Say = lambda _: None) -> T:
         """Wait for the turn and for the answer; say is called, from the thread that waits, with what the computation
         says of itself. Raises NotDone, Broken, OSError."""
         with self._turn:
@@ -115,8 +115,8 @@ class WorkerProcess:
 
 def _answer(process: Process, work: Work[Any], say: Say) -> tuple[str, Any]:
     """How it ended, and what came of it."""
-    assert process.stdin is not None
-    assert process.stdout is not None
+    if process.stdin is None or process.stdout is None:
+        raise RuntimeError("the worker process was started without pipes")
     try:
         process.stdin.write(work.order)
         process.stdin.flush()

@@ -137,7 +137,8 @@ class Augmented:
 def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
     """(F,) its factor. Raises ModelError where there is none, so that a search turns back: an effect may be another
     package's."""
-    assert member.factor is not None
+    if member.factor is None:
+        raise ModelError(f"effect '{member.name}' multiplies no channel")
     try:
         out = np.asarray(member.factor(values, s), dtype=complex)
     except (ArithmeticError, LookupError, TypeError, ValueError) as e:

@@ -66,9 +66,9 @@ class SlowRecord:
     """What an effect says about slow sines. named: what they say of it, or None; limit: from which values on they
     would have; contradicts: why they speak against values that a search has found, or "". Each by default nothing."""
 
-    named: Callable[[Slow, Thresholds], SlowFinding | None] = lambda slow, table: None
-    limit: Callable[[Slow, Thresholds], Values] = lambda slow, table: NO_SLOW_LIMIT
-    contradicts: Callable[[Slow, Values], str] = lambda slow, values: ""
+    named: Callable[[Slow, Thresholds], SlowFinding | None] = lambda *_: None
+    limit: Callable[[Slow, Thresholds], Values] = lambda *_: NO_SLOW_LIMIT
+    contradicts: Callable[[Slow, Values], str] = lambda *_: ""
 
 
 @dataclass(frozen=True, kw_only=True)

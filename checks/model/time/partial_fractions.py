@@ -33,7 +33,7 @@ class Fractions:
         return np.asarray(self.direct + one + other)
 
     def plus(self, other: "Fractions") -> "Fractions":
-        poles, residues = (np.concatenate(p) for p in zip(self._parts(), other._parts(), strict=True))
+        poles, residues = (np.concatenate(p) for p in zip(self.parts(), other.parts(), strict=True))
         return Fractions(poles, residues, self.direct + other.direct)
 
     def times(self, other: "Fractions") -> "Fractions":
@@ -63,7 +63,8 @@ class Fractions:
         kept = share > STILL * max(float(share.max(initial=0.0)), abs(self.direct))
         return list(zip(self.poles[kept], self.residues[kept], strict=True))
 
-    def _parts(self) -> tuple[Complex, Complex]:
+    def parts(self) -> tuple[Complex, Complex]:
+        """Poles and residues, (P,) each."""
         return self.poles, self.residues
 
 
