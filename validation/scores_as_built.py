@@ -28,7 +28,7 @@ from validation.scores import (
     share,
     slowest,
 )
-from validation.sets import DX_LIMIT_UM, DY_LIMIT_UM
+from validation.sets import DX_LIMIT_UM, DY_LIMIT_UM, SETS
 
 COVERS = (0.90, 0.987)
 RISK = 0.01  # chance of so many wrong acceptances, were the stated probabilities right
