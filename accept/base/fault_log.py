@@ -2,11 +2,13 @@
 
 import logging
 import sys
-import threading
 from importlib import metadata
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from types import TracebackType
+
+from filelock import FileLock
+
+from accept.base.home import home
 
 NAME = "accept.log"
 PLEASE_REPORT = f"please report it with ACCEPT_HOME/log/{NAME}"
@@ -17,8 +19,6 @@ _FORMAT = "%(asctime)s %(process)d accept %(version)s: %(message)s"
 
 def log_file() -> Path:
     """Where faults are written. Raises HomeError."""
-    from accept.base.home import home  # late, as below: `accept --help` has no fault to log, and stays quick
-
     return home() / "log" / NAME
 
 
@@ -38,8 +38,6 @@ def log_fault(doing: str, fault: BaseException) -> None:
 
 def _append(record: logging.LogRecord, formatter: logging.Formatter) -> None:
     """Raises OSError, of which a lock's timeout is one, and HomeError, a RuntimeError."""
-    from filelock import FileLock
-
     path = log_file()
     path.parent.mkdir(mode=0o700, exist_ok=True)
     with FileLock(path.with_suffix(".lock"), timeout=LOCK_S):
@@ -55,20 +53,3 @@ class _RotatingFile(RotatingFileHandler):
     def handleError(self, _: logging.LogRecord) -> None:
         """A full disk is raised to `log_fault`, which has another place."""
         raise
-
-
-def log_crashes() -> None:
-    """From now on whatever nobody caught, in any thread, is logged before it is shown as ever."""
-    shown, thread_shown = sys.excepthook, threading.excepthook
-
-    def crashed(kind: type[BaseException], fault: BaseException, trace: TracebackType | None) -> None:
-        if issubclass(kind, Exception):
-            log_fault("the program crashed", fault)
-        shown(kind, fault, trace)
-
-    def thread_crashed(said: threading.ExceptHookArgs) -> None:
-        if isinstance(said.exc_value, Exception):
-            log_fault(f"thread {said.thread.name if said.thread else ''} crashed", said.exc_value)
-        thread_shown(said)
-
-    sys.excepthook, threading.excepthook = crashed, thread_crashed

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
+from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
-from accept.base.fault_log import log_crashes
 from accept.cli.excite import app as excite_app
 from accept.cli.fleet import first_pass, gauge_study, golden_app, history, list_units, match, rejudge, trend
 from accept.cli.frf import compare, frf

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App
 from textual.binding import Binding, BindingType
 
-from accept.base.fault_log import log_fault
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen
 
@@ -44,6 +43,8 @@ class BenchApp(App[None]):
         self.show_start()
 
     def _handle_exception(self, error: Exception) -> None:
+        from accept.base.fault_log import log_fault
+
         log_fault("a screen of accept run", error)  # textual shows it when the screens are gone
         super()._handle_exception(error)
 
