@@ -1,10 +1,18 @@
 """What can be wrong with the data or the model that a check is given."""
 
+from checks.cause import Cause, Reason, because
 from specs.errors import AcceptError
 
 
 class RecordError(AcceptError, ValueError):
-    """A record that must not be used; the text names the file, the channel, what was found and what was expected."""
+    """A record that must not be used; the text names the file, the channel, what was found and what was expected.
+
+    Made from a reason; from plain words where no advice hangs on the cause.
+    """
+
+    def __init__(self, reason: Reason | str) -> None:
+        self.reason = because(Cause.IN_WORDS, detail=reason) if isinstance(reason, str) else reason
+        super().__init__(reason)
 
 
 class ModelError(AcceptError, ValueError):

@@ -2,16 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+from checks.cause import Cause, Reason, because
 from checks.picture import Panel
 from specs.units import unit_of
 
 COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere ([JCGM100] 6.3)
-
-
-class NoResult(Exception):
-    """The data do not carry an answer; the text says why, in words for the technician."""
 
 
 @dataclass(frozen=True)
@@ -27,15 +25,17 @@ class Contribution:
 class Quantity:
     """A measured value in the unit its name says. U: expanded uncertainty (k = 2); None is unknown, which is not zero.
 
-    A quantity without a value (`value` NaN) carries the reason.
+    A quantity without a value (`value` NaN) carries the reason; one with a value that must not pass, whatever its
+    limits, the doubt: its U is then unknown.
     """
 
     name: str
     value: float
     U: float | None = None
     budget: tuple[Contribution, ...] = ()
-    reason: str | None = None
+    reason: Reason | None = None
     note: str | None = None
+    doubt: Reason | None = None
 
     @property
     def unit(self) -> str:
@@ -48,8 +48,13 @@ class Quantity:
         return cls(name, float(value), U, budget, note=note)
 
     @classmethod
-    def missing(cls, name: str, reason: str) -> "Quantity":
-        return cls(name, math.nan, reason=reason)
+    def missing(cls, name: str, reason: Reason | Cause) -> "Quantity":
+        return cls(name, math.nan, reason=because(reason) if isinstance(reason, Cause) else reason)
+
+    def doubted(self, cause: Cause, **parameters: Any) -> "Quantity":
+        """The same value with an unknown uncertainty, so that it cannot pass; outside its limits it fails as before."""
+        doubt = because(cause, **parameters)
+        return replace(self, U=None, note=str(doubt), doubt=doubt)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from checks.arrays import Array
+from checks.cause import Cause, because
 from checks.errors import RecordError
 
 
@@ -25,8 +26,7 @@ class Record:
         try:
             return self.channels[channel]
         except KeyError:
-            have = ", ".join(sorted(self.channels)) or "none"
-            raise RecordError(f"{self.name}: no channel '{channel}' (has: {have})") from None
+            raise RecordError(because(Cause.CHANNEL_MISSING, file=self.name, channel=channel)) from None
 
     @property
     def fs(self) -> float:

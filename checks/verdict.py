@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from specs.spec import Limit
 
@@ -32,7 +33,10 @@ class UnitVerdict(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One judged quantity. value, U: None where unknown; p_false_accept: see `probability_of_false_acceptance`."""
+    """One judged quantity. value, U: None where unknown; p_false_accept: see `probability_of_false_acceptance`.
+
+    cause: why it did not pass; reason: its sentence, as it was when judged.
+    """
 
     check: str
     quantity: str
@@ -50,12 +54,13 @@ class Finding:
     assumed: bool = False
     budget: tuple[Contribution, ...] = ()
     note: str | None = None
+    cause: Reason | None = None
 
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:
     """Finding of a quantity against its limit. Anything that is not a finite value with the limit's unit is no result;
     an unknown or infinite U never passes, whatever the rule."""
-    verdict, reason = _decide(quantity, limit)
+    verdict, cause = _decide(quantity, limit)
     usable = verdict is not Verdict.NO_RESULT
     U = quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None
     risk = probability_of_false_acceptance(quantity.value, quantity.U, limit, verdict) if usable else None
@@ -70,48 +75,49 @@ def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -
         rule=limit.rule,
         verdict=verdict,
         p_false_accept=risk,
-        reason=reason,
+        reason=None if cause is None else str(cause),
         required=required,
         source=limit.source,
         assumed=limit.assumed,
         budget=quantity.budget,
         note=quantity.note,
+        cause=cause,
     )
 
 
-def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, str | None]:
+def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:
     value, U = quantity.value, quantity.U
     if quantity.reason is not None:
         return Verdict.NO_RESULT, quantity.reason
     if not math.isfinite(value):
-        return Verdict.NO_RESULT, f"the value is {value}"
+        return Verdict.NO_RESULT, because(Cause.NOT_FINITE, value=str(value))
     if quantity.unit != limit.unit:
-        return Verdict.NO_RESULT, f"the value is in {quantity.unit}, the limit in {limit.unit}"
+        return Verdict.NO_RESULT, because(Cause.WRONG_UNIT, unit=quantity.unit, expected=limit.unit)
     if U is not None and (math.isnan(U) or U < 0):
-        return Verdict.NO_RESULT, f"the uncertainty is {U}"
+        return Verdict.NO_RESULT, because(Cause.U_INVALID, U=str(U))
     applied, reason = _apply_rule(value, math.inf if U is None else U, limit)
-    if applied is Verdict.CONDITIONAL and U is None and quantity.note:
-        reason = f"{reason}: {quantity.note}"
+    if applied is Verdict.CONDITIONAL and U is None and quantity.doubt is not None:
+        return applied, together([quantity.doubt, because(Cause.U_UNKNOWN)])
     return applied, reason
 
 
-def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, str | None]:
+def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason | None]:
     lower, upper = bounds(limit)
     inside = lower <= value <= upper
     outside = Verdict.FAIL, outside_reason(value, limit)
     if math.isinf(U):
-        unknown = Verdict.CONDITIONAL, "inside the limits, but the uncertainty is unknown"
+        unknown = Verdict.CONDITIONAL, because(Cause.U_UNKNOWN)
         return unknown if inside else outside
     if limit.rule == "guarded":
         if lower <= value - U and value + U <= upper:
             return Verdict.PASS, None
         if value + U < lower or value - U > upper:
             return outside
-        return Verdict.CONDITIONAL, f"a limit lies within the uncertainty ({value:.6g} ± {U:.3g} {limit.unit})"
+        return Verdict.CONDITIONAL, because(Cause.U_INCLUDES_LIMIT, value=value, U=U, unit=limit.unit)
     if not inside:
         return outside
     if limit.rule == "shared" and U > (limit.U_max or 0.0):
-        return Verdict.CONDITIONAL, f"U = {U:.3g} {limit.unit} is above the {limit.U_max:g} that shared risk allows"
+        return Verdict.CONDITIONAL, because(Cause.U_TOO_LARGE, U=U, unit=limit.unit, most=limit.U_max or 0.0)
     return Verdict.PASS, None
 
 
@@ -123,12 +129,12 @@ def bounds(limit: Limit) -> tuple[float, float]:
     )
 
 
-def outside_reason(value: float, limit: Limit) -> str:
+def outside_reason(value: float, limit: Limit) -> Reason:
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
     # %.6g can print a value just outside a limit like the limit itself: then show every digit.
     shown = f"{value:.6g}" if f"{value:.6g}" != f"{at:.6g}" else repr(value)
-    return f"{shown} {limit.unit} is {side} limit {at:g} {limit.unit}"
+    return because(Cause.OUTSIDE_LIMITS, value=shown, unit=limit.unit, side=side, limit=at)
 
 
 def probability_outside(value: float, U: float, limit: Limit) -> float:
@@ -170,6 +176,8 @@ def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
     return UnitVerdict.CONDITIONAL
 
 
-def missing_findings(check: str, limits: Iterable[tuple[str, Limit]], reason: str, required: bool) -> list[Finding]:
+def missing_findings(
+    check: str, limits: Iterable[tuple[str, Limit]], reason: Reason | Cause, required: bool
+) -> list[Finding]:
     """No-result findings for every limited quantity of a check that could not be measured."""
     return [judge(check, Quantity.missing(name, reason), limit, required) for name, limit in limits]

@@ -10,6 +10,7 @@ from accept.judging.judge_unit import judge_unit
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
+from checks.cause import Cause, Reason, because
 from checks.quantity import Quantity
 from checks.verdict import Finding, judge, unit_verdict
 from specs.spec import Spec
@@ -78,16 +79,22 @@ def from_values(result: Mapping[str, Any], spec: Spec) -> list[Finding]:
             row["quantity"],
             float("nan") if row["value"] is None else float(row["value"]),
             row["U"],
-            reason=row.get("reason") if row["value"] is None else None,
+            reason=_reason(row) if row["value"] is None else None,
         )
         for row in (*result["information"], *result["findings"])
     }
     return [
-        judge(name, held.get(quantity, Quantity.missing(quantity, "not measured")), limit, asked.required)
+        judge(name, held.get(quantity, Quantity.missing(quantity, Cause.NOT_MEASURED)), limit, asked.required)
         for name, asked in spec.checks.items()
         for quantity, limit in asked.limits.items()
         if asked.required or quantity in held
     ]
+
+
+def _reason(row: Mapping[str, Any]) -> Reason:
+    if row.get("cause"):
+        return Reason.from_json(row["cause"])
+    return because(Cause.IN_WORDS, detail=row.get("reason") or "no value")
 
 
 def as_json(units: list[JudgedAgain]) -> bytes:

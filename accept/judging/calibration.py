@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from checks.acceptance import CHECKS
+from checks.cause import Cause, because, together
 from checks.verdict import Finding, Verdict
 from specs.bench import BenchFile
 
@@ -92,9 +93,9 @@ def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Fi
 def _downgraded(finding: Finding, why: str | None) -> Finding:
     if why is None or finding.verdict is Verdict.NO_RESULT:
         return finding
-    reason = f"{finding.reason}; {why}" if finding.reason else why
+    cause = together([*([] if finding.cause is None else [finding.cause]), because(Cause.CALIBRATION, detail=why)])
     verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
-    return replace(finding, verdict=verdict, reason=reason)
+    return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
 
 
 def notes(given: Statement) -> list[str]:

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from accept.base.fault_log import PLEASE_REPORT, log_fault
+from accept.base.fault_log import log_fault
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
@@ -12,11 +12,12 @@ from accept.models.model_file import open_model
 from accept.units import unit_folder as units
 from accept.units.unit_folder import UnitError, UnitFolder, UnitSection
 from checks.acceptance import CHECKS
+from checks.cause import Cause, NoResult
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
 from checks.model.model import Model
 from checks.picture import Panel
-from checks.quantity import NoResult, Outcome, Quantity
+from checks.quantity import Outcome, Quantity
 from checks.settings import setting_problem
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
 from specs.spec import CheckSpec, Spec, load
@@ -78,7 +79,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
         try:
             outcome = _measure(unit, section, CHECKS[name], asked, hashes)
         except (RecordError, NoResult) as e:
-            findings += missing_findings(name, asked.limits.items(), str(e), asked.required)
+            findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
             continue
         found, more = _split(name, asked, outcome)
         findings += found
@@ -109,7 +110,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
 
 def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
     if asked.required:
-        return missing_findings(name, asked.limits.items(), "not measured", True)
+        return missing_findings(name, asked.limits.items(), Cause.NOT_MEASURED, True)
     notes.append(f"{name}: not measured (the spec does not require it)")
     return []
 
@@ -124,7 +125,7 @@ def _measure(
         raise
     except Exception as e:
         log_fault(f"{unit.serial}: judging {check.name}", e)
-        raise NoResult(f"the check stopped on an internal error ({type(e).__name__}: {e}); {PLEASE_REPORT}") from e
+        raise NoResult(Cause.INTERNAL_ERROR, detail=f"{type(e).__name__}: {e}; {PLEASE_REPORT}") from e
 
 
 def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:
@@ -136,14 +137,14 @@ def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:
     try:
         return {"model": open_model(str(name))}
     except (SpecError, ModelError, OSError) as e:
-        raise NoResult(f"the spec's model '{name}' cannot be used: {e}") from e
+        raise NoResult(Cause.MODEL_UNUSABLE, model=str(name), detail=str(e)) from e
 
 
 def _split(name: str, asked: CheckSpec, outcome: Outcome) -> tuple[list[Finding], list[Quantity]]:
     """Findings of all limited quantities, one each; what else has a value is information."""
     found = {q.name: q for q in outcome.quantities}
     judged = [
-        judge(name, found.get(key, Quantity.missing(key, "the data given do not measure it")), limit, asked.required)
+        judge(name, found.get(key, Quantity.missing(key, Cause.NOT_IN_DATA)), limit, asked.required)
         for key, limit in asked.limits.items()
     ]
     return judged, [q for q in outcome.quantities if q.name not in asked.limits and math.isfinite(q.value)]

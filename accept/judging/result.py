@@ -55,7 +55,8 @@ class UnitResult:
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:
-    return asdict(finding) | {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
+    plain = {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
+    return asdict(finding) | plain | {"cause": None if finding.cause is None else finding.cause.to_json()}
 
 
 def information_json(check: str, quantity: Quantity) -> dict[str, Any]:
@@ -66,7 +67,13 @@ def information_json(check: str, quantity: Quantity) -> dict[str, Any]:
         "value": quantity.value if known else None,
         "unit": quantity.unit,
         "U": quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None,
-        "reason": quantity.reason if quantity.reason or known else "no value",
+        "reason": _reason_words(quantity, known),
         "note": quantity.note,
         "budget": [asdict(c) for c in quantity.budget],
     }
+
+
+def _reason_words(quantity: Quantity, known: bool) -> str | None:
+    if quantity.reason is not None:
+        return str(quantity.reason)
+    return None if known else "no value"

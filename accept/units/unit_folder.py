@@ -243,7 +243,10 @@ def load(unit: UnitFolder, section: UnitSection, hashes: Mapping[str, str]) -> V
         raise RecordError(section.problem)
     values: dict[str, Any] = {}
     for name, entry in section.entries.items():
-        values[name] = _read_file(unit, entry, hashes) if isinstance(entry, FileEntry) else entry
+        try:
+            values[name] = _read_file(unit, entry, hashes) if isinstance(entry, FileEntry) else entry
+        except RecordError as e:
+            raise RecordError(e.reason.within(name)) from e
     vet_twins(values)
     return values
 

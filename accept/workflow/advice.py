@@ -1,67 +1,88 @@
-"""What to do about a result that is none: which record to repeat, and what to do differently.
+"""What to do about a finding without a pass: by its cause, which channel or record, and what to do differently.
 
-A table of the words in which the checks say what is wrong with the data. A reason that no entry knows is shown as it
-is: the advice is an addition, never the only word.
+A cause without an entry needs no advice beside its sentence. The texts take the parameters of their cause.
 """
 
 from collections.abc import Mapping
 from typing import Any
 
-from accept.workflow.state.step_judgement import StepJudgement
+from checks.cause import CHANNEL_LABELS, Cause, Reason
 from checks.declare import Check, Series
 
-ADVICE: tuple[tuple[str, str], ...] = (
-    ("double hit", "hit once, short, and let the hammer spring back"),
-    ("overload", "hit softer, or take the force sensor's next range"),
-    ("too close", "let it ring out before the next hit"),
-    ("already moving", "let it ring out before the next hit"),
-    ("off level", "hit about equally hard each time"),
-    ("no impact", "look whether hammer and analyser are connected"),
-    ("coherence is below", "keep hands off the bench, look at that channel's plug and range"),
-    ("low coherence", "hit the same point, and look at the vibrometer's signal"),
-    ("polarity turned", "look at that channel's plug, then record both bands again"),
-    ("exchanged", "look at the plugs of these two channels, then record again"),
-    ("nowhere follows", "look at that channel's plug, then record again"),
-    ("nothing was recorded", "look at that channel's plug, then record again"),
-    ("flickers by its finest step", "look at that channel's plug and range, then record again"),
-    ("samples behind", "the channels were stored with an offset: look at the recording, then record again"),
-    ("samples ahead", "the channels were stored with an offset: look at the recording, then record again"),
-    ("s or more are needed", "record for longer"),
-    ("mass steps found", "set the mass on once and take it off once, ten seconds apart, and touch nothing else"),
-    ("go the same way", "set the mass on, then take it off, within one record"),
-    ("the two steps differ", "look whether the mass stood firm, then repeat both records"),
-    ("does not settle", "wait longer after setting the mass"),
-    ("of quiet record", "wait longer before and after setting the mass"),
-    ("does not follow the voltage", "look at gauge and amplifier, then record again"),
-    ("V starts at", "begin at -20 V and record the whole cycle"),
-    ("V reaches", "go up to 150 V and record the whole cycle"),
-    ("is clipped", "set that channel's range higher, then record again"),
-    ("damaged or cut", "the file is not whole: copy it again, or record again"),
-    ("finite number", "the file holds numbers that are none: record again"),
-    ("not stated", "give the value that is named"),
-)
+_PLUG = "check the plug of {channel}, then record again"
+_OFFSET = "check the acquisition settings: {channel} is stored with an offset; then record again"
+_WHOLE_CYCLE = "begin at -20 V, go up to 150 V and record the whole cycle"
+_TWO_STEPS = "add the mass once and remove it once, ten seconds apart, within one record; touch nothing else"
+
+ADVICE: Mapping[Cause, str] = {
+    Cause.ENTRY_MISSING: "enter the {entry}",
+    Cause.FILE_DAMAGED: "copy the file again, or record again",
+    Cause.SAMPLES_NOT_FINITE: "record again; check the connection of {channel}",
+    Cause.RECORD_SHORT: "record for at least {needed:g} s",
+    Cause.CHANNEL_EMPTY: _PLUG,
+    Cause.CHANNEL_CONSTANT: _PLUG,
+    Cause.CHANNEL_DEAD: "check plug and supply of {channel}, then record again",
+    Cause.CHANNEL_NOT_DRIVEN: "check plug and supply of {channel}, then record again",
+    Cause.CHANNEL_CLIPPED: "set the range of {channel} higher, then record again",
+    Cause.CHANNEL_REVERSED: "reverse the connection of {channel}, then record both bands again",
+    Cause.CHANNELS_EXCHANGED: "exchange the plugs of {channel} and {other}, then record again",
+    Cause.CHANNEL_SIZE: "check plug and range of {channel}, then record again",
+    Cause.CHANNEL_STUCK: "check {channel}: it must move freely and stay within its range; then record again",
+    Cause.CHANNEL_COPIED: "check that {channel} and {other} are on inputs of their own, then record again",
+    Cause.CHANNEL_DELAYED: _OFFSET,
+    Cause.CHANNEL_OFFSET: _OFFSET,
+    Cause.CHANNEL_SCALE: "check the scale factors of {channel} and {other}",
+    Cause.WRONG_GAIN: "check that both actuator stacks are connected, and the gain of the amplifier",
+    Cause.DRIVE_BEHIND_AMPLIFIER: "record Va at the DAC, ahead of the amplifier",
+    Cause.POINT_TWICE: "measure points {first} and {second} again",
+    Cause.VOLTAGE_START: _WHOLE_CYCLE,
+    Cause.VOLTAGE_TOP: _WHOLE_CYCLE,
+    Cause.STROKE_AWAY: "check sign and mounting of {channel}, and the amplifier; then record again",
+    Cause.STROKE_IN_NOISE: "check the mounting of {channel}, and the amplifier; then record again",
+    Cause.STACKS_DIFFER: "check which stacks were driven, then record both again",
+    Cause.GAUGE_DRIFT: "clamp {channel} firmly, let it warm up, then record again",
+    Cause.SINE_SMALL: "drive Va with at least {needed:g} V, then record again",
+    Cause.ONE_AMPLITUDE: "record at two amplitudes or more",
+    Cause.STEP_COUNT: _TWO_STEPS,
+    Cause.STEPS_SAME_WAY: _TWO_STEPS,
+    Cause.STEP_PLATEAU: "wait longer before and after adding the mass",
+    Cause.STEP_NOT_SETTLED: "put the mass down more gently and wait until it stands still",
+    Cause.STEPS_DIFFER: "check that the mass stands firmly, then repeat both records",
+    Cause.CIRCUITS_EXCHANGED: "exchange the files of the closed and the open circuit; check the added mass as well",
+    Cause.NO_IMPACT: "check that hammer and analyser are connected",
+    Cause.COHERENCE_LOW: "keep hands off the bench; check plug and range of the channel named",
+    Cause.RECORDS_DISAGREE: "check that both records are of this unit, on one bench with one setting",
+    Cause.PAYLOAD_DIFFERS: "measure with a payload of {expected:g} kg, or correct the payload entered",
+    Cause.MODEL_MISFIT: "run the gap analysis to find the cause",
+}
+IMPACT_ADVICE: Mapping[str, str] = {
+    "double hit": "hit once, briefly, and let the hammer spring back",
+    "overload": "hit more softly, or use the next range of the force sensor",
+    "too close": "let the vibration decay before the next hit",
+    "already moving": "let the vibration decay before the next hit",
+    "off level": "hit about equally hard each time",
+    "low coherence": "hit the same point; check the signal of the vibrometer",
+}
 
 
-def advice(check: Check, judgement: StepJudgement) -> tuple[str, ...]:
-    """What to do, a line each, from the reasons of all findings that did not get a value."""
-    reasons = [str(f["reason"]) for f in judgement.findings if _without_value(f)]
-    return tuple(dict.fromkeys(line for reason in reasons for line in lines(check, reason)))
+def advice(check: Check, finding: Mapping[str, Any]) -> list[str]:
+    """What to do, a line each, about a finding as in results.json; empty where its cause needs no words."""
+    if not finding.get("cause"):
+        return []
+    return lines(check, Reason.from_json(finding["cause"]))
 
 
-def lines(check: Check, reason: str) -> list[str]:
-    """Advice on one reason, with the record that it names."""
-    found = list(dict.fromkeys(words for fault, words in ADVICE if fault in reason))
-    record = _record(check, reason)
-    if record is None:
-        return found
-    return [f"repeat '{record.label}': {words}" for words in found]
+def lines(check: Check, reason: Reason) -> list[str]:
+    """Advice on a reason and on what else is wrong, with the record that each names."""
+    return list(dict.fromkeys(line for one in reason.all() for line in _lines(check, one)))
 
 
-def _without_value(finding: Mapping[str, Any]) -> bool:
-    return finding["verdict"] == "no_result" and bool(finding["reason"])
-
-
-def _record(check: Check, reason: str) -> Series | None:
-    """The record that a reason begins with the name of."""
-    declared = check.inputs.get(reason.partition(":")[0])
-    return declared if isinstance(declared, Series) else None
+def _lines(check: Check, reason: Reason) -> list[str]:
+    parameters = {k: CHANNEL_LABELS.get(v, v) if isinstance(v, str) else v for k, v in reason.parameters.items()}
+    if reason.cause is Cause.IMPACTS_BAD:
+        found = [IMPACT_ADVICE[fault] for fault in parameters["faults"] if fault in IMPACT_ADVICE]
+    else:
+        found = [ADVICE[reason.cause].format(**parameters)] if reason.cause in ADVICE else []
+    declared = check.inputs.get(reason.record)
+    where = f"{declared.label}: " if isinstance(declared, Series) else ""
+    return [f"{where}{words}" for words in found]

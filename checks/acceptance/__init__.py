@@ -14,8 +14,9 @@ from checks.acceptance import (
     stroke,
 )
 from checks.acceptance.responses import check as frf
+from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
-from checks.quantity import NoResult, Outcome, Quantity
+from checks.quantity import Outcome, Quantity
 from specs import plugins
 from specs.spec import CheckSpec
 
@@ -63,7 +64,8 @@ class Guarded:
         sound = isinstance(outcome, Outcome) and all(isinstance(q, Quantity) for q in outcome.quantities)
         names = [q.name for q in outcome.quantities] if sound else []
         if sorted(names) != sorted(check.quantities):
-            raise NoResult(f"check '{check.name}' gave {names or outcome!r}, expected {', '.join(check.quantities)}")
+            found = ", ".join(names) or repr(outcome)
+            raise NoResult(Cause.PLUGIN_QUANTITIES, check=check.name, found=found, expected=", ".join(check.quantities))
         return outcome
 
 

@@ -7,9 +7,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 from checks.arrays import Array
+from checks.cause import Cause, NoResult
 from checks.declare import Check, CsvTable, Form, Guide, Setting, Values, Vector
 from checks.picture import Band, Heights, Line, Panel
-from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from specs.spec import CheckSpec, StatedU
 
 POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
@@ -74,13 +75,13 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     left, right = x < 0, x > 0
     for name, side in (("x < 0", left), ("x > 0", right)):
         if side.sum() < MIN_POINTS_PER_INTERFACE:
-            raise NoResult(f"{side.sum()} points on the interface at {name}, {MIN_POINTS_PER_INTERFACE} are needed")
+            raise NoResult(Cause.POINTS_MISSING, points=int(side.sum()), side=name, needed=MIN_POINTS_PER_INTERFACE)
     _vet_points(x, y, z, reading)
     try:
         zone = minimum_zone(x, y, z)
         planes = [_plane_of(x[side], y[side], z[side]) for side in (left, right)]
     except ValueError as e:
-        raise NoResult(str(e)) from e
+        raise NoResult(Cause.POINTS_IN_LINE, detail=str(e)) from e
     residual = z - zone.slope[0] * x - zone.slope[1] * y - zone.offset
     quantities = (
         _scaled("flatness_um", zone.half_width / UM, float(np.linalg.norm(zone.weights)), reading),
@@ -97,12 +98,11 @@ def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
     distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
     first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
     if distance[first, second] < APART_MM * MM:
-        where = f"x = {x[first] / MM:g} mm, y = {y[first] / MM:g} mm"
-        raise NoResult(f"points {first + 1} and {second + 1} are the same position ({where}): one was read twice")
+        x_mm, y_mm = x[first] / MM, y[first] / MM
+        raise NoResult(Cause.POINT_TWICE, first=int(first) + 1, second=int(second) + 1, x_mm=x_mm, y_mm=y_mm)
     floor = reading.U if reading is not None and reading.U is not None else 0.0
     if np.ptp(z) / UM <= floor:
-        words = f"all heights lie within {np.ptp(z) / UM:.3g} um, the probe is good for {floor:g} um"
-        raise NoResult(f"{words}: not read, or not in um")
+        raise NoResult(Cause.HEIGHTS_ALIKE, span=np.ptp(z) / UM, floor=floor)
 
 
 def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:
@@ -111,11 +111,11 @@ def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:
         table = values["points"]
         return table["x_mm"] * MM, table["y_mm"] * MM, table["z_um"] * UM
     if "z_um" not in values:
-        raise NoResult("no heights were measured")
+        raise NoResult(Cause.NOT_MEASURED, record="z_um")
     positions = np.asarray(spec.settings.get("positions_mm", POSITIONS_MM), dtype=float)
     heights = np.asarray(values["z_um"], dtype=float)
     if positions.shape != (heights.size, 2):
-        raise NoResult(f"{heights.size} heights for {len(positions)} positions of the spec")
+        raise NoResult(Cause.HEIGHTS_COUNT, found=heights.size, expected=len(positions))
     return positions[:, 0] * MM, positions[:, 1] * MM, heights * UM
 
 

@@ -1,16 +1,17 @@
 """Hysteresis loops under slow sines of growing amplitude ([STB] 3.1.6)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V, wrong_gain
+from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.arrays import Array
+from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel
-from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.regression import least_squares
 from checks.signals.slow.cycles import Cycle, last_cycles
@@ -47,7 +48,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     width at the largest amplitude has above that at the smallest.
     """
     if "record" not in values:
-        raise NoResult("record: not measured")
+        raise NoResult(Cause.NOT_MEASURED, record="record")
     record: Record = values["record"]
     cycles = _cycles(record, float(spec.settings.get("min_amplitude_V", MIN_AMPLITUDE_V)))
     loops = _loops(record, "de", cycles)
@@ -64,19 +65,19 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         quantities.append(_sensor(sensor))
         panels |= _panels("sensor", "Vs [V]", 1.0, sensor)
     else:
-        quantities.append(Quantity.missing("sensor_hysteresis_percent", "the record holds no Vs"))
+        quantities.append(Quantity.missing("sensor_hysteresis_percent", because(Cause.CHANNEL_MISSING, channel="Vs")))
     return Outcome(tuple(quantities), tuple(notes), panels)
 
 
 def _cycles(record: Record, at_least: float) -> list[Cycle]:
     largest = float(np.abs(record["Va"]).max())
     if largest > DAC_V:
-        raise NoResult(f"Va reaches {largest:.3g} V, a DAC at most {DAC_V:g} V: it was measured behind the amplifier")
+        raise NoResult(Cause.DRIVE_BEHIND_AMPLIFIER, value=largest, most=DAC_V)
     cycles = last_cycles(record["Va"])
     if not cycles:
-        raise NoResult("Va holds no whole period of a steady sine")
+        raise NoResult(Cause.NO_SINE)
     if cycles[-1].amplitude < 0.98 * at_least:
-        raise NoResult(f"the largest sine in Va has {cycles[-1].amplitude:.3g} V, {at_least:g} V are asked for")
+        raise NoResult(Cause.SINE_SMALL, value=cycles[-1].amplitude, needed=at_least)
     return cycles
 
 
@@ -85,8 +86,7 @@ def _check_order(loop: Loop, cycle: Cycle) -> None:
     a loop cannot open that way."""
     ahead, one_sample = -loop.width.value, 2 * np.pi / (cycle.stop - cycle.start)
     if ahead > one_sample + 3 * loop.width.u:
-        percent = f"{100 * ahead:.3g} percent at {loop.amplitude:.3g} V"
-        raise NoResult(f"de runs ahead of Va ({percent}): stored with an offset, turned in time, or of another record")
+        raise NoResult(Cause.RESPONSE_LEADS, channel="de", percent=100 * ahead, amplitude=loop.amplitude)
 
 
 def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
@@ -102,7 +102,7 @@ def _held_against_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity
     pass. One above its limit fails as before: a wide loop moves more."""
     lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
     gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
-    return width if lo <= gain <= hi else replace(width, U=None, note=wrong_gain("de", gain, lo, hi))
+    return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel="de", gain=gain, lo=lo, hi=hi)
 
 
 def _falls(loop: Loop) -> bool:
@@ -113,15 +113,14 @@ def _check_moving(record: Record, channel: str, cycle: Cycle) -> None:
     """Raises NoResult where a channel repeats one value while Va runs on: it is held, or the end of its range."""
     at, passed = longest_stand(record["Va"][cycle.samples], record[channel][cycle.samples])
     if passed > STUCK * 2 * cycle.amplitude:
-        words = f"{channel} stands still from sample {cycle.start + at} on while Va runs through {passed:.3g} V"
-        raise NoResult(f"{words}: held, or clipped")
+        raise NoResult(Cause.CHANNEL_STUCK, channel=channel, reference="Va", sample=cycle.start + at, span=passed)
 
 
 def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
     _check_moving(record, channel, cycles[-1])
     loops = [loop_of(record["Va"][c.samples], record[channel][c.samples], c, channel) for c in cycles]
     if not loops[-1].misfit <= MAX_MISFIT:
-        raise NoResult(f"{channel} does not follow Va in a loop at {cycles[-1].amplitude:.3g} V")
+        raise NoResult(Cause.NO_RESPONSE, channel=channel, amplitude=cycles[-1].amplitude)
     return loops
 
 
@@ -150,7 +149,7 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
     to_span = (design[top] - design[bottom]) * (1.0 if v[top] > v[bottom] else -1.0)
     span = float(to_span @ fit.x)
     if span == 0.0:
-        raise NoResult(f"{name} does not follow Va: it does not move at {cycle.amplitude:.3g} V")
+        raise NoResult(Cause.NO_RESPONSE, channel=name, amplitude=cycle.amplitude)
     ratio = float(to_width @ fit.x) / span
     width = ScalarEstimate(ratio, fit.u(to_width - ratio * to_span) / abs(span))
     centred = response - (response.max() + response.min()) / 2
@@ -167,7 +166,7 @@ def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
 def _small(loops: list[Loop], spec: CheckSpec) -> Quantity:
     name = "hysteresis_small_signal_percent"
     if len(loops) < 2:
-        return Quantity.missing(name, "only one amplitude was recorded")
+        return Quantity.missing(name, Cause.ONE_AMPLITUDE)
     return _width(name, loops[0], spec)
 
 
@@ -178,7 +177,7 @@ def _amplitude(loops: list[Loop]) -> Quantity:
 def _sensor(loops: list[Loop]) -> Quantity:
     name = "sensor_hysteresis_percent"
     if len(loops) < 2:
-        return Quantity.missing(name, "only one amplitude was recorded: a phase shift cannot be told from hysteresis")
+        return Quantity.missing(name, Cause.ONE_AMPLITUDE)
     small, large = loops[0].width, loops[-1].width
     scatter = [
         Contribution("scatter at the largest amplitude", 100 * large.u, "A"),

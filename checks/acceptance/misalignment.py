@@ -8,6 +8,7 @@ answer give none: missing bands, turned channels, a model that does not explain 
 import numpy as np
 
 from checks.acceptance.responses import check
+from checks.cause import Cause, NoResult
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset, dataset_from_records
@@ -16,7 +17,7 @@ from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
-from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from specs.spec import CheckSpec
 
@@ -28,16 +29,16 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     """dx_um and dy_um with U. Raises NoResult without both records or a model."""
     model = values.get("model")
     if not isinstance(model, Model):
-        raise NoResult("no model was given to compare with")
+        raise NoResult(Cause.MODEL_NOT_SET)
     data = _dataset(values, "low", "high")
     if data is None:
-        raise NoResult("low, high: both records are needed")
+        raise NoResult(Cause.NOT_MEASURED, record=" and ".join(k for k in ("low", "high") if k not in values))
     try:
         found = estimate(
             _at_the_payload(model, values), data, _scan(model), _dataset(values, "low_repeat", "high_repeat")
         )
     except ModelError as e:
-        raise NoResult(f"model {model.name}: {e}") from e
+        raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
     quantities = (_quantity("dx_um", found.dx, found), _quantity("dy_um", found.dy, found))
     return Outcome(quantities, tuple(_notes(found)), panels(found))
 

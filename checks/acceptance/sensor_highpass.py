@@ -10,9 +10,10 @@ from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.acceptance.responses.rules import LOOKS
 from checks.arrays import Array
+from checks.cause import Cause, NoResult, because, together
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
 from checks.picture import Line, Mark, Panel
-from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.overload import overload
 from checks.signals.record_checks import mismatches
@@ -35,7 +36,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     periods of the lowest frequencies every window leaks.
     """
     if "with_resistor" not in values:
-        raise NoResult("with_resistor: not measured")
+        raise NoResult(Cause.NOT_MEASURED, record="with_resistor")
     vet_rates(values, spec)
     top_Hz = float(spec.settings.get("top_Hz", TOP_HZ))
     fitted = _fit(values["with_resistor"], "with_resistor", top_Hz)
@@ -55,18 +56,15 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
     """High-pass of a record that describes it. Raises NoResult otherwise."""
-    odd = [m.words for m in mismatches(record.channels, LOOKS)]
-    clipped = overload("Vs", record["Vs"])
-    if odd or clipped:
-        raise NoResult(f"{name}: {'; '.join(odd) or clipped}")
+    wrong = mismatches(record.channels, LOOKS) or overload("Vs", record["Vs"])
+    if wrong:
+        raise NoResult(together(wrong).within(name, record.name))
     try:
         fitted = fit_highpass(record.t, record["Va"], record["Vs"], top_Hz)
     except ValueError as e:
-        raise NoResult(f"{name}: {e}") from e
+        raise NoResult(Cause.CANNOT_ESTIMATE, record=name, file=record.name, detail=str(e)) from e
     if not fitted.unexplained <= MAX_UNEXPLAINED:
-        raise NoResult(
-            f"{name}: a first-order high-pass leaves {100 * fitted.unexplained:.2g} percent of Vs unexplained"
-        )
+        raise NoResult(Cause.HIGHPASS_MISFIT, record=name, file=record.name, percent=100 * fitted.unexplained)
     return fitted
 
 
@@ -74,7 +72,7 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
     """Corner of a fit [Hz]. Raises NoResult when the record does not show one."""
     f, u = fitted.corner.value, fitted.corner.u
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
-        raise NoResult(f"with_resistor: no corner seen ({f:.3g} Hz with a standard uncertainty of {u:.2g} Hz)")
+        raise NoResult(Cause.NO_CORNER, record="with_resistor", f_Hz=f, u_Hz=u)
     scatter = Contribution("scatter of the record", u, "A")
     clock = stated(spec, f, "sensor_highpass_Hz")
     return Quantity.of("sensor_highpass_Hz", f, *([scatter, clock] if clock else [scatter]))
@@ -83,18 +81,18 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
 def _try_without(values: Values, top_Hz: float) -> HighPass | Quantity:
     name = "sensor_highpass_without_Hz"
     if "without_resistor" not in values:
-        return Quantity.missing(name, "without_resistor: not measured")
+        return Quantity.missing(name, because(Cause.NOT_MEASURED, record="without_resistor"))
     try:
         return _fit(values["without_resistor"], "without_resistor", top_Hz)
     except NoResult as e:
-        return Quantity.missing(name, str(e))
+        return Quantity.missing(name, e.reason)
 
 
 def _corner_without(fitted: HighPass) -> Quantity:
     """The corner left without the resistor: the input's own resistance. Mostly below what the record shows."""
     name, f, u = "sensor_highpass_without_Hz", fitted.corner.value, fitted.corner.u
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
-        return Quantity.missing(name, f"no corner above {f + 2 * u:.2g} Hz without the resistor")
+        return Quantity.missing(name, because(Cause.NO_CORNER_WITHOUT, f_Hz=f + 2 * u))
     return Quantity.of(name, f, Contribution("scatter of the record", u, "A"))
 
 
@@ -103,11 +101,11 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
     name = "sensor_capacitance_implied_uF"
     R: Measured | None = values.get("resistor_ohm")
     if R is None:
-        return Quantity.missing(name, "the resistor is not stated")
+        return Quantity.missing(name, because(Cause.ENTRY_MISSING, entry="resistor (resistor_ohm)"))
     leak = 0.0 if without.reason else without.value
     f = corner.value - leak
     if not f > 0:
-        return Quantity.missing(name, f"the corner without the resistor, {leak:.3g} Hz, is not below that with it")
+        return Quantity.missing(name, because(Cause.CORNERS_ORDER, f_Hz=leak))
     C = 1 / (2 * math.pi * R.value * f) / UF
     u_f = math.hypot(corner.budget[0].u, without.budget[0].u if leak else 0.0)
     budget = [Contribution("corner", C * u_f / f, "A")]
@@ -126,10 +124,9 @@ def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) ->
     resistor that nobody stated is the spec's, and the finding says so."""
     lo, hi = _expected(values, spec)
     ohm, stated_ohm = _resistor(values, spec)
-    whose = f"the stated {ohm:g} ohm" if stated_ohm else f"the {ohm:g} ohm that the spec assumes"
     if not lo <= corner.value <= hi:
-        words = f"not the corner that {whose} make with a sound stack, {lo:.3g} to {hi:.3g} Hz"
-        return replace(corner, U=None, note=words)
+        whose = f"the stated {ohm:g} ohm" if stated_ohm else f"the {ohm:g} ohm that the spec assumes"
+        return corner.doubted(Cause.CORNER_RESISTOR, whose=whose, lo=lo, hi=hi)
     if stated_ohm:
         return corner
     return replace(corner, note=f"the resistor is not stated: {ohm:g} ohm assumed, as the spec says")

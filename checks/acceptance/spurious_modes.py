@@ -8,6 +8,7 @@ import numpy as np
 from checks.acceptance import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.stated_uncertainty import stated
+from checks.cause import Cause, Reason, because, together
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
@@ -54,7 +55,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     """
     vet_rates(values, spec)
     rules = _rules(spec)
-    analysed = {key: _analyse(values[key], rules) for key in RECORDS if key in values}
+    analysed = {key: _analyse(key, values[key], rules) for key in RECORDS if key in values}
     found = {key: _modes_of(key, values, analysed, rules) for key in RECORDS}
     chosen = {key: _strongest(found[key]) for key in ("x_bending", "y_bending")}
     chosen["z_torsion"] = _torsion(found, rules)
@@ -80,14 +81,14 @@ def _rules(spec: CheckSpec) -> SpuriousModesSettings:
     )
 
 
-def _analyse(record: Record, rules: SpuriousModesSettings) -> HammerTest | str:
+def _analyse(key: str, record: Record, rules: SpuriousModesSettings) -> HammerTest | Reason:
     band = _band(record, rules)
     if band[1] <= band[0]:
-        return f"{record.name}: sampled at {record.fs:.4g} Hz, too slowly for modes above {band[0]:g} Hz"
+        return because(Cause.SAMPLING_SLOW, record=key, file=record.name, rate=record.fs, lowest=band[0])
     try:
         return analyse(record["Track1"], record["Track2"], record.fs, rules.impacts, band)
     except ValueError as e:
-        return f"{record.name}: {e}"
+        return because(Cause.CANNOT_ESTIMATE, record=key, file=record.name, detail=str(e))
 
 
 def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
@@ -96,53 +97,53 @@ def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
 
 
 def _modes_of(
-    key: str, values: Values, analysed: dict[str, HammerTest | str], rules: SpuriousModesSettings
-) -> Tested | str:
+    key: str, values: Values, analysed: dict[str, HammerTest | Reason], rules: SpuriousModesSettings
+) -> Tested | Reason:
     """What a record shows, or the reason why it shows nothing."""
     if key not in analysed:
-        return f"{key}: not measured"
+        return because(Cause.NOT_MEASURED, record=key)
     test = analysed[key]
-    if isinstance(test, str):
+    if isinstance(test, Reason):
         return test
     if not test.impacts:
-        return f"{key}: no impact stands out of the force track"
+        return because(Cause.NO_IMPACT, record=key)
     if test.frf is None or test.good < rules.impacts_min:
-        return f"{key}: {tally(test.impacts)}; {rules.impacts_min} good ones are needed"
+        faults = list(dict.fromkeys(i.fault for i in test.impacts if i.fault))
+        return because(
+            Cause.IMPACTS_BAD, record=key, tally=tally(test.impacts), needed=rules.impacts_min, faults=faults
+        )
     band = _band(values[key], rules)
     modes = find_modes(test.frf, band)
     if not modes:
-        return f"{key}: no mode stands out of the scatter between {band[0]:g} and {band[1]:g} Hz"
+        return because(Cause.NO_MODE, record=key, lo=band[0], hi=band[1])
     return Tested(key, values[key], test, test.frf, modes)
 
 
-def _strongest(found: Tested | str) -> Mode | str:
-    return found if isinstance(found, str) else max(found.modes, key=lambda m: m.peak)
+def _strongest(found: Tested | Reason) -> Mode | Reason:
+    return found if isinstance(found, Reason) else max(found.modes, key=lambda m: m.peak)
 
 
-def _torsion(found: dict[str, Tested | str], rules: SpuriousModesSettings) -> Mode | str:
+def _torsion(found: dict[str, Tested | Reason], rules: SpuriousModesSettings) -> Mode | Reason:
     """The lowest mode that the left impact shows and the top impact leaves out, or the reason why none is told.
 
     A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the
     others: a softer hit or another lever makes all modes weaker alike.
     """
     left, top = found["torsion_left"], found["torsion_top"]
-    if isinstance(left, str):
+    if isinstance(left, Reason):
         return left
     seen = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes)
-    if isinstance(top, str):
-        return f"{top}; without it torsion cannot be told from bending (the left impact shows {seen} Hz)"
+    if isinstance(top, Reason):
+        return together([top, because(Cause.TORSION_WITHOUT_TOP, modes=seen)])
     if len(left.modes) < 2:
-        return f"the left impact shows one mode only ({seen} Hz): with no bending beside it the pair tells nothing"
+        return because(Cause.TORSION_ONE_MODE, record=left.key, modes=seen)
     if not any(_same(m, other) for m in left.modes for other in top.modes):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in top.modes)
-        return (
-            f"the top impact ({others} Hz) shows no mode of the left one ({seen} Hz): bending must show in both, so "
-            "they are not of one actuator, or one time step is wrong"
-        )
+        return because(Cause.TORSION_OTHER_UNIT, record=top.key, others=others, modes=seen)
     ratios = np.array([_seen_by_top(top.frf, m) / m.peak for m in left.modes])
     gone = [m for m, r in zip(left.modes, ratios, strict=True) if r * rules.torsion_contrast <= ratios.max()]
     if not gone:
-        return f"no mode that the left impact shows ({seen} Hz) is {rules.torsion_contrast:g} times weaker from the top"
+        return because(Cause.TORSION_NO_CONTRAST, record=top.key, modes=seen, needed=rules.torsion_contrast)
     return gone[0]
 
 
@@ -156,9 +157,9 @@ def _seen_by_top(frf: ImpactFrf, mode: Mode) -> float:
     return amplitude + 2.0 * u
 
 
-def _quantities(name: str, mode: Mode | str, spec: CheckSpec) -> tuple[Quantity, Quantity]:
+def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quantity, Quantity]:
     names = f"{name}_Hz", f"{name}_damping_percent"
-    if isinstance(mode, str):
+    if isinstance(mode, Reason):
         return Quantity.missing(names[0], mode), Quantity.missing(names[1], mode)
     damping = _quantity(names[1], 100 * mode.damping_ratio, 100 * mode.u_damping, 100 * mode.u_damping_model, spec)
     return _quantity(names[0], mode.f_Hz, mode.u_f_Hz, mode.u_f_model_Hz, spec), damping
@@ -174,20 +175,22 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
     return Quantity.of(name, value, *budget)
 
 
-def _harmonic(name: str, order: int, found: Tested | str, first: Mode | str, spec: CheckSpec) -> Quantity:
+def _harmonic(name: str, order: int, found: Tested | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:
     """The mode nearest to a multiple of the first one, if it is within 5 % of it."""
     label = f"{name}_harmonic_{order}_Hz"
-    if isinstance(found, str) or isinstance(first, str):
-        return Quantity.missing(label, found if isinstance(found, str) else str(first))
+    if isinstance(found, Reason):
+        return Quantity.missing(label, found)
+    if isinstance(first, Reason):
+        return Quantity.missing(label, first)
     wanted = order * first.f_Hz
     nearest = min(found.modes, key=lambda m: abs(m.f_Hz - wanted))
     if abs(nearest.f_Hz - wanted) > HARMONIC_WITHIN * wanted:
-        return Quantity.missing(label, f"no mode within {HARMONIC_WITHIN:.0%} of {wanted:.4g} Hz")
+        return Quantity.missing(label, because(Cause.NO_HARMONIC, within=HARMONIC_WITHIN, f_Hz=wanted))
     return _quantity(label, nearest.f_Hz, nearest.u_f_Hz, nearest.u_f_model_Hz, spec)
 
 
 def _notes(
-    values: Values, tested: dict[str, HammerTest], found: dict[str, Tested | str], chosen: dict[str, Mode | str]
+    values: Values, tested: dict[str, HammerTest], found: dict[str, Tested | Reason], chosen: dict[str, Mode | Reason]
 ) -> list[str]:
     notes = [_fates(key, test, values[key]) for key, test in tested.items() if test.good < len(test.impacts)]
     notes += [_window(f) for f in found.values() if isinstance(f, Tested) and f.frf.added_decay > 0]

@@ -8,9 +8,11 @@ import numpy as np
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.arrays import Array
+from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
+from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel
-from checks.quantity import COVERAGE_FACTOR, Contribution, NoResult, Outcome, Quantity
+from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.regression import colour
 from checks.signals.slow.creep import CreepFit, fit_creep
@@ -38,7 +40,7 @@ class Deflection:
 
     value: ScalarEstimate
     u_moment: float
-    windowed: ScalarEstimate | str
+    windowed: ScalarEstimate | Reason
     steps: tuple[SignalStep, SignalStep]
     creep: CreepFit
     t: Array
@@ -48,43 +50,48 @@ class Deflection:
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
 
-    Beside it the windowed value of [STB] 3.1.7, taken seconds later and so softer by the creep.
+    Beside it the windowed value of [STB] 3.1.7, taken seconds later and so softer by the creep. A piezo with open
+    circuit is stiffer than with closed circuit, whatever its stiffness: a ratio below 1 by three standard uncertainties
+    shows that the records are exchanged.
     """
     if "k_N_per_um" in values:
         return _from_value(values, spec)
     if "mass_kg" not in values:
-        raise NoResult("the added mass is not stated")
+        raise NoResult(Cause.ENTRY_MISSING, entry="added mass (mass_kg)")
     found = {key: _try_record(values, key) for key in RECORDS}
     closed, opened = found["closed_circuit"], found["open_circuit"]
+    good = {key: f for key, f in found.items() if isinstance(f, Deflection)}
+    panels = {name: panel for key, f in good.items() for name, panel in _panels(key, f).items()}
+    ratio = _ratio(closed, opened)
+    if ratio.reason is None and ratio.value + 1.5 * (ratio.U or 0.0) < 1.0:
+        exchanged = because(Cause.CIRCUITS_EXCHANGED, ratio=ratio.value)
+        return Outcome(tuple(Quantity.missing(name, exchanged) for name in CHECK.quantities), panels=panels)
     quantities = (
         _stiffness("k_closed_N_per_um", closed, values["mass_kg"], spec),
         _stiffness("k_open_N_per_um", opened, values["mass_kg"], spec),
-        _ratio(closed, opened),
+        ratio,
         _windowed("k_closed_windowed_N_per_um", closed, values["mass_kg"], spec),
         _creep_rate("creep_per_decade_percent", closed),
     )
-    good = {key: f for key, f in found.items() if isinstance(f, Deflection)}
-    panels: dict[str, Panel] = {}
-    for key, f in good.items():
-        panels |= _panels(key, f)
     return Outcome(quantities, tuple(_notes(good)), panels)
 
 
 def _from_value(values: Values, spec: CheckSpec) -> Outcome:
     typed = typed_quantity(values, spec, "k_N_per_um", "k_closed_N_per_um")
-    reason = "a typed stiffness does not show it: the records are needed"
-    missing = (Quantity.missing(name, reason) for name in CHECK.quantities if name != typed.name)
+    missing = (Quantity.missing(name, Cause.RECORD_NEEDED) for name in CHECK.quantities if name != typed.name)
     return Outcome((typed, *missing))
 
 
-def _try_record(values: Values, key: str) -> Deflection | str:
+def _try_record(values: Values, key: str) -> Deflection | Reason:
     """Deflection of a record, or the reason why it has none."""
     if key not in values:
-        return f"{key}: not measured"
+        return because(Cause.NOT_MEASURED, record=key)
     try:
         return deflection_of(values[key])
-    except (NoResult, ValueError) as e:
-        return f"{key}: {e}"
+    except (NoResult, RecordError) as e:
+        return e.reason.within(key)
+    except ValueError as e:
+        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
 
 
 def deflection_of(record: Record) -> Deflection:
@@ -99,8 +106,7 @@ def deflection_of(record: Record) -> Deflection:
     # The two steps are all the repeats there are: if they differ by more than their scatter, that is the scatter.
     difference, expected = abs(first + second) / 2, creep.u_of((0.5, 0.5))
     if difference > MAX_DISAGREEMENT / 2 * mean.value:
-        words = f"{abs(first) / UM:.4g} um and {abs(second) / UM:.4g} um"
-        raise NoResult(f"the two steps differ: {words}; something slipped, or the mass was not the same")
+        raise NoResult(Cause.STEPS_DIFFER, first=abs(first) / UM, second=abs(second) / UM)
     if difference > 3 * math.hypot(expected, creep.u_moment((0.5, 0.5), steps)):
         mean = ScalarEstimate(mean.value, difference)
     return Deflection(mean, creep.u_moment((0.5, -0.5), steps), _windowed_deflection(t, de, steps), steps, creep, t, de)
@@ -109,35 +115,36 @@ def deflection_of(record: Record) -> Deflection:
 def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalStep]:
     if len(steps) != 2:
         where = f" at {', '.join(f'{s.t:.2f}' for s in steps)} s" if steps else ""
-        raise NoResult(f"{len(steps) or 'no'} mass steps found{where}, expected two: mass added and removed")
+        raise NoResult(Cause.STEP_COUNT, found=len(steps), where=where)
     first, second = steps
     if first.height * second.height > 0:
-        raise NoResult(f"both steps, at {first.t:.2f} and {second.t:.2f} s, go the same way: not added and removed")
+        raise NoResult(Cause.STEPS_SAME_WAY, first=first.t, second=second.t)
     edges = [t[0], first.quiet_to, first.quiet_from, second.quiet_to, second.quiet_from, t[-1]]
     for lo, hi, name in zip(edges[::2], edges[1::2], ("before", "between", "after"), strict=True):
         if hi - lo < MIN_PLATEAU_S:
-            raise NoResult(f"only {hi - lo:.2g} s of quiet record {name} the steps, {MIN_PLATEAU_S:g} s are needed")
+            raise NoResult(Cause.STEP_PLATEAU, seconds=hi - lo, where=name, needed=MIN_PLATEAU_S)
     for s in steps:
         if s.quiet_from - s.t > 1.4 * REACH_S:
-            raise NoResult(f"the step at {s.t:.2f} s does not settle within {REACH_S:g} s")
+            raise NoResult(Cause.STEP_NOT_SETTLED, channel="de", at=s.t, needed=REACH_S)
     return first, second
 
 
 def _check_fit(creep: CreepFit, deflection: float) -> None:
     if creep.fit.scatter > MAX_MISFIT * deflection:
-        share = 100 * creep.fit.scatter / deflection
-        raise NoResult(
-            f"two steps with creep do not describe the record: {share:.2g} percent of the deflection is left"
-        )
+        raise NoResult(Cause.CREEP_MISFIT, percent=100 * creep.fit.scatter / deflection)
 
 
-def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | str:
+def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
     """As in [STB] 3.1.7: mean of half a second before the first step against half a second under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
-        return f"the published windows {BEFORE_S} and {LOADED_S} s about the first step do not fit into the record"
+        return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))
     before, loaded = (_window_mean(t, de, origin + lo, origin + hi) for lo, hi in (BEFORE_S, LOADED_S))
     return ScalarEstimate(abs(before.value - loaded.value), math.hypot(before.u, loaded.u))
+
+
+def _span(window: tuple[float, float]) -> str:
+    return f"{window[0]:g} to {window[1]:g}"
 
 
 def _window_mean(t: Array, de: Array, lo: float, hi: float) -> ScalarEstimate:
@@ -146,18 +153,18 @@ def _window_mean(t: Array, de: Array, lo: float, hi: float) -> ScalarEstimate:
     return ScalarEstimate(float(inside.mean()), math.sqrt(inside.var(ddof=1) * colour(residual) / inside.size))
 
 
-def _stiffness(name: str, found: Deflection | str, mass: Measured, spec: CheckSpec) -> Quantity:
-    if isinstance(found, str):
+def _stiffness(name: str, found: Deflection | Reason, mass: Measured, spec: CheckSpec) -> Quantity:
+    if isinstance(found, Reason):
         return Quantity.missing(name, found)
     moment = Contribution("moment of the steps", found.u_moment / found.value.value, "A")
     return _load_over(name, found.value, [moment], mass, spec)
 
 
-def _windowed(name: str, found: Deflection | str, mass: Measured, spec: CheckSpec) -> Quantity:
-    reason = found if isinstance(found, str) else found.windowed if isinstance(found.windowed, str) else None
-    if isinstance(found, str) or isinstance(found.windowed, str):
-        return Quantity.missing(name, reason or "not measured")
-    return _load_over(name, found.windowed, [], mass, spec)
+def _windowed(name: str, found: Deflection | Reason, mass: Measured, spec: CheckSpec) -> Quantity:
+    windowed = found if isinstance(found, Reason) else found.windowed
+    if isinstance(windowed, Reason):
+        return Quantity.missing(name, windowed)
+    return _load_over(name, windowed, [], mass, spec)
 
 
 def _load_over(
@@ -192,11 +199,11 @@ def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) ->
     return [] if whole is None else [whole]
 
 
-def _ratio(closed: Deflection | str, opened: Deflection | str) -> Quantity:
+def _ratio(closed: Deflection | Reason, opened: Deflection | Reason) -> Quantity:
     """k_open / k_closed: mass, gravity and encoder are the same in both and fall out."""
-    if isinstance(closed, str):
+    if isinstance(closed, Reason):
         return Quantity.missing("k_ratio", closed)
-    if isinstance(opened, str):
+    if isinstance(opened, Reason):
         return Quantity.missing("k_ratio", opened)
     ratio = closed.value.value / opened.value.value
     budget = [
@@ -207,9 +214,9 @@ def _ratio(closed: Deflection | str, opened: Deflection | str) -> Quantity:
     return Quantity.of("k_ratio", ratio, *budget)
 
 
-def _creep_rate(name: str, found: Deflection | str) -> Quantity:
+def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
     """Creep per decade of time [percent of the deflection], mean of the two steps."""
-    if isinstance(found, str):
+    if isinstance(found, Reason):
         return Quantity.missing(name, found)
     creep = found.creep
     weights = np.zeros(creep.fit.x.size)

@@ -1,7 +1,7 @@
 """Stroke of the three stacks from -20 V to 150 V: one stack, the two others, and their sum ([STB] 2.3)."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,9 +10,11 @@ from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
 from checks.acceptance.common.stated_uncertainty import stated, with_stated
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.arrays import Array
+from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
+from checks.errors import RecordError
 from checks.picture import Item, Line, Mark, Panel
-from checks.quantity import Contribution, NoResult, Outcome, Quantity
+from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.slow import loops
 from checks.signals.slow.loops import Branch, ScalarEstimate
@@ -60,7 +62,7 @@ class Stroke:
     stroke: ScalarEstimate
     short: float
     drift: float
-    width: ScalarEstimate | str
+    width: ScalarEstimate | Reason
     settled: bool
     V: Array
     d: Array
@@ -85,11 +87,11 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 def _from_value(values: Values, spec: CheckSpec) -> Outcome:
     others = [name for name in CHECK.quantities if name != "stroke_um"]
-    missing = (Quantity.missing(name, "a typed stroke does not show it: the records are needed") for name in others)
+    missing = (Quantity.missing(name, Cause.RECORD_NEEDED) for name in others)
     typed, most = typed_quantity(values, spec, "stroke_um"), _range(spec).stroke_max / UM
     if typed.value > most:
-        words = f"stroke_um = {typed.value:.6g} um is not plausible (expected at most {most:g} um)"
-        typed = Quantity.missing("stroke_um", words)
+        entry = because(Cause.ENTRY_IMPLAUSIBLE, entry=typed.name, value=typed.value, unit=typed.unit, most=most)
+        typed = Quantity.missing(typed.name, entry)
     return Outcome((typed, *missing))
 
 
@@ -100,25 +102,25 @@ def _range(spec: CheckSpec) -> Range:
     return Range(*ends_V, most, get("loop_min_percent", LOOP_PERCENT))
 
 
-def _try_record(values: Values, key: str, wanted: Range) -> Stroke | str:
+def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
     """Stroke of a record, or the reason why it has none."""
     if key not in values:
-        return f"{key}: not measured"
+        return because(Cause.NOT_MEASURED, record=key)
     try:
         found = stroke_of(values[key], wanted)
         _check_plausible(found.stroke.value, SHARE[key], wanted)
         return found
-    except (NoResult, ValueError) as e:
-        return f"{key}: {e}"
+    except (NoResult, RecordError) as e:
+        return e.reason.within(key)
+    except ValueError as e:
+        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
 
 
 def _check_plausible(stroke: float, share: float, wanted: Range) -> None:
     """Raises NoResult for a stroke [m] that no such share of three alike stacks can make."""
     if stroke > share * wanted.stroke_max:
-        raise NoResult(
-            f"d rises by {stroke / UM:.4g} um, three stacks would then move {stroke / share / UM:.4g} um of at most "
-            f"{wanted.stroke_max / UM:g}: d is not in m, the gauge's range is wrong, or other stacks were driven"
-        )
+        total, most = stroke / share / UM, wanted.stroke_max / UM
+        raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:
@@ -131,15 +133,14 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
     V_smooth, d_smooth = ends.running_mean(V, smooth), ends.running_mean(d, smooth)
     top = int(np.argmax(d_smooth))
     if V_smooth[top] < wanted.top - 0.05 * wanted.span:
-        words = f"d is largest at {V_smooth[top]:.1f} V, expected near {wanted.top:g} V"
-        raise NoResult(f"{words}: it does not follow the voltage, or the gauge's sign is turned")
+        raise NoResult(Cause.STROKE_AWAY, channel="d", value=V_smooth[top], expected=wanted.top)
     reach = END_ZONE * wanted.span
     start = ends.level(V - V[0], d, 0, np.abs(V_smooth - V_smooth[0]) <= reach, reach)
     tip = ends.highest(V, d, V_smooth >= V_smooth[top] - reach, reach)
     stroke = ScalarEstimate(tip.value - start.value, math.hypot(tip.u, start.u))
     noise = float(np.std(np.diff(d)))
     if stroke.value <= MIN_OVER_NOISE * noise:
-        raise NoResult(f"d rises by {stroke.value / UM:.3g} um only, with {noise / UM:.2g} um of noise")
+        raise NoResult(Cause.STROKE_IN_NOISE, channel="d", value=stroke.value / UM, noise=noise / UM)
     found = loops.branches(V, wanted.middle, wanted.span / 2)
     width, settled = _width(V, d, found, wanted), len(found) > 2
     if isinstance(width, ScalarEstimate):
@@ -156,9 +157,9 @@ def _check_range(V: Array, wanted: Range) -> float:
     """What the ends of V are off the wanted ones, together [V]. Raises NoResult beyond the tolerance."""
     first, highest = float(V[0]), float(V.max())
     if not abs(first - wanted.start) <= wanted.tolerance:
-        raise NoResult(f"V starts at {first:.2f} V, expected {wanted.start:g} ± {wanted.tolerance:g} V")
+        raise NoResult(Cause.VOLTAGE_START, value=first, expected=wanted.start, within=wanted.tolerance)
     if not abs(highest - wanted.top) <= wanted.tolerance:
-        raise NoResult(f"V reaches {highest:.2f} V, expected {wanted.top:g} ± {wanted.tolerance:g} V")
+        raise NoResult(Cause.VOLTAGE_TOP, value=highest, expected=wanted.top, within=wanted.tolerance)
     return abs(first - wanted.start) + abs(highest - wanted.top)
 
 
@@ -166,21 +167,21 @@ def _check_moving(V: Array, d: Array, wanted: Range) -> None:
     """Raises NoResult where d repeats one value while V runs on: the probe sticks, or the reading was held."""
     at, passed = loops.longest_stand(V, d)
     if passed > STUCK * wanted.span:
-        raise NoResult(f"d stands still from sample {at} on while V runs through {passed:.3g} V: the gauge sticks")
+        raise NoResult(Cause.CHANNEL_STUCK, channel="d", reference="V", sample=at, span=passed)
 
 
-def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> ScalarEstimate | str:
+def _width(V: Array, d: Array, found: list[Branch], wanted: Range) -> ScalarEstimate | Reason:
     pair = loops.last_pair(found)
     if pair is None:
-        return f"the voltage does not come back through {wanted.middle:g} V: there is no loop"
+        return because(Cause.NO_LOOP, middle=wanted.middle)
     try:
         return loops.opening(V, d, pair, wanted.middle, wanted.span / 2)
     except ValueError as e:
-        return str(e)
+        return because(Cause.CANNOT_ESTIMATE, detail=str(e))
 
 
-def _stroke_quantity(name: str, found: Stroke | str, spec: CheckSpec) -> Quantity:
-    if isinstance(found, str):
+def _stroke_quantity(name: str, found: Stroke | Reason, spec: CheckSpec) -> Quantity:
+    if isinstance(found, Reason):
         return Quantity.missing(name, found)
     value = found.stroke.value / UM
     scatter = [Contribution("scatter of the record", found.stroke.u / UM, "A")]
@@ -195,7 +196,7 @@ def _sum(parts: list[Quantity]) -> Quantity:
     """Stroke of three stacks: scatter adds in square, what stands in both budgets under one stated source linearly."""
     reasons = [q.reason for q in parts if q.reason]
     if reasons:
-        return Quantity.missing("stroke_um", "; ".join(reasons))
+        return Quantity.missing("stroke_um", together(reasons))
     value = sum(q.value for q in parts)
     own: dict[str, list[Contribution]] = {}
     for c in (c for q in parts for c in q.budget):
@@ -213,22 +214,21 @@ def _held_against_each_other(total: Quantity, parts: list[Quantity], within: flo
     one, two = (q.value for q in parts)
     if total.reason is not None or abs(two / 2 / one - 1) <= within:
         return total
-    words = f"one stack moves {one:.4g} um, the two others {two / 2:.4g} um each: one is weak, or others were driven"
-    return replace(total, U=None, note=words)
+    return total.doubted(Cause.STACKS_DIFFER, one=one, other_um=two / 2)
 
 
 def _joint(shares: list[Contribution]) -> float:
     return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
 
 
-def _width_quantity(name: str, found: list[Stroke | str]) -> Quantity:
+def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
     """Loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three stacks.
     The gauge's scale error falls out of the ratio, so the scatter is all of its uncertainty."""
     stroke = width = variance = 0.0
     for f in found:
-        if isinstance(f, str):
+        if isinstance(f, Reason):
             return Quantity.missing(name, f)
-        if isinstance(f.width, str):
+        if isinstance(f.width, Reason):
             return Quantity.missing(name, f.width)
         stroke += f.stroke.value
         width += f.width.value

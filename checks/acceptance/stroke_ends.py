@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.quantity import NoResult
+from checks.cause import Cause, NoResult
 from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
 
@@ -47,10 +47,7 @@ def drift(
     for _, back in returns:
         left, later = back.value - start.value, back.value - returns[0][1].value
         if abs(left) > most or abs(later) > MAX_RETURN * stroke.value:
-            raise NoResult(
-                f"d is {left / UM:.4g} um off where it began when V comes back to {V[0]:.4g} V, after a stroke of "
-                f"{stroke.value / UM:.4g} um: the gauge drifts or slipped"
-            )
+            raise NoResult(Cause.GAUGE_DRIFT, channel="d", value=left / UM, voltage=V[0], stroke=stroke.value / UM)
     if not returns:
         return 0.0
     if len(returns) == 1:
@@ -80,7 +77,7 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
     the largest of them would be too high."""
     tops = stays(zone)
     if not tops:
-        raise NoResult(f"fewer than {MIN_SAMPLES} samples at the top of the voltage range")
+        raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)
     levels = [level(V - V[lo:hi].max(), d, lo + int(np.argmax(V[lo:hi])), zone, reach) for lo, hi in tops]
     best = max(levels, key=lambda one: one.value)
     alike = [one for one in levels if best.value - one.value <= 3 * math.hypot(best.u, one.u)]
@@ -95,7 +92,7 @@ def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) ->
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))
     if hi - lo < MIN_SAMPLES:
-        raise NoResult(f"only {hi - lo} samples at an end of the voltage range, {MIN_SAMPLES} are needed")
+        raise NoResult(Cause.FEW_SAMPLES, samples=hi - lo, where="at an end of the voltage range", needed=MIN_SAMPLES)
     s, after = v[lo:hi] / reach, np.arange(lo, hi) > at
     sides = [
         x for x in (np.where(after, 0.0, s), np.where(after, s, 0.0)) if (np.abs(x) > 0.3).sum() >= MIN_SAMPLES / 3

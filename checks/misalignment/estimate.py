@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.arrays import Array
+from checks.cause import Cause, NoResult
 from checks.errors import ModelError
 from checks.fitting.common_drive import DRIVE, Driven
 from checks.fitting.coordinates import Free
@@ -23,7 +24,6 @@ from checks.misalignment.gates import data_reasons, reason
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
 from checks.model.free_apa_modes import is_rough, softened
 from checks.model.model import Model
-from checks.quantity import NoResult
 
 CHANNELS = ("de", "da")
 F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
@@ -48,8 +48,8 @@ def estimate(
     first, second = (_prepared(d, model, f_hi) for d in (data, repeat))
     if first is None:
         raise ModelError("no responses were given")
-    for words in data_reasons(model, first, second):
-        raise NoResult(words)
+    for why in data_reasons(model, first, second):
+        raise NoResult(why)
     places = table.query(first)
     at = of_damping(rough, "modal") or rough
     solutions = _solutions(at, first, places.minima())
@@ -103,7 +103,7 @@ def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]
         again = _search(model, data, free[0], DRAWS)
         found += [] if again is None else [again]
     if not found:
-        raise NoResult(f"{data.name}: the search for the parameters of {model.name} leaves what a strut can be")
+        raise NoResult(Cause.SEARCH_FAILED, record=data.name, model=model.name)
     return sorted(found, key=lambda f: f.cost)
 
 

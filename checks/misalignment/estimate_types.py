@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from checks.cause import Reason
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.misalignment.table import Likelihood
@@ -32,4 +33,4 @@ class MisalignmentEstimate:
     map: Likelihood
     data: Dataset
     repeat: Dataset | None
-    reason: str | None = None
+    reason: Reason | None = None

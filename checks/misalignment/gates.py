@@ -1,13 +1,15 @@
-"""When an estimated misalignment is no answer, in words."""
+"""When an estimated misalignment is no answer, and why."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from checks.arrays import Array, Complex
+from checks.cause import Cause, Reason, because
 from checks.fitting.common_drive import Driven
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
@@ -28,26 +30,24 @@ PAYLOAD = "bench.payload_kg"
 BANDS_HZ = (10.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0)  # about the modes at 86, 190, 280, 400, 840
 
 
-def reason(found: MisalignmentEstimate) -> str | None:
+def reason(found: MisalignmentEstimate) -> Reason | None:
     """Why the estimate is no answer; None when it is one."""
     return next(_reasons(found), None)
 
 
-def _reasons(found: MisalignmentEstimate) -> Iterator[str]:
+def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
     yield from _inadequate(found)
     if not found.fit.converged:
-        yield f"the fit did not converge ({found.fit.message})"
+        yield because(Cause.NOT_CONVERGED, detail=found.fit.message)
     yield from _outside_priors(found.fit)
     yield from _softer(found)
     yield from _at_the_edge(found)
     for dx, dy in found.others:
-        yield (
-            f"two places explain the data alike: dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um and "
-            f"dx {dx:.0f}, dy {dy:.0f} um"
-        )
+        one, other = f"dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um", f"dx {dx:.0f}, dy {dy:.0f} um"
+        yield because(Cause.TWO_PLACES, places=f"{one} and {other}")
 
 
-def data_reasons(model: Model, *given: Dataset | None) -> Iterator[str]:
+def data_reasons(model: Model, *given: Dataset | None) -> Iterator[Reason]:
     """Why data cannot tell, whatever the model's parameters."""
     for data in given:
         if data is not None:
@@ -65,49 +65,50 @@ def ratio_noise(data: Dataset) -> Array:
     return np.asarray(np.where(np.isfinite(relative), relative, np.inf))
 
 
-def missing_bands(data: Dataset) -> Iterator[str]:
-    """A sentence when bins that tell something are too far apart anywhere."""
+def missing_bands(data: Dataset) -> Iterator[Reason]:
+    """A reason when bins that tell something are too far apart anywhere."""
     f = data.f[ratio_noise(data) < KNOWN]
     f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < TO_HZ)], [TO_HZ]])
     wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b - a > max(GAP * a, GAP_HZ)]
     if wide:
         more = f" and {len(wide) - 2} more" if len(wide) > 2 else ""
-        yield f"{data.name}: the ratio de / da is not known from {', '.join(wide[:2])}{more}"
+        yield because(Cause.RATIO_UNKNOWN, record=data.name, bands=f"{', '.join(wide[:2])}{more}")
 
 
-def _turned(data: Dataset, model: Model) -> Iterator[str]:
+def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
     low = data.band(BANDS_HZ[0], BANDS_HZ[1])
     if not low.f.size:
         return
     if _apart(low.H[:, 0], low.H[:, 1]):
-        yield f"{data.name}: de moves against da below the resonance: polarity turned, or channels exchanged"
+        yield because(
+            Cause.CHANNEL_REVERSED, record=data.name, channel="de", reference="da", found="against", expected="with"
+        )
     elif _apart(low.H[:, 1], model.frf(low.f, channels=("da",))[:, 0]):
-        yield f"{data.name}: de and da move against what the model does below the resonance: is the drive turned?"
+        yield because(Cause.DRIVE_REVERSED, record=data.name)
 
 
 def _apart(one: Complex, other: Complex) -> bool:
     return float(np.median((one * other.conj()).real)) < 0.0
 
 
-def _inadequate(found: MisalignmentEstimate) -> Iterator[str]:
+def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
     """The worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
     data, fitted = (found.data, len(found.fit.names)) if found.repeat is None else (found.repeat, 0)
     response = Driven(found.model)
     H = response.frf(data.f, found.fit.at, data.channels)
     expected = replace(data.around(H), cov=data.cov + _unknown(found, data))
     bands = [(lo, hi) for lo, hi in pairwise(BANDS_HZ) if ((data.f >= lo) & (data.f < hi)).any()]
-    worst = (FALSE_ALARM / (len(bands) * len(data.channels)), "")
+    worst: tuple[float, dict[str, Any]] = (FALSE_ALARM / (len(bands) * len(data.channels)), {})
     for lo, hi in bands:
         inside = (data.f >= lo) & (data.f < hi)
         lost = fitted // len(bands)
         for channel, gap in gaps([expected.at(inside)], [(data.H - H)[inside]], lost).items():
             if not gap.p > worst[0]:
-                what = "data that were not fitted" if found.repeat is not None else "the fitted data"
-                words = f"{channel} at {lo:.0f} to {hi:.0f} Hz: G = {gap.G:.3g} on {what}"
-                worst = gap.p, words
+                worst = gap.p, {"channel": channel, "lo": lo, "hi": hi, "G": gap.G}
     if worst[1]:
+        what = "data that were not fitted" if found.repeat is not None else "the fitted data"
         chance = f"p = {worst[0]:.1g}" if worst[0] > 0.0 else "p below 1e-300"
-        yield f"the model does not explain {worst[1]} ({chance}); `accept gap` looks for what is missing"
+        yield because(Cause.MODEL_MISFIT, **worst[1], data=what, chance=chance)
 
 
 def _unknown(found: MisalignmentEstimate, data: Dataset) -> Complex:
@@ -116,7 +117,7 @@ def _unknown(found: MisalignmentEstimate, data: Dataset) -> Complex:
     return np.asarray(np.einsum("pfc,pq,qfd->fcd", J, found.fit.cov, J.conj()))
 
 
-def _outside_priors(found: Fit) -> Iterator[str]:
+def _outside_priors(found: Fit) -> Iterator[Reason]:
     """The parameter that had to leave what the model file allows, taking the number of parameters into account."""
     known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
     if not known:
@@ -124,14 +125,18 @@ def _outside_priors(found: Fit) -> Iterator[str]:
     p, value = max(known, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
     z = (value - p.prior) / p.sd
     if 2.0 * len(known) * stats.norm.sf(abs(z)) < FALSE_ALARM:
-        unit = unit_of(p.name)
-        yield (
-            f"the data fit only with {p.name} = {value:.4g} {unit}, where the model allows "
-            f"{p.prior:.4g} ± {p.sd:.2g} {unit} ({abs(z):.1f} standard deviations)"
+        yield because(
+            Cause.PRIOR_EXCEEDED,
+            parameter=p.name,
+            value=value,
+            unit=unit_of(p.name),
+            expected=p.prior,
+            sd=p.sd,
+            z=abs(z),
         )
 
 
-def _softer(found: MisalignmentEstimate) -> Iterator[str]:
+def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:
     """An APA of free modes can be softened until it rings with any payload where the measured one does. Its stiffness
     along its axis is right to the model's tolerance, or the payload is not what it is said to be."""
     free = {n: 1.0 for n in found.fit.names if n in names()}
@@ -142,10 +147,8 @@ def _softer(found: MisalignmentEstimate) -> Iterator[str]:
     tolerance = found.data.tolerance
     if 2.0 * stats.norm.sf(abs(softer) / (UNIFORM * tolerance)) < FALSE_ALARM:
         kg, how = found.fit.at.get(PAYLOAD, found.model.values[PAYLOAD]), "softer" if softer > 0 else "stiffer"
-        yield (
-            f"the data fit only with an APA {100 * abs(softer):.1f} % {how} along its axis than the model's, which is "
-            f"right to {100 * tolerance:.2g} %: is the payload {kg:.2f} kg?"
-        )
+        percent = 100 * abs(softer)
+        yield because(Cause.AXIAL_STIFFNESS, percent=percent, how=how, tolerance=100 * tolerance, payload_kg=kg)
 
 
 def _compliance(model: Model, values: Mapping[str, float]) -> float:
@@ -155,7 +158,7 @@ def _compliance(model: Model, values: Mapping[str, float]) -> float:
     return float(row @ np.linalg.solve(system.K, row))
 
 
-def _at_the_edge(found: MisalignmentEstimate) -> Iterator[str]:
+def _at_the_edge(found: MisalignmentEstimate) -> Iterator[Reason]:
     for name, along, most in (("dx", found.dx, DX_MAX_UM), ("dy", found.dy, DY_MAX_UM)):
         if not abs(along.value) + along.U <= most:
-            yield f"{name} = {along.value:.0f} ± {along.U:.0f} um reaches the edge of the table, {most:.0f} um"
+            yield because(Cause.TABLE_EDGE, parameter=name, value=along.value, U=along.U, most=most)

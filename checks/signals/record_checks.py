@@ -13,11 +13,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from checks.arrays import Array
+from checks.cause import Cause, Reason, because
 from checks.signals.spectral.frf import Frf, h1, quantile
 
 CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins
 STRUCTURE_RAD = 0.03  # phase by which damping departs from 0 or 180 degrees away from resonances
 MAX_SAMPLES = 50.0
+FLICKER = 3  # values between which the last digit of a converter changes where nothing is connected
 
 
 @dataclass(frozen=True)
@@ -38,15 +40,6 @@ class ChannelDelay:
 
 
 @dataclass(frozen=True)
-class Alive:
-    """Whether a channel measures anything."""
-
-    channel: str
-    alive: bool
-    words: str
-
-
-@dataclass(frozen=True)
 class Expected:
     """What a channel looks like: largest departure from its median within lo..hi, finest step (None: not known), in its
     unit."""
@@ -54,15 +47,6 @@ class Expected:
     lo: float
     hi: float
     step: float | None = None
-
-
-@dataclass(frozen=True)
-class Mismatch:
-    """Channels that do not look like what their names say: two that fit when exchanged, or one that fits nothing."""
-
-    channels: tuple[str, ...]
-    exchanged: bool
-    words: str
 
 
 def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> ChannelDelay:
@@ -138,18 +122,19 @@ def _delay_words(channel: str, reference: str, tau: float, sd: float, polarity: 
     return f"{channel} is {abs(tau):.2f} ± {max(2 * sd, 0.01):.2f} samples {when} {reference}, {sign}{early}"
 
 
-def alive(channel: str, x: Array, frf: Frf | None = None) -> Alive:
-    """Whether x (N,) moves at all, by more than its finest step, and with the drive where a response is given."""
+def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
+    """Why x (N,) measures nothing: it does not move by more than its finest step, or not with the drive where a
+    response is given. Empty for a channel that is alive."""
     levels = np.unique(x)
     if not np.isfinite(levels).all() or levels.size == 0:
-        return Alive(channel, False, f"{channel} is empty or holds NaN or inf")
+        return (because(Cause.CHANNEL_EMPTY, channel=channel),)
     if levels.size == 1:
-        return Alive(channel, False, f"{channel} is constant at {levels[0]:.6g}")
-    if levels.size <= 3:
-        return Alive(channel, False, f"{channel} only takes {levels.size} values: it flickers by its finest step")
+        return (because(Cause.CHANNEL_CONSTANT, channel=channel, value=levels[0], unit=""),)
+    if levels.size <= FLICKER:
+        return (because(Cause.CHANNEL_DEAD, channel=channel, levels=int(levels.size)),)
     if frf is not None and not responds(frf, channel):
-        return Alive(channel, False, f"{channel} moves, but nowhere with {frf.input}")
-    return Alive(channel, True, f"{channel} moves")
+        return (because(Cause.CHANNEL_NOT_DRIVEN, channel=channel, reference=frf.input),)
+    return ()
 
 
 def responds(frf: Frf, channel: str) -> bool:
@@ -179,19 +164,19 @@ def finest_step(x: Array) -> float | None:
     return step if off.max() < 0.02 and float(np.median(steps)) < 100 * step else None
 
 
-def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Mismatch, ...]:
-    """Channels that do not look like their names; pairs that fit when exchanged come as one."""
+def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Reason, ...]:
+    """Channels that do not look like their names, a reason each; pairs that fit when exchanged have one."""
     names = [n for n in expected if n in columns]
     seen = {n: _looks(columns[n]) for n in names}
     wrong = [n for n in names if not _fits(seen[n], expected[n])]
-    found: list[Mismatch] = []
+    reasons: list[Reason] = []
+    paired: set[str] = set()
     for a, b in combinations(wrong, 2):
-        paired = {n for m in found for n in m.channels}
         if not paired & {a, b} and _fits(seen[a], expected[b]) and _fits(seen[b], expected[a]):
-            found.append(Mismatch((a, b), True, f"{a} looks like {b} and {b} like {a}: exchanged"))
-    paired = {n for m in found for n in m.channels}
-    found.extend(Mismatch((n,), False, _odd_words(n, seen[n], expected[n])) for n in wrong if n not in paired)
-    return tuple(found)
+            paired |= {a, b}
+            evidence = f"{a} looks like {b} and {b} like {a}"
+            reasons.append(because(Cause.CHANNELS_EXCHANGED, channel=a, other=b, evidence=evidence))
+    return (*reasons, *(_odd(n, seen[n], expected[n]) for n in wrong if n not in paired))
 
 
 def _looks(x: Array) -> tuple[float, float | None]:
@@ -204,8 +189,8 @@ def _fits(look: tuple[float, float | None], expected: Expected) -> bool:
     return expected.lo <= size <= expected.hi and same_step
 
 
-def _odd_words(name: str, look: tuple[float, float | None], expected: Expected) -> str:
+def _odd(channel: str, look: tuple[float, float | None], expected: Expected) -> Reason:
     size, step = look
     if not expected.lo <= size <= expected.hi:
-        return f"{name} moves by {size:.3g}, expected {expected.lo:g}..{expected.hi:g}"
-    return f"{name} has steps of {step:.3g}, expected {expected.step:g}"
+        return because(Cause.CHANNEL_SIZE, channel=channel, value=size, lo=expected.lo, hi=expected.hi)
+    return because(Cause.CHANNEL_STEP, channel=channel, value=step, expected=expected.step)

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from checks.cause import Cause, because
 from checks.errors import RecordError
 
 # What numpy, zlib and HDF5 were seen to raise, or document, on files with flipped bytes, cut ends and absurd sizes.
@@ -43,7 +44,7 @@ def refused(file: str) -> Iterator[None]:
     except RecordError:
         raise
     except DAMAGE as e:
-        raise RecordError(f"{file}: cannot be read, it is damaged or cut: {_words(e)}") from e
+        raise RecordError(because(Cause.FILE_DAMAGED, file=file, detail=_words(e))) from e
 
 
 def _words(e: BaseException) -> str:

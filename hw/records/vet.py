@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
+from checks.cause import Cause, because
 from checks.errors import RecordError
 from hw.records.variable import Variable
 
@@ -39,7 +40,7 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
     """Raises RecordError unless t (N,) [s] is long enough, finite and uniform to `JITTER` of its period."""
     if t.size < min_samples:
         raise RecordError(f"{file}: has {t.size} samples, at least {min_samples} are needed")
-    _vet_numbers(f"{file}: time 't'", t, t, PLAUSIBLE_TIME)
+    _vet_numbers(file, "t", t, t, PLAUSIBLE_TIME)
     grid, step = np.linspace(t[0], t[-1], t.size, retstep=True)
     if step > 0 and np.abs(t - grid).max() <= JITTER * step:
         return
@@ -73,22 +74,26 @@ def vet_channel(file: str, name: str, unit: str, x: Array, t: Array) -> None:
     who = f"{file}: channel '{name}'"
     if x.size != t.size:
         raise RecordError(f"{who} has {x.size} samples, the time has {t.size}")
-    lo, hi = _vet_numbers(who, x, t, PLAUSIBLE)
+    lo, hi = _vet_numbers(file, name, x, t, PLAUSIBLE)
     if lo == hi:
-        raise RecordError(f"{who} is constant at {lo:.6g} {unit} over all {x.size} samples: nothing was recorded")
+        raise RecordError(because(Cause.CHANNEL_CONSTANT, file=file, channel=name, value=lo, unit=f" {unit}"))
     if unit == "V":
-        _vet_range(who, x, t, lo, hi)
+        _vet_range(file, name, x, t, lo, hi)
 
 
-def _vet_numbers(who: str, x: Array, t: Array, largest: float) -> tuple[float, float]:
+def _vet_numbers(file: str, channel: str, x: Array, t: Array, largest: float) -> tuple[float, float]:
     lo, hi = float(x.min()), float(x.max())  # NaN goes through both
     if -largest <= lo and hi <= largest:
         return lo, hi
     wrong = np.flatnonzero(~np.isfinite(x))
     if wrong.size:
-        raise RecordError(f"{who} holds {x[wrong[0]]} {_at(wrong, t)}; every sample must be a finite number")
+        at = str(x[wrong[0]]), _at(wrong, t)
+        raise RecordError(because(Cause.SAMPLES_NOT_FINITE, file=file, channel=channel, value=at[0], where=at[1]))
     wrong = np.flatnonzero(np.abs(x) > largest)
-    raise RecordError(f"{who} holds {x[wrong[0]]:.3g} {_at(wrong, t)}; nothing here exceeds {largest:.0e} in SI units")
+    value, where = float(x[wrong[0]]), _at(wrong, t)
+    raise RecordError(
+        because(Cause.SAMPLES_TOO_LARGE, file=file, channel=channel, value=value, where=where, most=largest)
+    )
 
 
 def _at(samples: NDArray[np.intp], t: Array) -> str:
@@ -97,7 +102,7 @@ def _at(samples: NDArray[np.intp], t: Array) -> str:
     return f"at sample {i}{when}, {samples.size} of {t.size} samples"
 
 
-def _vet_range(who: str, x: Array, t: Array, lo: float, hi: float) -> None:
+def _vet_range(file: str, channel: str, x: Array, t: Array, lo: float, hi: float) -> None:
     """Refuses a voltage that stays at its own extreme, sample by sample the same, where a converter's range ends.
 
     Away from the ends of the range a plateau is a signal: a stroke record waits at -20 V and at 150 V. At the end of
@@ -107,9 +112,18 @@ def _vet_range(who: str, x: Array, t: Array, lo: float, hi: float) -> None:
         if CONVERTER_V[0] <= abs(extreme) <= CONVERTER_V[1]:
             start, run = _longest_run(x == extreme)
             if run >= CLIPPED_RUN:
+                end = "largest" if extreme == hi else "smallest"
+                where = f" V, the end of the converter's range, from sample {start} (t = {t[start]:.6g} s)"
                 raise RecordError(
-                    f"{who} is clipped: it stays at {extreme:.6g} V, the end of the converter's ±10 V, for {run} "
-                    f"samples from sample {start} (t = {t[start]:.6g} s)"
+                    because(
+                        Cause.CHANNEL_CLIPPED,
+                        file=file,
+                        channel=channel,
+                        count=run,
+                        end=end,
+                        value=extreme,
+                        where=where,
+                    )
                 )
 
 

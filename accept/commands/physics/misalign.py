@@ -13,11 +13,11 @@ from accept.models.lookup_cache import table_for
 from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, read
+from checks.cause import NoResult, Reason
 from checks.misalignment.estimate import CHANNELS, estimate
 from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable
-from checks.quantity import NoResult
 from checks.verdict import Verdict
 
 
@@ -43,25 +43,26 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
 
 
-def _estimate(given: Opened, measured: Responses, table: MisalignmentTable) -> MisalignmentEstimate | str:
+def _estimate(given: Opened, measured: Responses, table: MisalignmentTable) -> MisalignmentEstimate | Reason:
     """The estimate, or why the data cannot tell."""
     model = as_weighed(given, measured.serial, measured.payload_kg).model
     try:
         return estimate(model, measured.first, table, measured.second)
     except NoResult as e:
-        return str(e)
+        return e.reason
 
 
-def as_document(serial: str, found: MisalignmentEstimate | str) -> dict[str, Any]:
+def as_document(serial: str, found: MisalignmentEstimate | Reason) -> dict[str, Any]:
     """The JSON of the design. Without a result no number stands where a script would read it."""
-    reason = found if isinstance(found, str) else found.reason
+    reason = found if isinstance(found, Reason) else found.reason
 
     def of(along: Along | None) -> dict[str, float | None]:
         return {"value": None, "U": None} if along is None else {"value": along.value, "U": along.U}
 
-    dx, dy = (None, None) if isinstance(found, str) or reason is not None else (found.dx, found.dy)
+    dx, dy = (None, None) if isinstance(found, Reason) or reason is not None else (found.dx, found.dy)
     verdict = Verdict.PASS if reason is None else Verdict.NO_RESULT
-    return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": reason}
+    words = None if reason is None else str(reason)
+    return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": words}
 
 
 def words(document: dict[str, Any]) -> list[str]:

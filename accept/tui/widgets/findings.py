@@ -31,12 +31,14 @@ class Findings(Static):
 
 
 def findings_text(check: Check, judgement: StepJudgement) -> Text:
-    """What to do comes first: a page of findings may be longer than the screen."""
-    text = Text()
-    for line in advice(check, judgement):
-        text.append(f"→ {line}\n", "bold yellow")
+    """What to do stands below the finding that it is about; findings of one cause share it."""
+    text, told = Text(), set[str]()
     for finding in judgement.findings:
         text.append_text(finding_text(finding))
+        for line in advice(check, finding):
+            if line not in told:
+                text.append(f"  → {line}\n", "bold yellow")
+            told.add(line)
     for q in judgement.information:
         if q["value"] is not None:
             text.append(f"  {q['quantity']}  {numbers(q)}\n", "dim")

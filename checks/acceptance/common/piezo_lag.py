@@ -8,7 +8,7 @@ itself, looped back, or was shifted in time against it.
 import numpy as np
 
 from checks.arrays import Array
-from checks.quantity import NoResult
+from checks.cause import Cause, NoResult
 from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
 
@@ -22,11 +22,7 @@ def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_p
     """
     percent, u = 100 * width.value / height, 100 * width.u / height
     if percent + 3 * u < least_percent:
-        words = f"a loop of {percent:.2g} percent" if percent >= 0 else f"a loop turned round ({percent:.2g} percent)"
-        raise NoResult(
-            f"{name} opens {words} over {drive}, a piezo stack one of {least_percent:g} percent or more: looped back, "
-            "stored with an offset, or turned in time"
-        )
+        raise NoResult(Cause.LOOP_NARROW, channel=name, reference=drive, percent=percent, least=least_percent)
 
 
 def vet_bend(name: str, drive: Array, response: Array, height: float, least_percent: float) -> None:
@@ -37,13 +33,11 @@ def vet_bend(name: str, drive: Array, response: Array, height: float, least_perc
     bow = ScalarEstimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)
     percent, u = 100 * bow.value / height, 100 * bow.u / height
     if percent + 3 * u < least_percent / 2:
-        raise NoResult(
-            f"{name} rises along a straight line, but for {percent:.2g} percent: no stack does; it was looped back"
-        )
+        raise NoResult(Cause.NO_CURVATURE, channel=name, percent=percent)
 
 
 def vet_noise(name: str, misfit: float) -> None:
     """Raises NoResult for a response that follows its loop more exactly than any converter could tell. misfit: rms of
     what the loop's shape leaves, relative to half the height."""
     if misfit < ALIKE:
-        raise NoResult(f"{name} has neither noise nor steps: it was computed from the drive, not measured")
+        raise NoResult(Cause.CHANNEL_NOISELESS, channel=name)

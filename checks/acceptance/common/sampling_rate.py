@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
+from checks.cause import Cause, NoResult
 from checks.declare import Setting
-from checks.quantity import NoResult
 from checks.record import Record
 from specs.spec import CheckSpec
 
@@ -27,10 +27,7 @@ def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
     for key, record in _records(values):
         if stated and not any(abs(record.fs / f - 1) <= WITHIN for f in stated):
             listed = " or ".join(f"{f:g}" for f in stated)
-            raise NoResult(
-                f"{key}: {record.name} is sampled at {record.fs:.6g} Hz by its time, the bench at {listed} Hz "
-                "(setting sampling_Hz): its time step is wrong, and so would be every frequency"
-            )
+            raise NoResult(Cause.SAMPLING_RATE, record=key, file=record.name, rate=record.fs, expected=listed)
     _vet_one_clock(_records(values))
 
 
@@ -40,8 +37,13 @@ def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
         ratio = max(one.fs, other.fs) / min(one.fs, other.fs)
         if 1 + WITHIN < ratio < NEIGHBOUR:
             raise NoResult(
-                f"{a} ({one.name}) is sampled at {one.fs:.6g} Hz by its time, {b} ({other.name}) at {other.fs:.6g} Hz: "
-                "one of the time steps is wrong"
+                Cause.SAMPLING_RATES,
+                record=a,
+                file=one.name,
+                rate=one.fs,
+                other_record=b,
+                other_file=other.name,
+                other_rate=other.fs,
             )
 
 

@@ -17,10 +17,12 @@ from checks.acceptance.responses.modes import (
     SPURIOUS,
     Axial,
     axial,
-    axial_quantities,
+    axial_damping,
+    axial_resonance,
     main_mode,
     peak_Hz,
     resonance_quantity,
+    second_resonance,
     spurious,
     vs_zero,
     zero_quantity,
@@ -38,9 +40,10 @@ from checks.acceptance.responses.rules import (
     vet_scales,
     vet_signs,
 )
+from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Values
 from checks.errors import RecordError
-from checks.quantity import NoResult, Outcome, Quantity
+from checks.quantity import Outcome, Quantity
 from checks.record import Record
 from checks.signals.record_checks import ChannelDelay
 from checks.signals.spectral.frf import Frf, h1_record
@@ -70,8 +73,8 @@ class ResponseFits:
 
     axial: Axial
     repeat: Resonance | None
-    zero: Zero | str
-    spurious: Mapping[str, Resonance | str]
+    zero: Zero | Reason
+    spurious: Mapping[str, Resonance | Reason]
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
@@ -89,12 +92,16 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
     allowed = gains.excused(resonance_Hz, zero_Hz)
     vet_coherence(curves.whole, allowed, rules)
-    quantities = [*_modal_quantities(found, spec)]
-    quantities[0] = held_against_gain(quantities[0], curves.low, rules)
-    quantities[0] = gains.held_against_payload(quantities[0], values.get("payload_kg"), rules, spec)
+    resonance = gains.held_against_payload(
+        held_against_gain(axial_resonance(found.axial, found.repeat, spec), curves.low, rules),
+        values.get("payload_kg"),
+        rules,
+        spec,
+    )
+    quantities = [resonance, *_modal_quantities(found, spec)]
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
     quantities += gains.gain_quantities(curves.whole, spec)
-    quantities.append(gains.stiffness(quantities[0], mass, u_mass, words))
+    quantities.append(gains.stiffness(resonance, mass, u_mass, words))
     quantities += gains.mass_line(curves.whole, resonance_Hz, mass, spec)
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
     quantities += gains.constants(curves.whole, mass, rules, spec)
@@ -112,7 +119,7 @@ def _records(values: Values) -> dict[str, Record]:
     records: dict[str, Record] = {k: v for k, v in values.items() if isinstance(v, Record)}
     missing = [key for key in ("low", "high") if key not in records]
     if missing:
-        raise NoResult(f"{', '.join(missing)}: not measured")
+        raise NoResult(Cause.NOT_MEASURED, record=" and ".join(missing))
     return records
 
 
@@ -125,22 +132,22 @@ def _estimate(record: Record, outputs: tuple[str, ...], rules: ResponseSettings)
     try:
         return h1_record(record, "Va", outputs, rules.segment_s)
     except ValueError as e:
-        raise NoResult(f"{record.name}: {e}") from e
+        raise NoResult(Cause.CANNOT_ESTIMATE, file=record.name, detail=str(e)) from e
 
 
 def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
     try:
         return merge(low, high, merge_Hz)
     except ValueError as e:
-        raise NoResult(f"low and high records: {e}") from e
+        raise NoResult(Cause.CANNOT_ESTIMATE, record="low and high", detail=str(e)) from e
 
 
 def _curves(low: Record, high: Record, merge_Hz: float, rules: ResponseSettings) -> Curves:
     """H1 of both, gated for dead, turned, late and offset channels."""
     below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
     whole = _merged(below, above, merge_Hz)
-    vet_responses(low.name, below.band(1.0, merge_Hz))
-    vet_responses(high.name, above.band(merge_Hz, 0.4 * high.fs))
+    vet_responses("low", low.name, below.band(1.0, merge_Hz))
+    vet_responses("high", high.name, above.band(merge_Hz, 0.4 * high.fs))
     vet_signs(below, rules)
     vet_scales(below, rules)
     vet_bands(below, above, merge_Hz, rules)
@@ -160,7 +167,7 @@ def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSetting
     low = Transforms.of(records["low"], "Va", OUTPUTS)
     near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
     first = axial(low, near_Hz, rules)
-    modes: dict[str, Resonance | str] = {}
+    modes: dict[str, Resonance | Reason] = {}
     if rules.spurious_Hz:
         high = Transforms.of(records["high"], "Va", OUTPUTS)
         for name, f in zip(SPURIOUS, rules.spurious_Hz, strict=True):
@@ -174,7 +181,7 @@ def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
     """Frequency of the smallest |Vs| where its zero is searched."""
     part = frf.select("Vs").band(*rules.zero_Hz)
     if part.f.size == 0:
-        raise NoResult(f"Vs: nothing was measured in {rules.zero_Hz[0]:g} to {rules.zero_Hz[1]:g} Hz")
+        raise NoResult(Cause.BAND_NOT_MEASURED, channel="Vs", lo=rules.zero_Hz[0], hi=rules.zero_Hz[1])
     return float(part.f[np.argmin(np.where(part.usable, np.abs(part.H[:, 0]), np.inf))])
 
 
@@ -186,27 +193,29 @@ def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
     try:
         return main_mode(Transforms.of(records["low_repeat"], "Va", OUTPUTS), near_Hz)
     except (NoResult, ValueError) as e:
-        raise NoResult(f"low_repeat: {e}, where low has the axial resonance") from e
+        raise NoResult(Cause.REPEAT_CONTRADICTS, record="low_repeat", detail=str(e)) from e
 
 
-def _refuse_exchanged(modes: Mapping[str, Resonance | str]) -> None:
+def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
     """The bending modes of a strut turn the encoder, not the payload: where da shows them more, the names are wrong."""
     seen = [m for m in modes.values() if isinstance(m, Resonance)]
     de, da = OUTPUTS.index("de"), OUTPUTS.index("da")
     if seen and all(m.amplitude[da] > m.amplitude[de] for m in seen):
-        raise NoResult("the strut's own modes show on da more than on de: the two look exchanged")
+        evidence = "the strut's own modes show on da more than on de"
+        raise NoResult(Cause.CHANNELS_EXCHANGED, channel="de", other="da", evidence=evidence)
 
 
 def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
-    quantities = axial_quantities(found.axial, found.repeat, spec)
+    """Of the local fits, but for the axial resonance itself."""
+    quantities = [axial_damping(found.axial, found.repeat), second_resonance(found.axial, spec)]
     if isinstance(found.zero, Zero):
         quantities.append(zero_quantity(found.zero, spec))
     else:
         quantities.append(Quantity.missing("vs_zero_Hz", found.zero))
     for name in SPURIOUS:
-        mode = found.spurious.get(name, "the spec names no frequency to search near (setting spurious_Hz)")
+        mode = found.spurious.get(name, because(Cause.SEARCH_NOT_SET))
         quantities.append(
-            Quantity.missing(name, mode) if isinstance(mode, str) else resonance_quantity(name, mode, spec)
+            Quantity.missing(name, mode) if isinstance(mode, Reason) else resonance_quantity(name, mode, spec)
         )
     return quantities
 

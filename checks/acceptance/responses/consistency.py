@@ -5,17 +5,16 @@ hold the same samples, and a volt moves it as far as two sound stacks do.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.acceptance.common.actuator_gain import wrong_gain
 from checks.acceptance.common.piezo_lag import ALIKE
 from checks.acceptance.responses.rules import OUTPUTS, STATIC_HZ, ResponseSettings
 from checks.arrays import Array
-from checks.quantity import NoResult, Quantity
+from checks.cause import Cause, NoResult
+from checks.quantity import Quantity
 from checks.record import Record
 from checks.signals.spectral.frf import Frf
 
@@ -36,10 +35,7 @@ def vet_copies(records: Mapping[str, Record]) -> None:
         there = [c for c in ("Va", *OUTPUTS) if c in record.channels]
         for a, b in combinations(there, 2):
             if _proportional(record[a], record[b]):
-                raise NoResult(
-                    f"{key}: {record.name}: {b} is {a} times a number, sample by sample: one channel was stored twice, "
-                    "or the drive was looped back"
-                )
+                raise NoResult(Cause.CHANNEL_COPIED, record=key, file=record.name, channel=a, other=b)
 
 
 def _proportional(x: Array, y: Array) -> bool:
@@ -61,7 +57,7 @@ def held_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) ->
         known = low.usable
         gain = float(np.median(np.abs(low.H[known, low.index(c)]))) / UM if known.any() else np.nan
         if not lo <= gain <= hi:
-            return replace(resonance, U=None, note=wrong_gain(c, gain, lo, hi))
+            return resonance.doubted(Cause.WRONG_GAIN, channel=c, gain=gain, lo=lo, hi=hi)
     return resonance
 
 
@@ -86,10 +82,7 @@ def _vet_same(a: Frf, b: Frf, this: str, that: str, rules: ResponseSettings) -> 
             continue
         ratio = float(np.median(np.abs(b.H[:n, i][both] / a.H[:n, i][both])))
         if not 1 / (1 + rules.bands_within) <= ratio <= 1 + rules.bands_within:
-            raise NoResult(
-                f"{c} is {ratio:.3g} times as large in {this} as in {that}, where both are coherent: not one unit on "
-                "one bench, or one of the time bases or gains is wrong"
-            )
+            raise NoResult(Cause.RECORDS_DISAGREE, channel=c, ratio=ratio, this=this, that=that)
 
 
 def _same_bins(f: Array, g: Array) -> NDArray[np.bool_]:
@@ -103,7 +96,5 @@ def vet_pole(frf: Frf, resonance_Hz: float) -> None:
     for c in frf.channels:
         at, by = (np.abs(part.H[part.usable, part.index(c)]) for part in (pole, beyond))
         if at.size and by.size and not float(at.max()) >= STANDS_OUT * float(np.median(by)):
-            raise NoResult(
-                f"{c} does not show the resonance at {resonance_Hz:.4g} Hz: it is {at.max() / np.median(by):.3g} times "
-                "as large there as beyond it; not a signal of this structure"
-            )
+            ratio = float(at.max() / np.median(by))
+            raise NoResult(Cause.CHANNEL_FOREIGN, channel=c, f_Hz=resonance_Hz, ratio=ratio)

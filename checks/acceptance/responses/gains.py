@@ -1,7 +1,6 @@
 """What the merged curves say beside their resonances: gains, mass line, stiffness, constants, coherence."""
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,6 +15,7 @@ from checks.acceptance.responses.rules import (
     ResponseSettings,
     coherent_up_to,
 )
+from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.errors import ModelError
 from checks.fitting.constants import GS_BAND_HZ, Constant, fit_constants
@@ -66,7 +66,7 @@ def gain_quantities(frf: Frf, spec: CheckSpec) -> list[Quantity]:
 def _gain(name: str, frf: Frf, channel: str, band: tuple[float, float], unit: float, spec: CheckSpec) -> Quantity:
     found = mean_size(frf, channel, *band)
     if found is None:
-        return Quantity.missing(name, f"{channel}: nothing was measured in {band[0]:g} to {band[1]:g} Hz")
+        return Quantity.missing(name, because(Cause.BAND_NOT_MEASURED, channel=channel, lo=band[0], hi=band[1]))
     value, u = (x / unit for x in found)
     return with_stated(name, value, [Contribution("scatter of the response", u, "A")], stated(spec, value, name))
 
@@ -89,16 +89,12 @@ def held_against_payload(
         return resonance
     ratio = given.value / rules.payload_kg
     if abs(ratio - 1) > rules.payload_within:
-        words = f"the limits are for a payload of {rules.payload_kg:g} kg, {given.value:g} kg are stated"
-        return replace(resonance, U=None, note=words)
+        return resonance.doubted(Cause.PAYLOAD_DIFFERS, expected=rules.payload_kg, value=given.value)
     limit = spec.limits.get(resonance.name)
     there_Hz = resonance.value * math.sqrt(ratio)
     if limit is None or bounds(limit)[0] <= there_Hz <= bounds(limit)[1]:
         return resonance
-    words = (
-        f"with the {rules.payload_kg:g} kg of the limits instead of {given.value:g} kg it would be {there_Hz:.4g} Hz"
-    )
-    return replace(resonance, U=None, note=f"{words}, outside them")
+    return resonance.doubted(Cause.PAYLOAD_MOVES_IT, expected=rules.payload_kg, value=given.value, f_Hz=there_Hz)
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
@@ -124,7 +120,7 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     good = part.usable
     static = mean_size(frf, "da", *STATIC_HZ)
     if np.count_nonzero(good) < 3 or static is None:
-        why = f"da: nothing was measured in {MASS_BAND_HZ[0]:g} to {MASS_BAND_HZ[1]:g} Hz above the resonance"
+        why = because(Cause.BAND_NOT_MEASURED, channel="da", lo=MASS_BAND_HZ[0], hi=MASS_BAND_HZ[1])
         return [Quantity.missing(name, why) for name in names]
     each = np.abs(part.H[good, 0]) * (part.f[good] ** 2 - resonance_Hz**2)
     line, scatter = float(np.median(each)), float(np.std(each)) / math.sqrt(each.size)
@@ -154,9 +150,8 @@ def coherence_quantities(
     out = []
     for name, c in COHERENT.items():
         top = coherent_up_to(frf, c, allowed[c], rules)
-        why = f"{c} is not coherent from {rules.coherence_Hz[c][0]:g} Hz on"
         if top is None:
-            out.append(Quantity.missing(name, why))
+            out.append(Quantity.missing(name, because(Cause.NOT_COHERENT, channel=c, f_Hz=rules.coherence_Hz[c][0])))
             continue
         step = top * math.log(float(frf.f[-1]) / rules.coherence_Hz[c][0]) / STEPS
         out.append(Quantity.of(name, top, Contribution("steps of the search", step / math.sqrt(12))))
@@ -166,7 +161,7 @@ def coherence_quantities(
 def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
     """ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; missing where it names none."""
     if not rules.model:
-        return [Quantity.missing(name, "the spec names no model") for name in CONSTANTS]
+        return [Quantity.missing(name, Cause.MODEL_NOT_SET) for name in CONSTANTS]
     try:
         model = _model(rules.model)
         H = {c: frf.H[:, frf.index(c)] for c in OUTPUTS}
@@ -175,8 +170,12 @@ def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -
         }
         found = fit_constants(model, frf.f, H, variance, {"bench.payload_kg": mass})
     except (ModelError, SpecError) as e:
-        return [Quantity.missing(name, str(e)) for name in CONSTANTS]
+        return [_no_constants(name, rules.model, e) for name in CONSTANTS]
     return [_constant(name, found.get(name), model, spec) for name in CONSTANTS]
+
+
+def _no_constants(name: str, model: str, error: Exception) -> Quantity:
+    return Quantity.missing(name, because(Cause.MODEL_UNUSABLE, model=model, detail=str(error)))
 
 
 @cache
@@ -186,7 +185,7 @@ def _model(name: str) -> Model:
 
 def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) -> Quantity:
     if found is None:
-        return Quantity.missing(name, f"model {model.name} has another sensor constant")
+        return Quantity.missing(name, because(Cause.MODEL_WITHOUT_CONSTANT, model=model.name))
     budget = [
         Contribution("scatter of the response", found.u, "A"),
         Contribution(f"model {model.name}, as its tolerance says", abs(found.value) * model.tolerance),

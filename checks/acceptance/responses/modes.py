@@ -6,7 +6,8 @@ import numpy as np
 
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.acceptance.responses.rules import ResponseSettings
-from checks.quantity import Contribution, NoResult, Quantity
+from checks.cause import Cause, NoResult, Reason, because
+from checks.quantity import Contribution, Quantity
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find, find_beside
@@ -32,7 +33,7 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
     """Frequency of the largest response of a band. Raises NoResult when the band was not measured."""
     part = frf.band(f_lo, f_hi)
     if part.f.size < 3 or not part.usable.any():
-        raise NoResult(f"{channel}: nothing was measured in {f_lo:g} to {f_hi:g} Hz")
+        raise NoResult(Cause.BAND_NOT_MEASURED, channel=channel, lo=f_lo, hi=f_hi)
     return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
 
 
@@ -44,7 +45,7 @@ def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> Axial:
         first = main_mode(low, near_Hz)
         both = find_beside(low.window(lo, hi), first, *inner, rules.second_share)
     except ValueError as e:
-        raise NoResult(f"about {near_Hz:.4g} Hz: {e}") from e
+        raise NoResult(Cause.CANNOT_ESTIMATE, record="low", detail=f"about {near_Hz:.4g} Hz: {e}") from e
     return Axial(first, None) if both is None else Axial(*both)
 
 
@@ -53,27 +54,29 @@ def main_mode(low: Transforms, near_Hz: float) -> Resonance:
     lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
     found = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
     if found is None:
-        raise NoResult(f"no resonance stands out of the scatter near {near_Hz:.4g} Hz")
+        raise NoResult(Cause.NO_RESONANCE, f_Hz=near_Hz)
     return found
 
 
-def axial_quantities(found: Axial, again: Resonance | None, spec: CheckSpec) -> list[Quantity]:
-    """axial_resonance_Hz, axial_damping_percent, second_resonance_Hz."""
-    first, second = found.first, found.second
-    spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
-    spread_damping = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
-    quantities = [
-        resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz),
-        Quantity.of(
-            "axial_damping_percent",
-            100 * first.damping_ratio,
-            *_budget(100 * first.u_damping, 100 * first.u_damping_model, spread_damping),
-        ),
-    ]
-    if second is None:
-        why = "two poles do not fit better than one (F test, false alarms below 1 in 1000)"
-        return [*quantities, Quantity.missing("second_resonance_Hz", why)]
-    return [*quantities, resonance_quantity("second_resonance_Hz", second, spec)]
+def axial_resonance(found: Axial, again: Resonance | None, spec: CheckSpec) -> Quantity:
+    """axial_resonance_Hz; again: of the second realisation."""
+    spread_Hz = None if again is None else abs(again.f_Hz - found.first.f_Hz) / 2
+    return resonance_quantity("axial_resonance_Hz", found.first, spec, spread_Hz)
+
+
+def axial_damping(found: Axial, again: Resonance | None) -> Quantity:
+    """axial_damping_percent."""
+    first = found.first
+    spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
+    budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
+    return Quantity.of("axial_damping_percent", 100 * first.damping_ratio, *budget)
+
+
+def second_resonance(found: Axial, spec: CheckSpec) -> Quantity:
+    """second_resonance_Hz."""
+    if found.second is None:
+        return Quantity.missing("second_resonance_Hz", Cause.NO_SECOND_POLE)
+    return resonance_quantity("second_resonance_Hz", found.second, spec)
 
 
 def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
@@ -91,13 +94,13 @@ def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contr
     return budget if repeat is None else [*budget, Contribution("second realisation, half the difference", repeat, "A")]
 
 
-def vs_zero(low: Transforms, near_Hz: float) -> Zero | str:
+def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
     """Zero of Vs, or why there is none."""
     try:
         found = find_zero(low.window((1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz, "Vs"))
     except ValueError as e:
-        return f"Vs: {e}"
-    return found or f"Vs has no zero near {near_Hz:.4g} Hz"
+        return because(Cause.CANNOT_ESTIMATE, detail=f"Vs: {e}")
+    return found or because(Cause.NO_ZERO, channel="Vs", f_Hz=near_Hz)
 
 
 def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
@@ -111,7 +114,7 @@ def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
     return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, *([] if instrument is None else [instrument]), note=note)
 
 
-def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | str:
+def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | Reason:
     """The mode within a part of near_Hz, from all channels; the reason where none is seen.
 
     A mode that no channel shows cannot be measured: on a strut whose encoder sits on the axis, de is blind to it too.
@@ -120,5 +123,5 @@ def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | s
     try:
         found = find(record.window(lo - INNER * near_Hz, hi + INNER * near_Hz), lo, hi)
     except ValueError as e:
-        return f"{lo:.4g} to {hi:.4g} Hz: {e}"
-    return found or f"no mode stands out of the scatter between {lo:.4g} and {hi:.4g} Hz"
+        return because(Cause.CANNOT_ESTIMATE, detail=f"{lo:.4g} to {hi:.4g} Hz: {e}")
+    return found or because(Cause.NO_MODE, lo=lo, hi=hi)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from checks.acceptance.responses.modes import peak_Hz
-from checks.quantity import NoResult
+from checks.cause import NoResult
 from checks.record import Record
 from checks.signals.spectral.frf import Frf, h1_record
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
 from checks.acceptance.common.sampling_rate import SAMPLING
 from checks.arrays import Array
+from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
-from checks.quantity import NoResult
 from checks.record import Record
 from checks.signals.overload import overload
-from checks.signals.record_checks import ChannelDelay, Expected, delay, mismatches, responds
+from checks.signals.record_checks import ChannelDelay, Expected, dead, delay, mismatches, responds
 from checks.signals.spectral.frf import Frf
 from specs.spec import CheckSpec
 
@@ -92,36 +92,48 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
     for key, record in records.items():
         seconds = record.t.size / record.fs
         if seconds < 0.999 * rules.duration_min_s:
-            raise NoResult(f"{key}: {record.name} lasts {seconds:.3g} s; {rules.duration_min_s:g} s or more are needed")
-        columns = {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
-        odd = mismatches(columns, LOOKS)
-        if odd:
-            raise NoResult(f"{key}: {record.name}: " + "; ".join(m.words for m in odd))
-        clipped = [words for c in OUTPUTS if c in record.channels and (words := overload(c, record[c]))]
-        if clipped:
-            raise NoResult(f"{key}: {record.name}: " + "; ".join(clipped))
+            short = because(Cause.RECORD_SHORT, seconds=seconds, needed=rules.duration_min_s)
+            raise NoResult(short.within(key, record.name))
+        wrong = _wrong_channels(record)
+        if wrong:
+            raise NoResult(together(wrong).within(key, record.name))
 
 
-def vet_responses(key: str, frf: Frf) -> None:
+def _wrong_channels(record: Record) -> list[Reason]:
+    """The first kind of fault that channels of a record show: dead, of another channel's size, clipped."""
+    columns = {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
+    still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only where a part stands still
+    return (
+        [reason for n in still for reason in dead(n, record[n])]
+        or list(mismatches(columns, LOOKS))
+        or [reason for c in OUTPUTS if c in record.channels for reason in overload(c, record[c])]
+    )
+
+
+def vet_responses(key: str, file: str, frf: Frf) -> None:
     """Raises NoResult for a channel that does not follow the drive anywhere."""
-    dead = [c for c in frf.channels if not responds(frf, c)]
-    if dead:
-        raise NoResult(f"{key}: {', '.join(dead)} nowhere follows {frf.input}: dead, or of another record")
+    still = [c for c in frf.channels if not responds(frf, c)]
+    if still:
+        reasons = [because(Cause.CHANNEL_NOT_DRIVEN, channel=c, reference=frf.input) for c in still]
+        raise NoResult(together(reasons).within(key, file))
 
 
 def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
-    """Raises NoResult for a channel that is turned: the sign of its static gain is not that of the bench."""
+    """Raises NoResult for channels that are reversed: the sign of their static gain is not that of the bench."""
+    reversed_ = []
     low = frf.band(*STATIC_HZ)
     for c in frf.channels:
         wanted = rules.polarity[c]
         H, var = low.H[:, low.index(c)], low.var[:, low.index(c)]
         known = np.isfinite(var) & (np.abs(H) ** 2 > 25.0 * var)
         if wanted and known.any() and np.sign(np.sum(H[known].real)) == -wanted:
-            words = {1: "with", -1: "against"}
-            raise NoResult(
-                f"{c} moves {words[-wanted]} {frf.input} below the resonance, expected {words[wanted]} it: "
-                "polarity turned, or channels exchanged"
+            way = {1: "with", -1: "against"}
+            found, expected = way[-wanted], way[wanted]
+            reversed_.append(
+                because(Cause.CHANNEL_REVERSED, channel=c, reference=frf.input, found=found, expected=expected)
             )
+    if reversed_:
+        raise NoResult(together(reversed_))
 
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
@@ -134,10 +146,7 @@ def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
         return
     ratio = float(np.median(de[known] / da[known]))
     if abs(ratio - 1) > rules.scale_within:
-        raise NoResult(
-            f"de moves {ratio:.3g} times as far as da below the resonance, expected 1 ± {rules.scale_within:g}: "
-            "the scale of one of them is wrong"
-        )
+        raise NoResult(Cause.CHANNEL_SCALE, channel="de", other="da", ratio=ratio, within=rules.scale_within)
 
 
 def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDelay]:
@@ -146,15 +155,26 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
     seen = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
     for d in seen:
         if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_samples_max + 3 * d.sd:
-            raise NoResult(f"{d.words}; expected 0 to {rules.delay_samples_max:g} samples behind")
+            raise NoResult(
+                Cause.CHANNEL_DELAYED,
+                record="high",
+                channel=d.channel,
+                reference=d.reference,
+                samples=d.samples,
+                most=rules.delay_samples_max,
+            )
     if not seen:
         return seen
     first, last = min(seen, key=lambda d: d.samples), max(seen, key=lambda d: d.samples)
     apart, sd = last.samples - first.samples, float(np.hypot(first.sd, last.sd))
     if apart > rules.offset_samples_max + 3 * sd:
         raise NoResult(
-            f"{last.channel} is stored {apart:.2f} samples behind {first.channel}; "
-            f"at most {rules.offset_samples_max:g} are physics"
+            Cause.CHANNEL_OFFSET,
+            record="high",
+            channel=last.channel,
+            other=first.channel,
+            samples=apart,
+            most=rules.offset_samples_max,
         )
     return seen
 
@@ -167,7 +187,7 @@ def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], ru
     bad = [words for c in frf.channels for words in _bad_bands(frf, c, excused[c], rules)]
     if bad:
         more = f" and {len(bad) - 4} more" if len(bad) > 4 else ""
-        raise NoResult(f"coherence is below {rules.coherence_min:g}: {'; '.join(bad[:4])}{more}")
+        raise NoResult(Cause.COHERENCE_LOW, needed=rules.coherence_min, bands=f"{'; '.join(bad[:4])}{more}")
 
 
 def _bad_bands(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: ResponseSettings) -> Iterator[str]:

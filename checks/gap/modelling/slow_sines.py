@@ -10,7 +10,7 @@ import numpy as np
 
 from checks.acceptance.hysteresis import Loop, loop_of
 from checks.arrays import Array
-from checks.quantity import NoResult
+from checks.cause import NoResult
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.slow.loops import ScalarEstimate

@@ -6,8 +6,9 @@ from scipy.optimize import minimize
 
 from accept.simulate.published_units import SEED_APAS
 from checks.acceptance.flatness import POSITIONS_MM, measure, minimum_zone
-from checks.quantity import NoResult
+from checks.cause import Cause
 from specs.spec import CheckSpec, StatedU
+from tests.causes import no_result
 
 POSITIONS = np.array(POSITIONS_MM) * 1e-3
 SPEC = CheckSpec(required=False, uncertainty={"z_um": StatedU(U=0.5, source="probe")})
@@ -109,13 +110,13 @@ def test_interface_tilt() -> None:
 @pytest.mark.parametrize("keep", [3, 4, 7])
 def test_too_few_points_are_no_result(keep: int) -> None:
     table = {"x_mm": POSITIONS[:keep, 0] * 1e3, "y_mm": POSITIONS[:keep, 1] * 1e3, "z_um": np.zeros(keep)}
-    with pytest.raises(NoResult, match="are needed"):
+    with no_result(Cause.POINTS_MISSING):
         measure({"points": table}, SPEC)
 
 
 def test_points_on_a_line_are_no_result() -> None:
     x = np.array([-30.0, -25, -20, -15, 15, 20, 25, 30])
-    with pytest.raises(NoResult, match="line"):
+    with no_result(Cause.POINTS_IN_LINE):
         measure({"points": {"x_mm": x, "y_mm": np.zeros(8), "z_um": x}}, SPEC)
 
 
@@ -127,7 +128,7 @@ def test_without_a_stated_accuracy_the_uncertainty_is_unknown() -> None:
 @pytest.mark.parametrize("heights", [np.zeros(8), np.full(8, 12.5), np.array(SEED_APAS[0].heights_um) * 1e-3])
 def test_heights_more_alike_than_the_probe_reads_are_no_result(heights: np.ndarray) -> None:
     """A probe that was never read, or heights in mm, would else be the flattest of parts."""
-    with pytest.raises(NoResult, match="not read, or not in um"):
+    with no_result(Cause.HEIGHTS_ALIKE):
         quantities(heights)
 
 
@@ -135,5 +136,5 @@ def test_a_position_read_twice_is_no_result() -> None:
     x, y = np.array(POSITIONS_MM, dtype=float).T
     x[7], y[7] = x[6], y[6]
     table = {"x_mm": x, "y_mm": y, "z_um": np.array(SEED_APAS[0].heights_um, dtype=float)}
-    with pytest.raises(NoResult, match="points 7 and 8 are the same position"):
+    with no_result(Cause.POINT_TWICE, first=7, second=8):
         measure({"points": table}, SPEC)

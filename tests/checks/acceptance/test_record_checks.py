@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from checks.acceptance import hysteresis, sensor_highpass, stiffness, stroke
+from checks.cause import NoResult
 from checks.declare import Check, Measured, Series
-from checks.quantity import NoResult
 from checks.record import Record
 from specs.spec import CheckSpec, StatedU
 

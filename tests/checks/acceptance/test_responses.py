@@ -14,8 +14,8 @@ from scipy.stats import binom
 from checks.acceptance.responses.check import CHECK
 from checks.acceptance.responses.modes import axial, main_mode, vs_zero
 from checks.acceptance.responses.rules import OUTPUTS, rules_of
+from checks.cause import Cause, NoResult
 from checks.declare import Measured, Series
-from checks.quantity import NoResult
 from checks.record import Record
 from checks.signals.spectral.poles import Transforms, fit_poles
 from checks.signals.spectral.resonance import CHANCE, candidate, evidence, find, find_beside
@@ -24,6 +24,7 @@ from checks.verdict import judge
 from hw import records
 from hw.model_files import open_model
 from specs.spec import CheckSpec, load
+from tests.causes import causes, no_result
 from tests.checks.signals.frf_plant import UNITS as PLANT_UNITS
 from tests.checks.signals.frf_plant import Plant, noise_drive, record, unit
 
@@ -77,7 +78,7 @@ def test_everything_is_found_on_a_known_plant():
     )
     assert abs(found["vs_zero_Hz"].value - abs(zero)) < 2 * found["vs_zero_Hz"].U
     assert "minimum-phase" in found["vs_zero_Hz"].note
-    assert "two poles do not fit better" in found["second_resonance_Hz"].reason
+    assert causes(found["second_resonance_Hz"]) == {Cause.NO_SECOND_POLE}
     # |H| averaged over 10..20 Hz: g0 / (1 - (f/f0)^2), here by the mean over the bins in between.
     f = np.arange(10.0, 21.0, 2.0)
     assert found["gain_de_um_per_V"].value == pytest.approx(np.mean(26.0 / (1 - (f / 93.9) ** 2)), rel=2e-3)
@@ -196,38 +197,42 @@ def noise_of(channel, seed=1):
 
 
 BAD = {
-    "turned sensor": (changed("low", Vs=lambda r: -r["Vs"]), ["Vs moves with Va", "polarity"]),
-    "turned encoder": (changed("low", de=lambda r: -r["de"]), ["de moves against Va"]),
-    "late by ten": (changed("high", de=lambda r: np.roll(r["de"], 10)), ["de is", "behind Va"]),
-    "late by two": (changed("high", de=lambda r: np.roll(r["de"], 2)), ["de is stored", "behind"]),
-    "early by three": (changed("high", da=lambda r: np.roll(r["da"], -3)), ["da is", "ahead of Va"]),
-    "dead": (changed("high", Vs=noise_of("Vs")), ["Vs nowhere follows Va"]),
-    "another record": (changed("low", da=noise_of("da")), ["da nowhere follows Va"]),
-    "exchanged": (changed("low", Vs=lambda r: r["de"], de=lambda r: r["Vs"]), ["Vs", "de", "exchanged"]),
-    "scaled": (changed("low", de=lambda r: 1.3 * r["de"]), ["de moves 1.3 times as far as da"]),
-    "clipped": (changed("low", da=lambda r: np.minimum(r["da"], 0.5 * r["da"].max())), ["da is clipped"]),
-    "noisy": (
-        changed("high", da=lambda r: r["da"] + 0.3 * noise_of("da")(r)),
-        ["coherence is below 0.9", "da", "Hz (median"],
-    ),
+    "turned sensor": (changed("low", Vs=lambda r: -r["Vs"]), (Cause.CHANNEL_REVERSED, "Vs")),
+    "turned encoder": (changed("low", de=lambda r: -r["de"]), (Cause.CHANNEL_REVERSED, "de")),
+    "late by ten": (changed("high", de=lambda r: np.roll(r["de"], 10)), (Cause.CHANNEL_DELAYED, "de")),
+    "late by two": (changed("high", de=lambda r: np.roll(r["de"], 2)), (Cause.CHANNEL_OFFSET, "de")),
+    "early by three": (changed("high", da=lambda r: np.roll(r["da"], -3)), (Cause.CHANNEL_DELAYED, "da")),
+    "dead": (changed("high", Vs=noise_of("Vs")), (Cause.CHANNEL_NOT_DRIVEN, "Vs")),
+    "another record": (changed("low", da=noise_of("da")), (Cause.CHANNEL_NOT_DRIVEN, "da")),
+    "exchanged": (changed("low", Vs=lambda r: r["de"], de=lambda r: r["Vs"]), (Cause.CHANNELS_EXCHANGED, "Vs")),
+    "scaled": (changed("low", de=lambda r: 1.3 * r["de"]), (Cause.CHANNEL_SCALE, "de")),
+    "clipped": (changed("low", da=lambda r: np.minimum(r["da"], 0.5 * r["da"].max())), (Cause.CHANNEL_CLIPPED, "da")),
+    "noisy": (changed("high", da=lambda r: r["da"] + 0.3 * noise_of("da")(r)), (Cause.COHERENCE_LOW, None)),
+    "flickers": (changed("high", de=lambda r: 2.5e-9 * (np.arange(r.t.size) % 7 == 0)), (Cause.CHANNEL_DEAD, "de")),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("fault", BAD)
-def test_bad_data_give_no_result_in_words(fault):
-    values, words = BAD[fault]
+def test_bad_data_give_no_result_that_names_the_channel(fault):
+    values, (cause, channel) = BAD[fault]
+    with no_result(cause, **({} if channel is None else {"channel": channel})):
+        CHECK.measure(values, APA)
+
+
+def test_every_channel_that_is_wrong_is_named():
+    values = changed("low", Vs=lambda r: -r["Vs"], de=lambda r: -r["de"])
     with pytest.raises(NoResult) as refused:
         CHECK.measure(values, APA)
-    assert all(word in str(refused.value) for word in words), str(refused.value)
+    assert [r.parameters["channel"] for r in refused.value.reason.all()] == ["Vs", "de"]
 
 
 def test_a_missing_band_a_short_record_and_merging_outside_are_no_result():
     values = good_unit()
-    with pytest.raises(NoResult, match="high: not measured"):
+    with no_result(Cause.NOT_MEASURED, record="high"):
         CHECK.measure({"low": values["low"]}, APA)
-    with pytest.raises(NoResult, match=r"low\.mat lasts 4 s; 10 s or more"):
+    with no_result(Cause.RECORD_SHORT, record="low", file="low.mat", needed=10.0):
         CHECK.measure({**values, **{k: v for k, v in unit(Plant(), 3, seconds=4.0).items() if k == "low"}}, APA)
-    with pytest.raises(NoResult, match="cannot merge at 4000 Hz"):
+    with no_result(Cause.CANNOT_ESTIMATE, record="low and high"):
         CHECK.measure({**values, "merge_Hz": Measured(4000.0)}, APA)
 
 
@@ -367,7 +372,7 @@ def test_exchanged_encoder_and_interferometer_of_a_strut_are_told():
         key: records.read(folder / file, series, {"de": "da", "da": "de"})
         for key, file in (("low", "frf_noise.mat"), ("high", "frf_noise_hf.mat"))
     }
-    with pytest.raises(NoResult, match="look exchanged"):
+    with no_result(Cause.CHANNELS_EXCHANGED, channel="de", other="da"):
         CHECK.measure(swapped, STRUT)
 
 

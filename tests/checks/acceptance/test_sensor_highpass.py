@@ -14,11 +14,13 @@ from scipy.signal import bilinear, lfilter
 from scipy.stats import binom
 
 from checks.acceptance import sensor_highpass
+from checks.cause import Cause, NoResult
 from checks.declare import Measured
-from checks.quantity import NoResult, Quantity
+from checks.quantity import Quantity
 from checks.record import Record
 from checks.verdict import judge
 from specs.spec import CheckSpec, Limit, StatedU
+from tests.causes import causes, no_result
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 BARE = CheckSpec(required=False)
@@ -81,7 +83,7 @@ def test_recorded_units_agree_with_their_truth(unit: str) -> None:
     assert corner.value == pytest.approx(truth, rel=2e-3)  # a tenth of the 2 percent that is asked for
     assert abs(corner.value - truth) < 2 * (corner.U or 0)  # four standard uncertainties
     assert q["sensor_capacitance_implied_uF"].value == pytest.approx(5.1, abs=0.01)  # the generator's 5.1 uF
-    assert "no corner" in (q["sensor_highpass_without_Hz"].reason or "")
+    assert causes(q["sensor_highpass_without_Hz"]) == {Cause.NO_CORNER_WITHOUT}
 
 
 VARIANTS = {
@@ -150,35 +152,35 @@ def test_unstated_resistor_tolerance_is_unknown_not_zero() -> None:
     stated = CheckSpec(required=False, uncertainty={"resistor_ohm": StatedU(U_percent=1.0, source="colour code")})
     C = measured(given, stated)["sensor_capacitance_implied_uF"]
     assert C.U == pytest.approx(0.01 * C.value, rel=0.05)
-    assert "not stated" in (
-        measured({"with_resistor": Bench().record(1)})["sensor_capacitance_implied_uF"].reason or ""
-    )
+    unstated = measured({"with_resistor": Bench().record(1)})["sensor_capacitance_implied_uF"]
+    assert causes(unstated) == {Cause.ENTRY_MISSING}
 
 
-def refusals() -> dict[str, tuple[Record, str]]:
+def refusals() -> dict[str, tuple[Record, set[Cause]]]:
     t, u, y = Bench().clean()
     rng = np.random.default_rng(9)
     noise = rng.standard_normal(t.size)
     return {
-        "no high-pass": (Record(t, {"Va": u, "Vs": 0.05 * u + 1e-5 * noise}, {}), "no corner"),
-        "Vs is noise": (Record(t, {"Va": u, "Vs": noise}, {}), "unexplained"),
-        "two seconds": (Record(t[:400], {"Va": u[:400], "Vs": y[:400]}, {}), "too short"),
+        "no high-pass": (Record(t, {"Va": u, "Vs": 0.05 * u + 1e-5 * noise}, {}), {Cause.NO_CORNER}),
+        "Vs is noise": (Record(t, {"Va": u, "Vs": noise}, {}), {Cause.HIGHPASS_MISFIT}),
+        "two seconds": (Record(t[:400], {"Va": u[:400], "Vs": y[:400]}, {}), {Cause.CANNOT_ESTIMATE}),
         "low-pass instead": (
             Record(t, {"Va": u, "Vs": lfilter([0.01], [1, -0.99], u) + 1e-4 * noise}, {}),
-            "unexplained|no corner",
+            {Cause.HIGHPASS_MISFIT, Cause.NO_CORNER},
         ),
     }
 
 
 @pytest.mark.parametrize("case", refusals())
 def test_no_result_with_the_reason(case: str) -> None:
-    record, words = refusals()[case]
-    with pytest.raises(NoResult, match=words):
+    record, expected = refusals()[case]
+    with pytest.raises(NoResult) as refused:
         measured({"with_resistor": record})
+    assert refused.value.reason.cause in expected
 
 
 def test_without_the_record_there_is_no_result() -> None:
-    with pytest.raises(NoResult, match="with_resistor"):
+    with no_result(Cause.NOT_MEASURED, record="with_resistor"):
         measured({"without_resistor": Bench().record(0)})
 
 
@@ -197,7 +199,7 @@ def test_a_corner_of_another_resistor_has_no_uncertainty(ohm: float | None, know
     given: dict[str, object] = {"with_resistor": Bench().record(5)}
     q = measured(given if ohm is None else given | {"resistor_ohm": Measured(ohm)})["sensor_highpass_Hz"]
     assert (q.U is not None) == known
-    assert known or "ohm make with a sound stack" in (q.note or "")
+    assert known or causes(q) == {Cause.CORNER_RESISTOR}
 
 
 def test_a_resistor_that_is_assumed_is_said_so_on_the_finding() -> None:
@@ -217,11 +219,11 @@ def test_a_resistor_that_is_assumed_is_said_so_on_the_finding() -> None:
 
 def test_a_sensor_of_microvolts_or_of_another_rate_is_no_result() -> None:
     t, u, y = Bench(offset=0.0).clean()
-    with pytest.raises(NoResult, match="Vs moves by"):
+    with no_result(Cause.CHANNEL_SIZE, channel="Vs"):
         measured({"with_resistor": noisy(t, u, 1e-4 * y, 1e-9, np.random.default_rng(2))})
     stated = CheckSpec(required=False, settings={"sampling_Hz": [200.0]})
     assert measured({"with_resistor": noisy(t, u, y, 3e-4, np.random.default_rng(2))}, stated)
-    with pytest.raises(NoResult, match="the bench at 200 Hz"):
+    with no_result(Cause.SAMPLING_RATE, expected="200"):
         measured({"with_resistor": noisy(1.01 * t, u, y, 3e-4, np.random.default_rng(2))}, stated)
 
 
@@ -230,5 +232,5 @@ def test_a_clipped_sensor_is_no_result() -> None:
     y = np.round(y / 2.5e-5) * 2.5e-5
     clipped = np.clip(y, -0.7 * y.max(), 0.7 * y.max())
     assert measured({"with_resistor": noisy(t, u, y, 0.0, np.random.default_rng(1))})["sensor_highpass_Hz"].U
-    with pytest.raises(NoResult, match="clipped"):
+    with no_result(Cause.CHANNEL_CLIPPED, channel="Vs"):
         measured({"with_resistor": noisy(t, u, clipped, 0.0, np.random.default_rng(1))})

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import re
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,12 @@ from scipy.signal import sawtooth
 from scipy.stats import binom
 
 from checks.acceptance import stroke
+from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.quantity import Quantity
 from checks.record import Record
 from specs.spec import CheckSpec, StatedU
+from tests.causes import causes
 from tests.checks.acceptance.play_model import Plays
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
@@ -113,39 +114,38 @@ def test_noise_does_not_lift_the_stroke(sine_response: np.ndarray) -> None:
     assert np.mean(found) == pytest.approx(1e6 * ONE.first_rise(170), abs=0.15)
 
 
-def refusals() -> dict[str, tuple[np.ndarray, float, str]]:
+def refusals() -> dict[str, tuple[np.ndarray, float, Cause]]:
     return {
-        "starts at 0 V": (np.maximum(SINE, 0.0), 1.0, "starts at 0.00 V"),
-        "stops at 120 V": (np.minimum(SINE, 120.0), 1.0, "reaches 120.00 V"),
-        "at the converter": (SINE / 20, 1.0, "starts at -1.00 V"),
-        "gauge turned": (SINE, -1.0, "sign is turned"),
-        "gauge does not follow": (SINE, 0.0, "does not follow"),
+        "starts at 0 V": (np.maximum(SINE, 0.0), 1.0, Cause.VOLTAGE_START),
+        "stops at 120 V": (np.minimum(SINE, 120.0), 1.0, Cause.VOLTAGE_TOP),
+        "at the converter": (SINE / 20, 1.0, Cause.VOLTAGE_START),
+        "gauge turned": (SINE, -1.0, Cause.STROKE_AWAY),
+        "gauge does not follow": (SINE, 0.0, Cause.STROKE_AWAY),
     }
 
 
 @pytest.mark.parametrize("case", refusals())
 def test_no_result_with_the_reason(case: str) -> None:
-    V, sign, words = refusals()[case]
+    V, sign, cause = refusals()[case]
     rng = np.random.default_rng(3)
     good = record(SINE, gauge(TWO.response(SINE), rng))
     q = measured(record(V, gauge(sign * 0.65e-6 * V, rng)), good)
-    assert words in (q["stroke_one_stack_um"].reason or "")
-    assert words in (q["stroke_um"].reason or "")
+    assert causes(q["stroke_one_stack_um"]) == causes(q["stroke_um"]) == {cause}
     assert math.isnan(q["stroke_um"].value)
     assert q["stroke_two_stacks_um"].value == pytest.approx(1e6 * TWO.first_rise(170), rel=1e-3)
 
 
 def test_one_record_is_not_the_stroke_of_three_stacks(sine_response: np.ndarray) -> None:
     q = measured(record(SINE, sine_response), None)
-    assert "two_stacks: not measured" in (q["stroke_um"].reason or "")
-    assert "two_stacks: not measured" in (q["stroke_hysteresis_percent"].reason or "")
+    absent = because(Cause.NOT_MEASURED, record="two_stacks")
+    assert q["stroke_um"].reason == q["stroke_hysteresis_percent"].reason == absent
 
 
 def test_half_a_loop_has_a_stroke_and_no_width() -> None:
     V = SINE[: T.size // 6]
     q = measured(record(V, ONE.response(V)), None)
     assert q["stroke_one_stack_um"].value == pytest.approx(1e6 * ONE.first_rise(170), rel=1e-3)
-    assert "no loop" in (q["stroke_hysteresis_one_stack_percent"].reason or "")
+    assert causes(q["stroke_hysteresis_one_stack_percent"]) == {Cause.NO_LOOP}
 
 
 def test_a_record_that_ends_rising_has_the_same_loop(sine_response: np.ndarray) -> None:
@@ -190,46 +190,46 @@ def test_panel_shows_both_loops(sine_response: np.ndarray) -> None:
     assert [item.label for item in panel.items[:2]] == ["one stack", "two stacks"]
 
 
-def spoiled() -> dict[str, tuple[np.ndarray, str]]:
+def spoiled() -> dict[str, tuple[np.ndarray, Cause]]:
     d = ONE.response(SINE)
     rng = np.random.default_rng(3)
     held = gauge(d, rng)
     held[4000:4400] = held[4000]  # 0.8 s of a period of 6.7 s
     return {
-        "in mm": (gauge(1e3 * d, rng), "not in m"),
-        "two stacks, not one": (gauge(2 * d, rng), "other stacks were driven"),
-        "probe stuck": (held, "the gauge sticks"),
-        "drifting": (gauge(d + 4e-5 * T / T[-1], rng), "drifts or slipped"),
-        "slipped": (gauge(d + np.where(T > 10.0, -3e-5, 0.0), rng), "drifts or slipped"),
+        "in mm": (gauge(1e3 * d, rng), Cause.STROKE_IMPLAUSIBLE),
+        "two stacks, not one": (gauge(2 * d, rng), Cause.STROKE_IMPLAUSIBLE),
+        "probe stuck": (held, Cause.CHANNEL_STUCK),
+        "drifting": (gauge(d + 4e-5 * T / T[-1], rng), Cause.GAUGE_DRIFT),
+        "slipped": (gauge(d + np.where(T > 10.0, -3e-5, 0.0), rng), Cause.GAUGE_DRIFT),
     }
 
 
 @pytest.mark.parametrize("case", spoiled())
 def test_what_could_only_be_a_wrong_record_is_no_result(case: str) -> None:
     """Each of these would lie inside a limit that has no upper bound."""
-    d, words = spoiled()[case]
+    d, cause = spoiled()[case]
     spec = SPEC.model_copy(update={"settings": {"stroke_max_um": 456.0}})
     q = measured(record(SINE, d), record(SINE, TWO.response(SINE)), spec)
-    assert words in (q["stroke_um"].reason or "")
+    assert causes(q["stroke_um"]) == {cause}
 
 
-def not_measured() -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
+def not_measured() -> dict[str, tuple[np.ndarray, np.ndarray, Cause]]:
     """V, d of one stack that look like 123 um of stroke but are no stack's."""
     rng = np.random.default_rng(9)
     half = SINE[: T.size // 6]
     return {
-        "looped back": (SINE, 0.72e-6 * SINE, "no piezo stack|looped back"),
-        "looped back, noisy": (SINE, gauge(0.72e-6 * SINE, rng), "looped back"),
-        "half a loop looped back": (half, gauge(0.72e-6 * half, rng), "straight line"),
-        "turned in time": (SINE[::-1], gauge(ONE.response(SINE)[::-1], rng), "turned"),
-        "stored early": (SINE, gauge(np.roll(ONE.response(SINE), -60), rng), "stored with an offset"),
+        "looped back": (SINE, 0.72e-6 * SINE, Cause.LOOP_NARROW),
+        "looped back, noisy": (SINE, gauge(0.72e-6 * SINE, rng), Cause.LOOP_NARROW),
+        "half a loop looped back": (half, gauge(0.72e-6 * half, rng), Cause.NO_CURVATURE),
+        "turned in time": (SINE[::-1], gauge(ONE.response(SINE)[::-1], rng), Cause.LOOP_NARROW),
+        "stored early": (SINE, gauge(np.roll(ONE.response(SINE), -60), rng), Cause.LOOP_NARROW),
     }
 
 
 @pytest.mark.parametrize("case", not_measured())
 def test_what_does_not_lag_as_a_stack_does_is_no_result(case: str) -> None:
-    V, d, words = not_measured()[case]
-    assert re.search(words, measured(record(V, d), None)["stroke_one_stack_um"].reason or "")
+    V, d, cause = not_measured()[case]
+    assert causes(measured(record(V, d), None)["stroke_one_stack_um"]) == {cause}
 
 
 def test_noise_does_not_take_a_loop_for_none() -> None:
@@ -245,13 +245,13 @@ def test_a_stack_unlike_the_others_cannot_pass(share: float, known: bool, sine_r
     """The sum of a weak stack and two strong ones may lie above the lower limit all the same."""
     q = measured(record(SINE, share * sine_response), record(SINE, 2 * sine_response))["stroke_um"]
     assert (q.U is not None) == known
-    assert known or "one is weak" in (q.note or "")
+    assert known or causes(q) == {Cause.STACKS_DIFFER}
 
 
 def test_a_typed_stroke_that_no_actuator_makes_is_no_result() -> None:
     spec = SPEC.model_copy(update={"settings": {"stroke_max_um": 456.0}})
     found = {q.name: q for q in stroke.measure({"stroke_um": Measured(900.0)}, spec).quantities}["stroke_um"]
-    assert "not plausible" in (found.reason or "")
+    assert causes(found) == {Cause.ENTRY_IMPLAUSIBLE}
 
 
 @pytest.mark.parametrize("total_um", [3.0, 10.0])

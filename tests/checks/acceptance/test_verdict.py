@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from checks.acceptance import CHECKS
-from checks.quantity import Contribution, NoResult, Quantity
+from checks.cause import Cause, NoResult, because
+from checks.quantity import Contribution, Quantity
 from checks.verdict import UnitVerdict, Verdict, bounds, judge, missing_findings, probability_outside, unit_verdict
 from specs.spec import CheckSpec, Limit
 from specs.units import unit_of
@@ -274,7 +275,10 @@ def test_a_unit_is_accepted_only_when_every_required_finding_passes(a: list[Verd
 
 
 def test_missing_findings_name_every_limit() -> None:
-    found = missing_findings("capacitance", [("sensor_uF", guarded(4.4)), ("actuator_uF", guarded(8.8))], "why", True)
+    found = missing_findings(
+        "capacitance", [("sensor_uF", guarded(4.4)), ("actuator_uF", guarded(8.8))], Cause.NOT_MEASURED, True
+    )
     assert [f.quantity for f in found] == ["sensor_uF", "actuator_uF"]
     assert {f.verdict for f in found} == {Verdict.NO_RESULT}
-    assert {f.reason for f in found} == {"why"}
+    assert {f.reason for f in found} == {"not measured"}
+    assert all(f.cause == because(Cause.NOT_MEASURED) for f in found)

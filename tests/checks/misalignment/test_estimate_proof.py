@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from checks.cause import NoResult
 from checks.misalignment.estimate import estimate
 from checks.model.model import Model
-from checks.quantity import NoResult
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import Drawn, draw
 from tests.checks.model.units_model import needs_data

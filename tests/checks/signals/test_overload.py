@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from checks.cause import Cause
 from checks.signals.overload import overload
 
 T = np.arange(200_000) * 1e-4
@@ -24,15 +25,15 @@ def signals() -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("step", [FINE, COARSE])
 @pytest.mark.parametrize("name", signals())
 def test_whole_signals_are_let_through(name: str, step: float) -> None:
-    assert overload("Vs", step * np.round(signals()[name] / step)) is None
+    assert overload("Vs", step * np.round(signals()[name] / step)) == ()
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("name", signals())
 def test_clipped_ones_are_named(name: str, side: float) -> None:
     x = side * FINE * np.round(signals()[name] / FINE)
-    words = overload("Vs", np.minimum(x, 0.5 * x.max()))
-    assert words is not None
-    assert "Vs is clipped" in words
-    assert "largest" in words
-    assert "smallest" in (overload("Vs", np.maximum(x, 0.5 * x.min())) or "")
+    for end, clipped in (("largest", np.minimum(x, 0.5 * x.max())), ("smallest", np.maximum(x, 0.5 * x.min()))):
+        (reason,) = overload("Vs", clipped)
+        assert reason.cause is Cause.CHANNEL_CLIPPED
+        assert (reason.parameters["channel"], reason.parameters["end"]) == ("Vs", end)
+        assert reason.parameters["value"] == pytest.approx(clipped.max() if end == "largest" else clipped.min())

@@ -7,7 +7,8 @@ import pytest
 from scipy import signal
 from scipy.io import loadmat
 
-from checks.signals.record_checks import Expected, alive, delay, delay_between, finest_step, mismatches
+from checks.cause import Cause
+from checks.signals.record_checks import Expected, dead, delay, delay_between, finest_step, mismatches
 from checks.signals.spectral.frf import Frf, h1
 
 FS = 10_000.0
@@ -97,14 +98,16 @@ def test_dead_channels(drive: np.ndarray) -> None:
         "noise": rng.standard_normal(drive.size),
     }
     frf = h1(drive, columns, FS, 5000, input="Va")
-    found = {name: alive(name, x, frf) for name, x in columns.items()}
-    assert [name for name, a in found.items() if a.alive] == ["works"]
-    assert found["constant"].words == "constant is constant at 0.25"
-    assert found["flickers"].words.startswith("flickers only takes")
-    assert found["noise"].words == "noise moves, but nowhere with Va"
-    assert alive("noise", columns["noise"]).alive
-    assert not alive("x", np.array([])).alive
-    assert not alive("x", np.array([1.0, np.nan, 2.0, 3.0, 4.0])).alive
+    found = {name: [r.cause for r in dead(name, x, frf)] for name, x in columns.items()}
+    assert found == {
+        "works": [],
+        "constant": [Cause.CHANNEL_CONSTANT],
+        "flickers": [Cause.CHANNEL_DEAD],
+        "noise": [Cause.CHANNEL_NOT_DRIVEN],
+    }
+    assert not dead("noise", columns["noise"])
+    assert dead("x", np.array([]))
+    assert dead("x", np.array([1.0, np.nan, 2.0, 3.0, 4.0]))
 
 
 def test_chance_does_not_make_a_channel_alive() -> None:
@@ -112,7 +115,7 @@ def test_chance_does_not_make_a_channel_alive() -> None:
     called = 0
     for seed in range(200):
         u, y = np.random.default_rng(seed).standard_normal((2, 10_000))
-        called += alive("y0", y, h1(u, y, FS, 500)).alive
+        called += not dead("y0", y, h1(u, y, FS, 500))
     assert called <= 2
 
 
@@ -136,11 +139,10 @@ def test_exchanged_channels_are_told_by_size_and_step(drive: np.ndarray) -> None
     assert mismatches(true, LOOKS) == ()
     for a, b in (("Vs", "de"), ("de", "da"), ("Va", "da")):
         (found,) = mismatches({**true, a: true[b], b: true[a]}, LOOKS)
-        assert set(found.channels) == {a, b}
-        assert found.exchanged
+        assert found.cause is Cause.CHANNELS_EXCHANGED
+        assert {found.parameters["channel"], found.parameters["other"]} == {a, b}
     (found,) = mismatches({**true, "de": 1e6 * true["de"]}, LOOKS)
-    assert found.words == "de moves by 4.99, expected 1e-08..0.001"
-    assert not found.exchanged
+    assert (found.cause, found.parameters["channel"]) == (Cause.CHANNEL_SIZE, "de")
     # Same size, same step: honest silence.
     assert mismatches({**true, "Va": true["Vs"], "Vs": true["Va"]}, LOOKS) == ()
 
@@ -166,6 +168,6 @@ def test_recorded_units(unit: str, samples: float) -> None:
         found = delay(frf, channel, FS, 300.0, 2000.0)
         assert found.samples == pytest.approx(samples, abs=0.05)
         assert found.polarity == -1
-        assert alive(channel, columns[channel], frf).alive
+        assert not dead(channel, columns[channel], frf)
     assert mismatches(columns, LOOKS) == ()
     assert delay_between(columns, "da", "Vs", FS, 300.0, 2000.0).samples == pytest.approx(0.0, abs=0.05)
