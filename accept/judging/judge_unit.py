@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from accept.base.fault_log import log_fault
+from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
