@@ -1,3 +1,5 @@
+"""`python -m accept` is `accept`."""
+
 from accept.cli.main import main
 
 main()

@@ -130,6 +130,7 @@ def bounds(limit: Limit) -> tuple[float, float]:
 
 
 def outside_reason(value: float, limit: Limit) -> Reason:
+    """Which limit a value misses."""
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
     # %.6g can print a value just outside a limit like the limit itself: then show every digit.

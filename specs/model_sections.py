@@ -92,6 +92,8 @@ class ApaFrame(Apa):
 
 
 class ApaSuperelement(Apa):
+    """An APA of matrices in a file ([DESIGN] 5)."""
+
     type: Literal["superelement"]
     file: Words
     nodes: NodesSection
@@ -147,6 +149,8 @@ class EncoderSection(ModelSection):
 
 
 class BenchSection(ModelSection):
+    """The bench: payload, guide and what it adds."""
+
     payload_kg: Number
     guide_damping_N_s_per_m: Number = _number(0.0)
     mode_Hz: Number = _number(100.0)
@@ -170,12 +174,16 @@ class Constants(ModelSection):
 
 
 class Misalignment(ModelSection):
+    """Offsets of the APA from the axis of the joints."""
+
     dx_um: Number = _number(0.0)
     dy_um: Number = _number(0.0)
     dz_um: Number = _number(0.0)
 
 
 class DelaySection(ModelSection):
+    """Delay of the whole path from DAC to ADC."""
+
     tau_us: Number = _number(0.0)
 
 
@@ -186,11 +194,15 @@ class Amplifier(ModelSection):
 
 
 class Sensor(ModelSection):
+    """The circuit of the sensor stack."""
+
     highpass_Hz: Number = _number(0.0)
     crosstalk_V_per_V: Number = _number(0.0)
 
 
 class Tolerance(Strict):
+    """Error of the model that is too small to matter."""
+
     relative: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.0
 
 

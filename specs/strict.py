@@ -25,6 +25,8 @@ class SpecError(AcceptError, ValueError):
 
 
 class Strict(BaseModel):
+    """A section of a file: frozen, strict about types, without unknown keys."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 

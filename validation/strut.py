@@ -119,7 +119,7 @@ def _draw(rng: np.random.Generator, mean: float, sd: float) -> float:
 
 
 def _lever(at: Array) -> Array:
-    """(3, 6): displacement of a point that moves rigidly with a node, from the node's three and three: u + theta x r"""
+    """(3, 6): displacement of a point rigidly at a node, from the node's three and three: u + theta x r."""
     x, y, z = at
     return np.hstack([np.eye(3), np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])])
 

@@ -5,6 +5,8 @@ from enum import IntEnum
 
 
 class Exit(IntEnum):
+    """What a command's exit code says ([DESIGN] 4)."""
+
     ACCEPTED = 0
     REJECTED = 3
     INCOMPLETE = 4  # incomplete or conditional

@@ -11,6 +11,7 @@ PACKAGES = ("accept", "hw", "checks", "specs")
 
 
 def version() -> str:
+    """Version of the installed program."""
     return metadata.version("accept")
 
 

@@ -36,6 +36,7 @@ def findings_frame(units: list[dict[str, Any]]) -> pd.DataFrame:
 
 
 def results_csv(units: list[dict[str, Any]]) -> bytes:
+    """A row per finding, and one per refused unit, with a header."""
     return findings_frame(units).to_csv(index=False).encode()
 
 

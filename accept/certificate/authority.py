@@ -14,6 +14,7 @@ _CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little af
 
 
 def new_key() -> ec.EllipticCurvePrivateKey:
+    """A private key on the curve P-256."""
     return ec.generate_private_key(ec.SECP256R1())
 
 
@@ -46,10 +47,12 @@ def leaf(
 
 
 def person_of(certificate: x509.Certificate) -> str:
+    """Name of the person on a certificate."""
     return _attribute(certificate, NameOID.COMMON_NAME)
 
 
 def role_of(certificate: x509.Certificate) -> str:
+    """Role on a certificate, in its subject's organisational unit."""
     return _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
 
 

@@ -34,6 +34,7 @@ def code_text(contents: CertificateContent) -> str:
 
 
 def first_page(canvas: Canvas, contents: CertificateContent) -> None:
+    """What does not flow on the first page: title, verdict, signature boxes, code."""
     _title(canvas, contents)
     _verdict(canvas, str(contents.result["verdict"]))
     _boxes(canvas)
@@ -41,6 +42,7 @@ def first_page(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def later_page(canvas: Canvas, contents: CertificateContent) -> None:
+    """Head of every other page."""
     sign = page_style.UNIT_SIGNS[contents.result["verdict"]]
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
@@ -51,6 +53,7 @@ def later_page(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) -> None:
+    """Foot of a page, with its number out of how many."""
     y = page_style.MARGIN
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)

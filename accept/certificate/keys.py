@@ -51,10 +51,12 @@ class Credential:
 
 
 def folder(home: Path) -> Path:
+    """Folder of the keys in the bench's own."""
     return home / "keys"
 
 
 def exist(home: Path) -> bool:
+    """Whether the bench has its authority's certificate."""
     return (folder(home) / f"{CA}.pem").is_file()
 
 

@@ -17,11 +17,15 @@ app = typer.Typer(help="Excitation signals for the rig, as .mat or .csv.", no_ar
 
 
 class Law(StrEnum):
+    """How a sweep's frequency grows."""
+
     LOG = "log"
     LINEAR = "linear"
 
 
 class Lines(StrEnum):
+    """Which lines of the period a multisine drives."""
+
     ALL = "all"
     ODD = "odd"
 

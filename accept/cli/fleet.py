@@ -18,11 +18,15 @@ Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 
 class Kind(StrEnum):
+    """Kinds of units."""
+
     APA = "apa"
     STRUT = "strut"
 
 
 class By(StrEnum):
+    """What units are grouped by."""
+
     MONTH = "month"
     BENCH = "bench"
     OPERATOR = "operator"
@@ -31,6 +35,8 @@ class By(StrEnum):
 
 
 class TrendBy(StrEnum):
+    """What a trend runs along."""
+
     ALL = "all"
     BENCH = "bench"
     OPERATOR = "operator"
@@ -39,6 +45,8 @@ class TrendBy(StrEnum):
 
 
 class Expected(StrEnum):
+    """What a unit is compared with."""
+
     ACCEPTED = "accepted"
     REJECTED = "rejected"
 

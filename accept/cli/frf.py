@@ -8,6 +8,8 @@ import typer
 
 
 class Estimator(StrEnum):
+    """Estimators of responses."""
+
     AUTO = "auto"
     H1 = "h1"
     LPM = "lpm"

@@ -30,6 +30,7 @@ def gap_number(G: float) -> str:
 
 
 def chance(p: float) -> str:
+    """A probability in words or digits, none smaller than can be known."""
     return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
 
 

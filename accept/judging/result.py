@@ -55,11 +55,13 @@ class UnitResult:
 
 
 def finding_json(finding: Finding) -> dict[str, Any]:
+    """A finding as results.json has it ([DESIGN] 4)."""
     plain = {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
     return asdict(finding) | plain | {"cause": None if finding.cause is None else finding.cause.to_json()}
 
 
 def information_json(check: str, quantity: Quantity) -> dict[str, Any]:
+    """A quantity without a limit, as results.json has it."""
     known = math.isfinite(quantity.value)
     return {
         "check": check,

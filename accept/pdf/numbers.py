@@ -29,6 +29,7 @@ def _signed(text: str) -> str:
 
 
 def limits(finding: Mapping[str, Any]) -> str:
+    """The limits of a finding, as its row prints them."""
     lower, upper = finding["lower"], finding["upper"]
     if lower is not None and upper is not None:
         return f"{_plain(lower)} … {_plain(upper)}"

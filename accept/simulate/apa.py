@@ -187,5 +187,6 @@ def sections(figures: Figures) -> dict[str, dict[str, Any]]:
 
 
 def flatness_columns(figures: Figures) -> dict[str, Array]:
+    """Columns of flatness.csv: positions [mm] and heights [um] of the probe points."""
     x, y = np.array(POSITIONS_MM, dtype=float).T
     return {"x_mm": x, "y_mm": y, "z_um": np.array(figures.heights_um)}

@@ -56,6 +56,7 @@ def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None
 
 
 def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Status:
+    """Where a step stands, by what was given and judged under this spec and program."""
     if not state.entries:
         return Status.NOT_DONE
     judgement = judgement_of(state, spec, code)

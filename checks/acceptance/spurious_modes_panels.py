@@ -21,7 +21,7 @@ def panels(
     modes: Mapping[str, tuple[Mode, ...]],
     band_Hz: tuple[float, float],
 ) -> dict[str, Panel]:
-    """ "<record>_impacts" for every record that could be read, "<record>_frf" for those with an FRF."""
+    """Panels "<record>_impacts" for every record that could be read, "<record>_frf" for those with an FRF."""
     out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
     for key, test in tests.items():
         if test.frf is not None:

@@ -14,7 +14,7 @@ UNITS: Mapping[str, str] = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 
 
 def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Panel]:
-    """ "<channel> magnitude", "<channel> phase", "<channel> residual" of every channel.
+    """Panels "<channel> magnitude", "<channel> phase", "<channel> residual" of every channel.
 
     before, after (F, C): the model at the bins of the data. The residual is drawn beside the 95 % band that noise and
     tolerance allow; a fit that explains stays within it 19 times in 20."""

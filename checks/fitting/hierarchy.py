@@ -154,11 +154,11 @@ class _Given:
         return np.asarray((self.own + away @ self.mean) ** 2 + np.diagonal(self.alone, axis1=1, axis2=2) + spread)
 
     def units(self) -> Array:
-        """(n, p)"""
+        """(n, p)."""
         return np.asarray(self.own + self.follows @ self.mean)
 
     def units_cov(self) -> Array:
-        """(n, p, p)"""
+        """(n, p, p)."""
         return np.asarray(self.alone + self.follows @ self.mean_cov @ self.follows.transpose(0, 2, 1))
 
 

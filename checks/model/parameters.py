@@ -115,7 +115,7 @@ def known(names: Iterable[str], allowed: Iterable[str]) -> None:
 
 
 def is_mechanical(name: str) -> bool:
-    """Does a parameter change the modes, and not only what is seen of them?"""
+    """Whether a parameter changes the modes, and not only what is seen of them."""
     return not name.startswith(_SEEN_ONLY)
 
 

@@ -41,6 +41,7 @@ def _joint(values: Values, prefix: str) -> Joint:
 
 
 def encoder_of(values: Values) -> Encoder | None:
+    """The encoder that a model's values describe; None without one."""
     if "encoder.head_mass_kg" not in values:
         return None
     return Encoder(
@@ -53,6 +54,7 @@ def encoder_of(values: Values) -> Encoder | None:
 
 
 def bench_of(values: Values, held: bool) -> Bench:
+    """The bench that a model's values describe, with the payload held or free."""
     return Bench(values["bench.payload_kg"], values["bench.guide_damping_N_s_per_m"], held)
 
 
@@ -62,6 +64,7 @@ def offset_of(values: Values) -> Array:
 
 
 def electrical_of(values: Values) -> Electrical:
+    """Converters, amplifier and sensor circuit that a model's values describe."""
     in_ke = (
         values.get("constants.gs_V_per_N", math.nan) * si(values, "apa.ke_N_per_um") if _reads_force(values) else 0.0
     )

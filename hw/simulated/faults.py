@@ -6,6 +6,8 @@ from enum import StrEnum
 
 
 class FaultKind(StrEnum):
+    """What can go wrong on a line."""
+
     UNPLUG = "unplug"  # the line is cut in the middle of a reply and is back after `seconds`
     GARBAGE = "garbage"  # bytes of a reply replaced, lost or added
     HALF_LINE = "half_line"  # the rest of a reply never comes

@@ -26,6 +26,7 @@ def init(technician: str | None, qa: str | None, passphrase_file: Path | None) -
 
 @clear_errors
 def show() -> Exit:
+    """Print authority and keys of the bench."""
     table = Table("key", "person", "valid from", "valid to", "sha256 of the certificate")
     for key in keys.listing(home()):
         table.add_row(key.role, key.person, f"{key.valid_from:%Y-%m-%d}", f"{key.valid_to:%Y-%m-%d}", key.sha256)

@@ -7,6 +7,7 @@ from accept.store import check_lines, open_store
 
 @clear_errors
 def check() -> Exit:
+    """Walk the chain of events and say where it breaks."""
     with open_store() as store:
         unbroken, lines = check_lines(store)
     for line in lines:
@@ -16,6 +17,7 @@ def check() -> Exit:
 
 @clear_errors
 def log(serial: str | None) -> Exit:
+    """Print the events, of one unit or of all."""
     found = False
     with open_store() as store:
         for event in store.events(subject=serial):

@@ -12,6 +12,7 @@ from specs.strict import SpecError
 
 @clear_errors
 def show_list() -> Exit:
+    """Print the built-in specs."""
     table = Table("name", "kind", "checks", "title")
     for name in builtin():
         spec = load_spec(name)
@@ -22,6 +23,7 @@ def show_list() -> Exit:
 
 @clear_errors
 def show(name: str) -> Exit:
+    """Print every limit of a spec."""
     spec = load_spec(name)
     stdout.print(f"{spec.name} ({spec.kind}): {spec.title}\nsha256 {spec.sha256}")
     table = Table("check", "quantity", "limits", "rule", "source")
@@ -50,6 +52,7 @@ def _source(limit: Limit) -> str:
 
 @clear_errors
 def validate(names: list[str]) -> Exit:
+    """Print every problem of these specs."""
     worst = Exit.ACCEPTED
     for name in names:
         try:
@@ -63,5 +66,6 @@ def validate(names: list[str]) -> Exit:
 
 @clear_errors
 def checks() -> Exit:
+    """Print every check that a spec may ask for."""
     print(all_checks(), end="")
     return Exit.ACCEPTED

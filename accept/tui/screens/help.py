@@ -10,6 +10,8 @@ from textual.widgets import Static
 
 
 class Help(ModalScreen[None]):
+    """What a screen is for, and all its keys."""
+
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,f1,enter", "leave", "Back")]
 
     def __init__(self, title: str, text: str) -> None:

@@ -48,6 +48,7 @@ class Place:
 
 
 def places(form: Form) -> Iterator[Place]:
+    """The places of a form, one per value that is typed or file that is linked."""
     for declared in form.inputs:
         if isinstance(declared, Vector):
             yield from (Place(declared, index) for index in range(declared.size))

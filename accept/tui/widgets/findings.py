@@ -63,4 +63,5 @@ def finding_text(finding: Mapping[str, Any]) -> Text:
 
 
 def missing_words(labels: Sequence[str]) -> str:
+    """What was not given, as one sentence."""
     return f"still to give: {', '.join(labels)}" if labels else ""

@@ -149,6 +149,7 @@ class PanelView(Vertical):
 
 
 def panel_head(panel: Panel) -> Text:
+    """Title of a panel with the colours of its curves."""
     text = Text.assemble((panel.title, "bold"), f"  {panel.y_label}")
     colours = iter(SERIES * 4)
     for item in panel.items:

@@ -34,6 +34,7 @@ def started(
 
 
 def opened(serial: str, number: int, spec: str) -> NewEvent:
+    """A unit was opened, for its attempt of this number."""
     return NewEvent(OPENED, serial, {"number": number}, spec)
 
 
@@ -81,18 +82,22 @@ def explained(serial: str, upto: int, gap: Mapping[str, Any]) -> NewEvent:
 
 
 def noted(serial: str, step: str, text: str, nonconformance: bool) -> NewEvent:
+    """A note of the operator, or what is wrong with the part."""
     return NewEvent(NOTED, serial, {"step": step, "text": text, "nonconformance": nonconformance})
 
 
 def remeasured(serial: str, step: str, reason: str) -> NewEvent:
+    """A step is measured anew, and why."""
     return NewEvent(REMEASURED, serial, {"step": step, "reason": reason})
 
 
 def undone(serial: str, seq: int) -> NewEvent:
+    """An entry was taken back."""
     return NewEvent(UNDONE, serial, {"undoes": seq})
 
 
 def step_judged(serial: str, step: str, judged: StepJudgement, spec: str) -> NewEvent:
+    """A step was judged, with its findings."""
     payload = {"step": step, "upto": judged.upto, "findings": list(judged.findings)}
     payload |= {"information": list(judged.information), "notes": list(judged.notes)}
     return NewEvent(STEP_JUDGED, serial, payload, spec)

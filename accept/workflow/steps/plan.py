@@ -51,6 +51,7 @@ def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
 
 
 def has_files(form: Form) -> bool:
+    """Whether a form asks for a file."""
     return any(isinstance(i, Series | CsvTable) for i in form.inputs)
 
 

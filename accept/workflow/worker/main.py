@@ -16,6 +16,7 @@ Order = tuple[Any, tuple[Any, ...], tuple[type[Exception], ...]]
 
 
 def main() -> None:
+    """Answer orders until stdin closes."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what anything prints goes nowhere: stdout carries answers only
     orders: queue.Queue[Order] = queue.Queue()

@@ -33,6 +33,7 @@ class Claim:
 
 
 def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
+    """Those that passed every gate."""
     return tuple(c for c in made if not c.reasons)
 
 

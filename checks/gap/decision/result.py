@@ -33,6 +33,8 @@ class Gaps:
 
 @dataclass(frozen=True)
 class NamedValue:
+    """A parameter of a named effect with its 95 % interval."""
+
     value: float
     lo: float
     hi: float

@@ -14,7 +14,7 @@ _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the wind
 
 
 def panels(excitation: Excitation) -> dict[str, Panel]:
-    """ "time": voltage at the DAC; "spectrum": amplitude lines of a periodic signal, amplitude density of others."""
+    """Panels "time": voltage at the DAC; "spectrum": lines of a periodic signal, density of others."""
     return {"time": _time(excitation), "spectrum": _spectrum(excitation)}
 
 

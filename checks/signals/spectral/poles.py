@@ -150,6 +150,7 @@ def basis(w: PoleWindow, q: Complex, order: int) -> Complex:
 
 
 def enough_bins(w: PoleWindow, poles: int, order: int) -> bool:
+    """Whether a window holds more data than the fit has unknowns."""
     return w.f.size >= MIN_BINS_PER_UNKNOWN * 2 * (poles + order + 1)
 
 

@@ -31,7 +31,7 @@ class Zero:
 
     @property
     def side(self) -> str:
-        """ "minimum-phase", "non-minimum-phase", or "undecided" where the interval of the damping holds 0."""
+        """Its kind: "minimum-phase", "non-minimum-phase", or "undecided" where the interval of the damping holds 0."""
         if abs(self.damping_ratio) <= 2.0 * math.hypot(self.u_damping, self.u_damping_model):
             return "undecided"
         return "minimum-phase" if self.damping_ratio > 0 else "non-minimum-phase"
