@@ -22,6 +22,7 @@ UNIT_FILE = "unit.toml"
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
+_NOTHING: Mapping[str, bytes] = {}
 STATEMENT = (
     "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
     "there; values are compared unrounded and shown to two digits of U. P(false) is the probability that the true "
@@ -107,11 +108,16 @@ class CertificateContent:
 
 
 def content_of(
-    result: UnitResult, spec: Spec, folder: Path, operator: str, size_limit: int = SIZE_LIMIT
+    result: UnitResult,
+    spec: Spec,
+    folder: Path,
+    operator: str,
+    size_limit: int = SIZE_LIMIT,
+    held: Mapping[str, bytes] = _NOTHING,
 ) -> CertificateContent:
     """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
 
-    Raises DossierError when an input is gone or is not the one that was judged.
+    held : files that were read already, by name. Raises ContentError when an input is gone or is not the one judged.
     """
     return CertificateContent(
         result=result.to_json(),
@@ -121,7 +127,7 @@ def content_of(
         operator=operator,
         instruments={name: check.instrument for name, check in spec.checks.items() if check.instrument},
         panels=result.panels,
-        files=_read(folder, result.inputs, size_limit),
+        files=_read(folder, result.inputs, size_limit, held),
         inputs=dict(sorted(result.inputs.items())),
     )
 
@@ -167,14 +173,15 @@ def _json(data: Any, indent: int | None) -> bytes:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
 
 
-def _read(folder: Path, inputs: Mapping[str, str], size_limit: int) -> dict[str, bytes]:
+def _read(folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     left = size_limit
     try:
-        sizes = {name: (folder / name).stat().st_size for name in inputs if name not in RESERVED}
+        wanted = [name for name in inputs if name not in RESERVED]
+        sizes = {name: len(held[name]) if name in held else (folder / name).stat().st_size for name in wanted}
         for name in sorted(sizes, key=lambda n: (n != UNIT_FILE, sizes[n], n)):
             if name == UNIT_FILE or sizes[name] <= left:
-                files[name] = (folder / name).read_bytes()
+                files[name] = held[name] if name in held else (folder / name).read_bytes()
                 left -= len(files[name])
     except OSError as e:
         raise ContentError(f"{e.filename}: cannot be attached ({e.strerror})") from e

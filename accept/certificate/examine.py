@@ -8,6 +8,7 @@ from accept.gap.attach_to_result import StartModel, explained
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
 from accept.judging.result import UnitResult
+from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
 from accept.units.unit_folder import UnitFolder
 from specs.spec import Spec
 
@@ -41,16 +42,18 @@ def examine(
     certificate. Plain data goes in and comes back, so that another process can do it.
 
     Raises UnitError, ContentError."""
-    result = explained(judge_unit(unit, spec, stated), unit, start, say, out)
-    return drawn(result, spec, unit.path, operator) if draw else _bare(result, spec, unit.path, operator)
+    held = loaded(unit)
+    result = explained(judge_unit(held, spec, stated), held, start, say, out)
+    return drawn(result, spec, held, operator) if draw else _bare(result, spec, unit.path, operator)
 
 
-def drawn(result: UnitResult, spec: Spec, folder: Path, operator: str) -> JudgedUnit:
+def drawn(result: UnitResult, spec: Spec, unit: Path | LoadedUnit, operator: str) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.content import content_of
     from accept.certificate.document import render  # loads reportlab: only when wanted
 
-    unsigned = render(content_of(result, spec, folder, operator))
+    folder = unit.folder.path if isinstance(unit, LoadedUnit) else unit
+    unsigned = render(content_of(result, spec, folder, operator, held=contents_of(unit)))
     return replace(_bare(result, spec, folder, operator), unsigned=unsigned)
 
 

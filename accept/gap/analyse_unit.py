@@ -11,7 +11,8 @@ from accept.base.atomic_files import write_atomic
 from accept.gap.improved_model import write_improved
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened, as_weighed, opened
-from accept.units import unit_folder as units
+from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
 from checks.fitting.fit import CONTRADICTION
@@ -53,12 +54,18 @@ def run_gap(
     return done.document
 
 
-def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: Say = lambda _: None) -> GapAnalysis:
-    """The workflow on a unit folder."""
+def analyse(
+    unit: Path | UnitFolder | LoadedUnit,
+    model: str | Path,
+    without: Sequence[str] = (),
+    say: Say = lambda _: None,
+) -> GapAnalysis:
+    """The workflow on a unit."""
     given = opened(model)
+    held = loaded(unit)
     say("reading the records")
     given, f_hi, rough = _at_its_best(given)
-    measured, notes = _read(folder, given.model.tolerance, f_hi)
+    measured, notes = _read(held, given.model.tolerance, f_hi)
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = _realisations(measured, given.model.tolerance)
     fs = measured.records["low"].fs
@@ -68,7 +75,7 @@ def analyse(folder: Path, model: str | Path, without: Sequence[str] = (), say: S
         B=B,
         fs=fs,
         merge_Hz=measured.merge_Hz,
-        slow=_slow(folder),
+        slow=_slow(held),
         without=frozenset(without),
         notes=(*notes, *more, *rough, *_quality(A)),
     )
@@ -97,15 +104,15 @@ def _at_its_best(given: Opened) -> tuple[Opened, float, tuple[str, ...]]:
     return replace(given, model=softened(given.model)), F_HI_ROUGH, (note,)
 
 
-def _read(folder: Path, tolerance: float, f_hi: float) -> tuple[Responses, tuple[str, ...]]:
+def _read(unit: LoadedUnit, tolerance: float, f_hi: float) -> tuple[Responses, tuple[str, ...]]:
     """Responses of the channels that there are, and what is lost where one is missing."""
     try:
-        return responses(folder, tolerance, f_lo=F_LO, f_hi=f_hi), ()
+        return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), ()
     except RecordError as e:
         first = e
     for kept in (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",)):
         try:
-            found = responses(folder, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
+            found = responses(unit, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
         except RecordError:
             continue
         lost = ", ".join(c for c in CHANNELS if c not in kept)
@@ -150,13 +157,11 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
 
 
-def _slow(folder: Path) -> Record | None:
-    unit = units.read(folder)
-    section = unit.sections.get("hysteresis")
-    if section is None:
+def _slow(unit: LoadedUnit) -> Record | None:
+    if "hysteresis" not in unit.folder.sections:
         return None
     try:
-        record = units.load(unit, section, unit.input_hashes()).get("record")
+        record = unit.values("hysteresis").get("record")
     except RecordError:
         return None
     return record if isinstance(record, Record) else None

@@ -11,6 +11,7 @@ from accept.gap.improved_model import write_improved
 from accept.gap.text import REFUSED
 from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
+from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
@@ -70,17 +71,17 @@ def applies(folder: UnitFolder) -> bool:
 
 def explained(
     result: UnitResult,
-    folder: UnitFolder,
+    unit: LoadedUnit,
     start: StartModel | None,
     say: Say = lambda _: None,
     out: Path | None = None,
 ) -> UnitResult:
     """The result with its key `gap`: gap.json, with the model it began from, or why there is none. The result as it is
     where no model is named or no responses were measured. out: folder of the results; the improved model goes there."""
-    if start is None or not applies(folder):
+    if start is None or not applies(unit.folder):
         return result
     try:
-        done = _analysed(folder, start, say)
+        done = _analysed(unit, start, say)
         improved = _improved(done, out)
     except NO_ANSWER as e:
         return replace(result, gap=start.refused(str(e)))
@@ -116,14 +117,14 @@ def _improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:
     return name
 
 
-def _analysed(folder: UnitFolder, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
+def _analysed(unit: LoadedUnit, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
     """Raises NO_ANSWER, into which an error of the workflow itself is turned: the unit is judged all the same."""
     try:
-        return analyse_unit.analyse(folder.path, start.model, say=say)
+        return analyse_unit.analyse(unit, start.model, say=say)
     except NO_ANSWER:
         raise
     except Exception as e:
-        log_fault(f"{folder.serial}: gap analysis", e)
+        log_fault(f"{unit.folder.serial}: gap analysis", e)
         raise GapRefused(f"the workflow stopped on an internal error ({type(e).__name__}: {e}); {PLEASE_REPORT}") from e
 
 

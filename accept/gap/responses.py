@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from accept.units import unit_folder as units
+from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
 from checks.declare import Measured, Scalar, Values
@@ -32,21 +33,21 @@ class Responses:
 
 
 def responses(
-    folder: Path,
+    given: Path | UnitFolder | LoadedUnit,
     tolerance: float = 0.0,
     channels: Sequence[str] = CHANNELS,
     f_lo: float = F_LO,
     f_hi: float = F_HI,
 ) -> Responses:
-    """Responses of a unit folder over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+    """Responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
 
     Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used."""
-    unit = units.read(folder)
-    values = _values(unit)
+    held = loaded(given)
+    unit, values = held.folder, _values(held)
     records = {name: value for name, value in values.items() if isinstance(value, Record)}
     merge_Hz = _number(values.get("merge_Hz"), DEFAULT_MERGE_HZ)
     if "low" not in records or merge_Hz is None:
-        raise UnitError(folder / units.UNIT_FILE, ["[frf] names no record 'low'"])
+        raise UnitError(unit.path / units.UNIT_FILE, ["[frf] names no record 'low'"])
 
     def dataset(low: str, high: str) -> Dataset:
         return dataset_from_records(
@@ -72,12 +73,12 @@ def responses(
     )
 
 
-def _values(unit: UnitFolder) -> Values:
-    section = unit.sections.get("frf")
-    if section is None:
+def _values(held: LoadedUnit) -> Values:
+    unit = held.folder
+    if "frf" not in unit.sections:
         raise UnitError(unit.path / units.UNIT_FILE, ["has no section [frf]: no responses were measured"])
     try:
-        return units.load(unit, section, unit.input_hashes())
+        return held.values("frf")
     except RecordError as e:
         raise RecordError(f"{unit.serial}: [frf] {e}") from e
 

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Mapping
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.judging import calibration
@@ -10,7 +9,8 @@ from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
 from accept.models.model_file import open_model
 from accept.units import unit_folder as units
-from accept.units.unit_folder import UnitError, UnitFolder, UnitSection
+from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult
 from checks.declare import Check
@@ -57,16 +57,17 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     return problems
 
 
-def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) -> UnitResult:
+def judge_unit(given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | None = None) -> UnitResult:
     """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
     """
+    held = loaded(given)
+    unit = held.folder
     if unit.kind != spec.kind:
         raise UnitError(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
         )
-    hashes = unit.input_hashes()
     findings: list[Finding] = []
     information: list[tuple[str, Quantity]] = []
     notes: list[str] = []
@@ -77,7 +78,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
             findings += _absent(name, asked, notes)
             continue
         try:
-            outcome = _measure(unit, section, CHECKS[name], asked, hashes)
+            outcome = _measure(held, CHECKS[name], asked)
         except (RecordError, NoResult) as e:
             findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
             continue
@@ -100,7 +101,7 @@ def judge_unit(unit: UnitFolder, spec: Spec, stated: Statement | None = None) ->
         not_judged=tuple(_not_judged(unit, spec)),
         notes=tuple(notes),
         parts=unit.parts,
-        inputs=hashes,
+        inputs=held.hashes,
         spec_name=spec.name,
         spec_sha256=spec.sha256,
         panels=panels,
@@ -115,16 +116,14 @@ def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
     return []
 
 
-def _measure(
-    unit: UnitFolder, section: UnitSection, check: Check, asked: CheckSpec, hashes: Mapping[str, str]
-) -> Outcome:
-    values = {**units.load(unit, section, hashes), **_model_of(check, asked)}
+def _measure(held: LoadedUnit, check: Check, asked: CheckSpec) -> Outcome:
+    values = {**held.values(check.reads), **_model_of(check, asked)}
     try:
         return check.measure(values, asked)
     except (NoResult, RecordError):
         raise
     except Exception as e:
-        log_fault(f"{unit.serial}: judging {check.name}", e)
+        log_fault(f"{held.folder.serial}: judging {check.name}", e)
         raise NoResult(Cause.INTERNAL_ERROR, detail=f"{type(e).__name__}: {e}; {PLEASE_REPORT}") from e
 
 

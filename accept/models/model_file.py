@@ -21,6 +21,7 @@ from specs.model_sections import FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
+KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
 
 
@@ -33,14 +34,29 @@ class Opened:
     left_out: tuple[str, ...] = ()
 
 
+_OPENED: dict[tuple[str, str], Opened] = {}
+
+
 def open_model(name: str | Path) -> Model:
     """Model by built-in name or TOML file, its [[effects]] built in. Raises SpecError or ModelError."""
     return opened(name).model
 
 
 def opened(name: str | Path) -> Opened:
-    """The same with its description."""
+    """The same with its description. A model that its one file describes whole is built once for the same bytes,
+    however often it is asked for: for its hash, by checks, by the gap workflow, by the next unit."""
     spec = load_model(name)
+    if spec.apa_file is not None:
+        return _built(spec)
+    key = (spec.name, spec.sha256)
+    if key not in _OPENED:
+        while len(_OPENED) >= KEPT_MODELS:
+            _OPENED.pop(next(iter(_OPENED)))
+        _OPENED[key] = _built(spec)
+    return _OPENED[key]
+
+
+def _built(spec: ModelSpec) -> Opened:
     effects = effects_of(spec)
     held = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)

@@ -8,6 +8,7 @@ import numpy as np
 
 from accept.capture.capture import POINTS_MM
 from accept.units import unit_folder as units
+from accept.units.loaded_unit import loaded
 from accept.units.unit_folder import UnitError
 from checks.declare import Measured
 from checks.errors import RecordError
@@ -21,13 +22,14 @@ NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
 def world_of(folder: Path) -> BenchSetup:
     """What the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it does not
     have is nominal. Raises UnitError, also where a section cannot be used."""
-    unit = units.read(folder)
+    held = loaded(folder)
+    unit = held.folder
 
     def values(section: str) -> Mapping[str, Any]:
         if section not in unit.sections:
             return {}
         try:
-            return units.load(unit, unit.sections[section], unit.input_hashes())
+            return held.values(section)
         except RecordError as e:
             raise UnitError(folder / units.UNIT_FILE, [f"[{section}] cannot be simulated: {e}"]) from e
 

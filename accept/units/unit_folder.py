@@ -1,4 +1,4 @@
-"""Reads a unit folder: `unit.toml`, strictly, by what the checks declare. The files it names are read by `load`."""
+"""Reads a unit folder: `unit.toml`, strictly, by what the checks declare. `LoadedUnit` reads the files it names."""
 
 import hashlib
 import math
@@ -14,11 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from accept.units import folder_header
-from accept.units.duplicate_records import vet_twins
 from checks.acceptance import CHECKS
-from checks.declare import Check, CsvTable, Form, Input, Measured, Scalar, Series, Values, Vector
+from checks.declare import Check, CsvTable, Form, Input, Measured, Scalar, Series, Vector
 from checks.errors import RecordError
-from hw import records
 from specs.errors import AcceptError
 
 UNIT_FILE = "unit.toml"
@@ -76,10 +74,14 @@ class UnitFolder:
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
+    @property
+    def files(self) -> list[str]:
+        """Names of its files, sorted."""
+        return sorted({name for section in self.sections.values() for name in section.files})
+
     def input_hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
-        names = sorted({name for section in self.sections.values() for name in section.files})
-        found = {name: _hash(self.path, name) for name in names}
+        found = {name: _hash(self.path, name) for name in self.files}
         return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
 
@@ -234,38 +236,6 @@ def _vector(
     return array
 
 
-def load(unit: UnitFolder, section: UnitSection, hashes: Mapping[str, str]) -> Values:
-    """Values of a section with its files read. Raises RecordError, which makes every finding of the section no result.
-
-    hashes : as `input_hashes` found them; a file that changed since then is refused.
-    """
-    if section.problem:
-        raise RecordError(section.problem)
-    values: dict[str, Any] = {}
-    for name, entry in section.entries.items():
-        try:
-            values[name] = _read_file(unit, entry, hashes) if isinstance(entry, FileEntry) else entry
-        except RecordError as e:
-            raise RecordError(e.reason.within(name)) from e
-    vet_twins(values)
-    return values
-
-
-def _read_file(unit: UnitFolder, entry: FileEntry, hashes: Mapping[str, str]) -> Any:
-    path = inside(unit.path, entry.name)
-    if not path.is_file():  # said here, without the folder's own path: a certificate is judged again elsewhere
-        raise RecordError(f"{entry.name}: there is no such file in the unit folder")
-    if isinstance(entry.declared, CsvTable):
-        found = records.read_table(path, entry.declared)
-        if hashes.get(entry.name) != _hash(unit.path, entry.name):
-            raise RecordError(f"{entry.name} changed while it was read")
-        return found
-    record = records.read(path, entry.declared, unit.channels)
-    if record.sha256 != hashes.get(entry.name):
-        raise RecordError(f"{entry.name} changed while it was read")
-    return record
-
-
 def inside(folder: Path, name: str) -> Path:
     """Path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its unit."""
     path = folder / name
@@ -277,9 +247,12 @@ def inside(folder: Path, name: str) -> Path:
 def _hash(folder: Path, name: str) -> str | None:
     try:
         path = inside(folder, name)
-        if not path.is_file():  # opening a pipe would wait for ever
-            return None
-        with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return file_hash(path) if path.is_file() else None  # opening a pipe would wait for ever
     except (OSError, RecordError, ValueError):
         return None
+
+
+def file_hash(path: Path) -> str:
+    """sha256 of a file. Raises OSError."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

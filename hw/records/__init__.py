@@ -1,8 +1,8 @@
 """Record files: .mat (MATLAB 5 to 7.3), .csv and .uff to records, and back."""
 
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.reader import read
-from hw.records.tables import list_channels, read_table
+from hw.records.reader import read, record_of
+from hw.records.tables import list_channels, read_table, table_of
 from hw.records.writers import csv_bytes, mat_bytes, write_csv, write_mat
 
 __all__ = [
@@ -13,6 +13,8 @@ __all__ = [
     "mat_bytes",
     "read",
     "read_table",
+    "record_of",
+    "table_of",
     "write_csv",
     "write_mat",
 ]

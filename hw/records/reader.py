@@ -12,7 +12,7 @@ from checks.errors import RecordError
 from checks.record import Record
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.source import load_bytes
+from hw.records.source import Source, load_bytes
 from hw.records.variable import Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 
@@ -23,14 +23,20 @@ TIME = "t"
 def read(
     path: Path, series: Series, rename: Mapping[str, str] = NO_RENAME, limits: ReadLimits = DEFAULT_LIMITS
 ) -> Record:
-    """Record of a .mat (MATLAB 5 to 7.3), .csv or .uff file; the content tells which.
+    """Record of a file: see `record_of`. Raises RecordError, also where it cannot be read."""
+    return record_of(load_bytes(path, limits), series, rename, limits)
+
+
+def record_of(
+    source: Source, series: Series, rename: Mapping[str, str] = NO_RENAME, limits: ReadLimits = DEFAULT_LIMITS
+) -> Record:
+    """Record of the bytes of a .mat (MATLAB 5 to 7.3), .csv or .uff file; the content tells which.
 
     series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
     the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file.
     The arrays of the record are read-only. Raises RecordError, naming the file, the channel, what was found and what
     was expected, for everything that could make a verdict wrong; nothing is repaired.
     """
-    source = load_bytes(path, limits)
     with refused(source.file):
         wanted = _wanted(source.file, source.variables(), series, rename)
         arrays = _arrays(source.file, wanted, limits)

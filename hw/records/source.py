@@ -3,6 +3,7 @@
 import hashlib
 import stat
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from checks.errors import RecordError
@@ -23,7 +24,7 @@ class Source:
     suffix: str
     raw: bytes
 
-    @property
+    @cached_property
     def sha256(self) -> str:
         return hashlib.sha256(self.raw).hexdigest()
 

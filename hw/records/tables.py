@@ -9,16 +9,20 @@ from checks.declare import CsvTable
 from checks.errors import RecordError
 from hw.records.damage import refused
 from hw.records.limits import DEFAULT_LIMITS
-from hw.records.source import load_bytes
+from hw.records.source import Source, load_bytes
 from hw.records.textfile import open_csv
 from hw.records.variable import listing
 from hw.records.vet import loaded
 
 
 def read_table(path: Path, table: CsvTable) -> dict[str, Array]:
-    """Column -> (N,) of a CSV file with the declared columns. Raises RecordError for a file that lacks a column or
-    rows, or holds anything but finite numbers."""
-    source = load_bytes(path, DEFAULT_LIMITS)
+    """Column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also where it cannot be read."""
+    return table_of(load_bytes(path, DEFAULT_LIMITS), table)
+
+
+def table_of(source: Source, table: CsvTable) -> dict[str, Array]:
+    """Column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError for a file that lacks a
+    column or rows, or holds anything but finite numbers."""
     with refused(source.file):
         found = open_csv(source.file, source.raw)
         missing = [c for c in table.columns if c not in found]

@@ -55,7 +55,7 @@ def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str
     """The answer for one unit, written and printed; None where it was refused."""
     try:
         start = model or DEFAULT_MODEL[unit.kind]
-        done = analyse_unit.analyse(unit.path, start, without, lambda words: say(f"{unit.serial}: {words}"))
+        done = analyse_unit.analyse(unit, start, without, lambda words: say(f"{unit.serial}: {words}"))
     except (GapRefused, ModelError, RecordError, UnitError) as e:
         words = str(e)
         say(f"accept: {words if words.startswith(f'{unit.serial}:') else f'{unit.serial}: {words}'}")

@@ -32,7 +32,7 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
     given = opened(model or DEFAULT_MODEL["strut"])
     table = table_for(given.model, say)
-    measured = responses(unit, channels=CHANNELS)
+    measured = responses(folder, channels=CHANNELS)
     found = _estimate(given, measured, table)
     document = as_document(measured.serial, found)
     if as_json is not None:

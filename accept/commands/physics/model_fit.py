@@ -87,8 +87,9 @@ def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: i
     SpecError, ModelError."""
     grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
     frequencies([f_lo, f_hi])
-    base = model_for(name, read(folder).kind)
-    measured = responses(folder, base.model.tolerance, base.model.channels, f_lo, f_hi)
+    unit = read(folder)
+    base = model_for(name, unit.kind)
+    measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
     start = base.model
     if measured.payload_kg is not None:
         start = start.with_values({"bench.payload_kg": measured.payload_kg})

@@ -1,0 +1,111 @@
+"""A unit with the files it names, each read from the disk once: what is hashed, judged, explained and attached to the
+certificate are the same bytes, and what was estimated of a record is there for whoever asks next."""
+
+import hashlib
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from accept.units import unit_folder
+from accept.units.duplicate_records import vet_twins
+from accept.units.unit_folder import UNIT_FILE, FileEntry, UnitFolder, UnitSection, inside
+from checks.declare import CsvTable, Values
+from checks.errors import RecordError
+from hw.records import record_of, table_of
+from hw.records.limits import DEFAULT_LIMITS
+from hw.records.source import Source, load_bytes
+
+HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; what is beyond is read again
+
+
+class LoadedUnit:
+    """A unit's folder and its files as they were when they were read; lives as long as the unit is worked on.
+
+    Beyond `HELD_BYTES` a file is hashed in passing, read again where it is needed, and refused if it changed.
+    """
+
+    def __init__(self, folder: UnitFolder, held_bytes: int = HELD_BYTES) -> None:
+        self.folder = folder
+        self._room = held_bytes
+        self._sources: dict[str, Source] = {}
+        self._values: dict[str, Values | RecordError] = {}
+
+    @cached_property
+    def hashes(self) -> dict[str, str]:
+        """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        found = {name: self._taken(name) for name in self.folder.files}
+        text = hashlib.sha256(self.folder.text).hexdigest()
+        return {UNIT_FILE: text} | {name: sha256 for name, sha256 in found.items() if sha256 is not None}
+
+    @property
+    def contents(self) -> dict[str, bytes]:
+        """File name -> bytes, of the files that are held."""
+        return {UNIT_FILE: self.folder.text} | {name: source.raw for name, source in self._sources.items()}
+
+    def values(self, section: str) -> Values:
+        """Values of a section, its files read. Raises RecordError, which makes every finding of it no result, and
+        KeyError for a section that the unit does not have."""
+        if section not in self._values:
+            try:
+                self._values[section] = self._read(self.folder.sections[section])
+            except RecordError as e:
+                self._values[section] = e
+        values = self._values[section]
+        if isinstance(values, RecordError):
+            raise values
+        return values
+
+    def _read(self, section: UnitSection) -> Values:
+        if section.problem:
+            raise RecordError(section.problem)
+        values: dict[str, Any] = {}
+        for name, entry in section.entries.items():
+            try:
+                values[name] = self._file(entry) if isinstance(entry, FileEntry) else entry
+            except RecordError as e:
+                raise RecordError(e.reason.within(name)) from e
+        vet_twins(values)
+        return values
+
+    def _file(self, entry: FileEntry) -> Any:
+        path = inside(self.folder.path, entry.name)
+        known = self.hashes.get(entry.name)
+        if entry.name not in self._sources and not path.is_file():  # said here, without the folder's own path: a
+            # certificate is judged again elsewhere
+            raise RecordError(f"{entry.name}: there is no such file in the unit folder")
+        source = self._sources.get(entry.name) or load_bytes(path, DEFAULT_LIMITS)
+        if isinstance(entry.declared, CsvTable):
+            found: Any = table_of(source, entry.declared)
+        else:
+            found = record_of(source, entry.declared, self.folder.channels)
+        if source.sha256 != known:
+            raise RecordError(f"{entry.name} changed while it was read")
+        return found
+
+    def _taken(self, name: str) -> str | None:
+        """Hash of a file, which is held from then on where there is room; None where it cannot be read."""
+        try:
+            path = inside(self.folder.path, name)
+            if not path.is_file():  # opening a pipe would wait for ever
+                return None
+            if not 0 < path.stat().st_size <= self._room:
+                return unit_folder.file_hash(path)
+            source = load_bytes(path, DEFAULT_LIMITS)
+        except (OSError, RecordError, ValueError):
+            return None
+        self._room -= len(source.raw)
+        self._sources[name] = source
+        return source.sha256
+
+
+def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
+    """The unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none."""
+    if isinstance(unit, LoadedUnit):
+        return unit
+    return LoadedUnit(unit_folder.read(unit) if isinstance(unit, Path) else unit)
+
+
+def contents_of(unit: Path | LoadedUnit) -> Mapping[str, bytes]:
+    """What is held of a unit; nothing of a mere path."""
+    return unit.contents if isinstance(unit, LoadedUnit) else {}
