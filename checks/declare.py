@@ -34,12 +34,14 @@ class Scalar:
 
 @dataclass(frozen=True)
 class Vector:
-    """A fixed number of values in the unit that the name says, typed or taken in a stated order."""
+    """A fixed number of values in the unit that the name says, typed or taken in a stated order. item: what one of them
+    is called."""
 
     name: str
     label: str
     size: int
     optional: bool = False
+    item: str = "value"
 
     @property
     def unit(self) -> str:

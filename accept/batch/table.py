@@ -7,9 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from accept.gap.text import one_line
+from accept.pictures import signs
 
-STYLES = {"accepted": "bold green", "conditional": "bold yellow", "rejected": "bold red", "incomplete": "bold yellow"}
-MARKS = {"pass": "  ", "conditional": " ~", "fail": " ✗", "no_result": " ?"}
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
 
 
@@ -32,7 +31,7 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
         found = {f["quantity"]: f for f in unit["findings"]}
         cells = [Text(column.get(unit["serial"], "")) for column in extra.values()]
         cells += [_cell(found.get(q)) for q in shown]
-        table.add_row(unit["serial"], *cells, Text(unit["verdict"], style=STYLES[unit["verdict"]]))
+        table.add_row(unit["serial"], *cells, Text(unit["verdict"], style=signs.UNITS[unit["verdict"]].bold))
     return table
 
 
@@ -60,5 +59,5 @@ def _title(quantity: str, units: list[dict[str, Any]]) -> str:
 def _cell(finding: dict[str, Any] | None) -> Text:
     if finding is None or finding["value"] is None:
         return Text("-  ")
-    bad = finding["verdict"] != "pass"
-    return Text(f"{finding['value']:.4g}{MARKS[finding['verdict']]}", style="red" if bad else "")
+    bad, mark = finding["verdict"] != "pass", signs.FINDINGS[finding["verdict"]].mark
+    return Text(f"{finding['value']:.4g} {mark if bad else ' '}", style="red" if bad else "")

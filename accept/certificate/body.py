@@ -8,7 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.content import CertificateContent
-from accept.gap.text import HEADLINE, REFUSED, gap_number, parameters, values_of, without_a_name
+from accept.gap.text import REFUSED, alternatives, gap_number, headline_of, parameters, values_of, without_a_name
 from accept.pdf import numbers, page_style
 from accept.pdf.limit_bar import limit_bar
 from accept.pdf.paragraphs import words
@@ -103,15 +103,17 @@ def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
 
 
 def _missing(found: Mapping[str, Any]) -> list[Flowable]:
-    """What is named, what is not told apart and how it could be, and what has no name."""
-    story: list[Flowable] = [words(HEADLINE[found["verdict"]] + ".", page_style.STRONG)]
+    """The effects named, rivals and the experiment that distinguishes them, and unidentified effects."""
+    story: list[Flowable] = [
+        words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
+    ]
     for n in found["named"]:
         values = parameters(values_of(n), "{} {} ({} to {})", "; ")
         story.append(words(f"{n['sentence']} {n['effect']}{': ' if values else ''}{values}", page_style.BODY))
     for a in found["ambiguous"]:
-        story.append(words(f"Not told apart: {', '.join(a['effects'])}. To tell: {a['experiment']}.", page_style.BODY))
+        story.append(words(alternatives(a), page_style.BODY))
     for u in found["unnamed"]:
-        story.append(words(f"Without a name: {without_a_name(u)}", page_style.BODY))
+        story.append(words(f"Unidentified effect: {without_a_name(u)}", page_style.BODY))
     return story
 
 

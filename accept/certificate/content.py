@@ -26,7 +26,8 @@ _NOTHING: Mapping[str, bytes] = {}
 STATEMENT = (
     "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
     "there; values are compared unrounded and shown to two digits of U. P(false) is the probability that the true "
-    "value lies outside the limits although it was accepted (JCGM 106). The unit was judged as it was when measured."
+    "value lies outside the limits although it was accepted (JCGM 106). Valid for the condition of the unit "
+    "when measured."
 )
 
 

@@ -145,7 +145,7 @@ def _realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Datas
         )
         for second in (False, True)
     ]
-    note = "a single realisation, cut in two halves: half of the data to fit and half to judge with, so power is lost"
+    note = "a single realisation: one half of it is fitted, the other half judged, so the sensitivity is reduced"
     return parts[0], parts[1], (note,)
 
 

@@ -8,7 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Spacer, Table, TableStyle
 
-from accept.gap.text import HEADLINE, chance, gap_number, named_line, number
+from accept.gap.text import chance, gap_number, headline_of, named_line, number
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
@@ -16,14 +16,9 @@ from accept.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pdf.paragraphs import words
 from accept.pictures.reduce import reduced
 from checks.gap.decision.panels import errors, panels
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, UNEXPLAINED, Result
+from checks.gap.decision.result import NO_MISSING, Result
 
 HEAD = 20 * mm
-FILLS = {
-    NO_MISSING: page_style.UNIT_SIGNS["accepted"],
-    EXPLAINED: page_style.UNIT_SIGNS["accepted"],
-    UNEXPLAINED: page_style.UNIT_SIGNS["rejected"],
-}
 CANDIDATES = 6
 BEFORE = (
     "Before: the model with its uncertain values fitted as well as they can without the effects; after: with what is "
@@ -67,18 +62,18 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     top = page_style.HEIGHT - page_style.MARGIN
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    canvas.drawString(page_style.MARGIN, top - 8, "MODEL AGAINST DATA")
+    canvas.drawString(page_style.MARGIN, top - 8, "GAP ANALYSIS")
     canvas.setFillColor(page_style.INK_COLOUR)
     canvas.setFont(BOLD, fitted(serial, BOLD, 24, 80 * mm))
     canvas.drawString(page_style.MARGIN, top - 34, serial)
     canvas.setFont(REGULAR, 7)
     canvas.drawString(page_style.MARGIN, top - 46, f"model {result.model}, damping {result.damping}")
-    sign = FILLS.get(result.verdict, page_style.UNIT_SIGNS["conditional"])
+    sign = page_style.GAP_SIGNS[result.verdict]
     left, width, height = page_style.WIDTH - page_style.MARGIN - 100 * mm, 100 * mm, 13 * mm
     canvas.setFillColor(sign.fill)
     canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=0, fill=1)
     canvas.setFillColor(sign.ink)
-    line = HEADLINE[result.verdict]
+    line = headline_of(result.verdict, [n.effect for n in result.named])
     canvas.setFont(BOLD, fitted(line, BOLD, 15, width - 8 * mm))
     canvas.drawCentredString(left + width / 2, top - height / 2 - 5, line)
     canvas.setFillColor(page_style.GREY_COLOUR)
@@ -87,7 +82,7 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
 
 
 def _found(result: Result) -> list[Flowable]:
-    """The named effects in plain words, and what was not told apart or has no name."""
+    """The named effects in plain words, rivals that cannot be distinguished, and unidentified effects."""
     story: list[Flowable] = []
     for n in result.named:
         story += [
@@ -99,11 +94,17 @@ def _found(result: Result) -> list[Flowable]:
             words("Noise, the stated tolerance and the calibrated values explain every channel.", page_style.STRONG)
         )
     for a in result.ambiguous:
-        story.append(words(f"Not told apart: {', '.join(a.effects)}. To tell: {a.experiment}.", page_style.STRONG))
+        story.append(
+            words(
+                f"Cannot be distinguished: {', '.join(a.effects)}. Next experiment: {a.experiment}.", page_style.STRONG
+            )
+        )
     for u in result.unnamed:
         poles = ", ".join(f"{f:.1f} Hz" for f in u.poles_Hz) or "none"
         zeros = ", ".join(f"{f:.1f} Hz" for f in u.zeros_Hz) or "none"
-        story.append(words(f"Without a name: {u.channel}, poles {poles}, zeros {zeros}. {u.words}", page_style.STRONG))
+        story.append(
+            words(f"Unidentified effect: {u.channel}, poles {poles}, zeros {zeros}. {u.words}", page_style.STRONG)
+        )
     return story
 
 

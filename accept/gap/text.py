@@ -11,12 +11,18 @@ Value = tuple[str, float, float, float]  # of a parameter: name, value, and the 
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 LINES, COLUMNS = 24, 80  # of a terminal
 HEADLINE = {
-    NO_MISSING: "Nothing is missing from the model",
-    EXPLAINED: "Explained",
-    AMBIGUOUS: "Explained, but not by one effect alone",
+    NO_MISSING: "Model and data agree",
+    EXPLAINED: "Cause found",
+    AMBIGUOUS: "Several causes are possible",
     PARTLY: "Partly explained",
-    UNEXPLAINED: "Something is missing that has no name",
+    UNEXPLAINED: "Unidentified effect",
 }
+
+
+def headline_of(verdict: str, effects: Iterable[str]) -> str:
+    """`Cause found: misalignment`."""
+    named = ", ".join(e.replace("_", " ") for e in effects)
+    return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
 
 
 def number(x: float) -> str:
@@ -47,13 +53,15 @@ def parameters(values: Iterable[Value], form: str = "{} = {} [{}, {}]", between:
 
 def summary(serial: str, r: Result) -> list[str]:
     """At most 24 lines of 80 columns for a terminal; the gap itself is never what is cut."""
-    lines = _wrapped(f"{serial}: {r.verdict} - {HEADLINE[r.verdict]} (model {r.model}, damping {r.damping})", "")
+    lines = _wrapped(
+        f"{serial}: {headline_of(r.verdict, [n.effect for n in r.named])} (model {r.model}, damping {r.damping})", ""
+    )
     gaps = ["  gap on unseen records, before -> after:"]
     for c, before in r.gap_before.channels.items():
         gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
     more = [line for words, indent in _told(r) for line in _wrapped(words, indent)]
     room = LINES - len(lines) - len(gaps)
-    cut = [] if len(more) <= room else ["  ... the rest is in gap.json and gap.pdf"]
+    cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
     return [*lines, *more[: room - len(cut)], *cut, *gaps]
 
 
@@ -63,18 +71,18 @@ def _told(r: Result) -> Iterator[tuple[str, str]]:
         yield n.sentence, "  "
         yield f"{named_line(n)}  p {chance(n.p)}", "    "
     for a in r.ambiguous:
-        yield f"not told apart: {', '.join(a.effects)}; to tell: {a.experiment}", "  "
+        yield f"cannot be distinguished: {', '.join(a.effects)}; next experiment: {a.experiment}", "  "
     for u in r.unnamed:
         poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
         level = ", depends on the level" if u.level_dependent else ""
-        yield f"without a name: {u.channel}, poles {poles} Hz{level}", "  "
+        yield f"unidentified effect: {u.channel}, poles {poles} Hz{level}", "  "
     if r.where and r.verdict != EXPLAINED:
         w = r.where[0]
         yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
     for note in r.notes:
         yield f"note: {note}", "  "
     if r.detection_limits:
-        yield "would have been seen (90 % power), from:", "  "
+        yield "smallest effects that would have been detected (90 % power):", "  "
         yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
 
 
@@ -91,16 +99,16 @@ def _wrapped(words: str, indent: str) -> list[str]:
 def one_line(document: Mapping[str, Any]) -> str:
     """A judged unit's key `gap` in a line: what is missing, and the gap before and after where it was widest."""
     if document["verdict"] == REFUSED:
-        return f"not held against model {document['start']}: {document['reason']}"
+        return f"not compared with model {document['start']}: {document['reason']}"
     if document["verdict"] == NO_MISSING:
         worst = max(document["gap_after"]["channels"].values())
-        return f"fits model {document['model']} (largest G {worst:.2g})"
+        return f"agrees with model {document['model']} (largest G {worst:.2g})"
     parts = [_named(n) for n in document["named"]]
-    parts += [f"{' or '.join(a['effects'])}, not told apart" for a in document["ambiguous"]]
-    parts += [f"something without a name on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
+    parts += [f"{' or '.join(a['effects'])} (cannot be distinguished)" for a in document["ambiguous"]]
+    parts += [f"unidentified effect on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
     words = document["verdict"].replace("_", " ")
     told = document["named"] or document["ambiguous"]
-    left = f"gap {gap_of(document)}" if told else f"gap left open, {_left(document)}"
+    left = f"gap {gap_of(document)}" if told else f"remaining gap {_left(document)}"
     return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; {left}"
 
 
@@ -133,6 +141,11 @@ def values_of(n: Mapping[str, Any]) -> list[Value]:
     """The parameters of an entry of `named`, in order, for `parameters`."""
     found = ((name, n["parameters"][name]) for name in in_order(n))
     return [(name, p["value"], *p["ci95"]) for name, p in found]
+
+
+def alternatives(a: Mapping[str, Any]) -> str:
+    """Effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
+    return f"Cannot be distinguished: {', '.join(a['effects'])}. Next experiment: {a['experiment']}."
 
 
 def without_a_name(u: Mapping[str, Any]) -> str:

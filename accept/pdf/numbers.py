@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-_SCIENTIFIC = 9  # more decimals than this are not read by anyone
+from checks.rounding import rounded, rounded_U
 
 
 def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
@@ -13,13 +13,7 @@ def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
         return "–", ""
     if U is None or not math.isfinite(U) or U <= 0:
         return _signed(f"{value:.6g}"), "0" if U == 0 else "?"
-    digits, exponent = f"{U:.1e}".split("e")
-    decimals = 1 - int(exponent)
-    if decimals > _SCIENTIFIC or abs(value) >= 1e12:
-        return _signed(f"{value:.6g}"), f"{float(digits) * 10.0 ** int(exponent):.2g}"
-    if decimals >= 0:
-        return _signed(f"{value:.{decimals}f}"), f"{U:.{decimals}f}"
-    return _signed(f"{round(value, decimals):.0f}"), f"{round(U, decimals):.0f}"
+    return _signed(rounded(value, U)), rounded_U(U)
 
 
 def _signed(text: str) -> str:

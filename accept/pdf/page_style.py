@@ -9,7 +9,8 @@ from reportlab.lib.styles import ParagraphStyle
 from reportlab.lib.units import mm
 
 from accept.pdf.fonts import BOLD, REGULAR
-from accept.pictures.colours import GREEN, GREY, INK, ORANGE, PALE, VERMILION
+from accept.pictures import signs
+from accept.pictures.colours import GREY, INK, PALE
 
 WIDTH, HEIGHT = A4
 MARGIN = 14 * mm
@@ -34,18 +35,21 @@ class Sign:
     ink: Color
 
 
-UNIT_SIGNS = {
-    "accepted": Sign("ACCEPTED", "✔", HexColor(GREEN), WHITE),
-    "rejected": Sign("REJECTED", "✘", HexColor(VERMILION), WHITE),
-    "conditional": Sign("CONDITIONAL", "!", HexColor(ORANGE), INK_COLOUR),
-    "incomplete": Sign("INCOMPLETE", "?", HexColor("#ffffff"), INK_COLOUR),
-}
-FINDING_SIGNS = {
-    "pass": Sign("pass", "✔", HexColor(GREEN), HexColor("#00694c")),
-    "fail": Sign("FAIL", "✘", HexColor(VERMILION), HexColor("#b04a00")),
-    "conditional": Sign("conditional", "!", HexColor(ORANGE), HexColor("#8a5f00")),
-    "no_result": Sign("no result", "?", HexColor(GREY), INK_COLOUR),
-}
+def _on_its_colour(sign: signs.Sign) -> Sign:
+    """Of a whole unit: in a box filled with its colour, an open one in an empty box."""
+    fill = WHITE if sign.tone is signs.Tone.OPEN else HexColor(sign.tone.fill)
+    ink = WHITE if sign.tone in (signs.Tone.GOOD, signs.Tone.BAD) else INK_COLOUR
+    return Sign(sign.word.upper(), sign.print_mark, fill, ink)
+
+
+def _on_white(sign: signs.Sign) -> Sign:
+    word = sign.word.upper() if sign.tone is signs.Tone.BAD else sign.word
+    return Sign(word, sign.print_mark, HexColor(sign.tone.fill), HexColor(sign.tone.ink))
+
+
+UNIT_SIGNS = {verdict: _on_its_colour(sign) for verdict, sign in signs.UNITS.items()}
+FINDING_SIGNS = {verdict: _on_white(sign) for verdict, sign in signs.FINDINGS.items()}
+GAP_SIGNS = {verdict: _on_its_colour(sign) for verdict, sign in signs.GAP.items()}
 
 
 def _style(name: str, size: float, **more: object) -> ParagraphStyle:

@@ -1,6 +1,5 @@
 """One function for each kind of item in a panel."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +14,7 @@ from accept.pictures.style import MAP
 from accept.pictures.ticks import set_degree_ticks, set_log_ticks
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
+from checks.rounding import decimals_of
 
 MAPS = (Heights, Image)  # items that need room for a colour bar
 _BAR_WIDTH_MM = 2.0
@@ -155,7 +155,7 @@ def _heights(axes: Axes, item: Heights, _: _Series) -> None:
     """Numbered dots; the height stands away from the middle of the part, where no other dot is."""
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
-    decimals = max(0, 1 - math.floor(math.log10(spread))) if np.isfinite(spread) and spread > 0 else 1
+    decimals = max(0, decimals_of(spread)) if np.isfinite(spread) and spread > 0 else 1
     for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
         side = 1 if y >= np.median(item.y) else -1
         pale = float(np.ravel(dots.norm(z))[0]) > 0.5

@@ -4,21 +4,27 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Any
 
+from accept.pictures import signs
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
 
 
-class Status(Enum):
-    """(mark, word). The mark tells without colour."""
+def _shown(verdict: str) -> tuple[str, str, str]:
+    sign = signs.FINDINGS[verdict]
+    return sign.mark, sign.word, sign.tone.style
 
-    NOT_DONE = "·", "not done"
-    TAKEN = "○", "taken"
-    PASS = "✓", "pass"
-    CONDITIONAL = "~", "conditional"
-    FAIL = "✗", "fail"
-    NO_RESULT = "?", "no result"
+
+class Status(Enum):
+    """(mark, word, style of a terminal). The mark tells without colour."""
+
+    NOT_DONE = "·", "not done", "dim"
+    TAKEN = "○", "taken", "cyan"
+    PASS = _shown("pass")
+    CONDITIONAL = _shown("conditional")
+    FAIL = _shown("fail")
+    NO_RESULT = _shown("no_result")
 
     @property
     def mark(self) -> str:
@@ -29,23 +35,21 @@ class Status(Enum):
         return self.value[1]
 
     @property
+    def style(self) -> str:
+        return self.value[2]
+
+    @property
     def role(self) -> str:
         """Name of its style class."""
         return self.name.lower().replace("_", "-")
 
 
-_OF_VERDICT = {
-    "pass": Status.PASS,
-    "conditional": Status.CONDITIONAL,
-    "fail": Status.FAIL,
-    "no_result": Status.NO_RESULT,
-}
 _WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
 
 
 def of_findings(findings: Iterable[Mapping[str, Any]]) -> Status:
     """The worst of the findings; a step without any was taken and no more."""
-    found = {_OF_VERDICT[str(f["verdict"])] for f in findings}
+    found = {Status[str(f["verdict"]).upper()] for f in findings}
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
 

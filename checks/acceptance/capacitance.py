@@ -39,7 +39,7 @@ CHECK = Check(
     measure=measure,
     stated=("sensor_uF", "actuator_uF"),
     guide=Guide(
-        "Short the stacks for a moment, set the LCR meter to 1 kHz and measure the sensor stack alone. "
+        "Discharge the stacks: short them briefly. Set the LCR meter to 1 kHz and measure the sensor stack alone. "
         "Then measure the two actuator stacks in parallel.",
         PICTURE,
     ),

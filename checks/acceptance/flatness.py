@@ -182,15 +182,15 @@ CHECK = Check(
     kinds=("apa",),
     forms=(
         Form("points", (CsvTable("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
-        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8),)),
+        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8, item="height"),)),
     ),
     quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),
     measure=measure,
     settings=(Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),),
     stated=("z_um",),
     guide=Guide(
-        "Set the part on the table and touch the 8 points in the order of the numbers, zero at point 1. "
-        "Take each height when the probe has settled; a table of points can be given instead.",
+        "Place the part on the table. Set the probe to zero at point 1, then measure points 1 to 8 in this order. "
+        "Read each height when the probe has settled. You can load a table of points instead.",
         PICTURE,
     ),
 )

@@ -238,8 +238,8 @@ CHECK = Check(
     ),
     stated=("hysteresis_percent",),
     guide=Guide(
-        "Drive with slow sines of growing amplitude and record voltage and encoder. "
-        "Leave the bench alone while it runs.",
+        "Drive the unit with slow sines of increasing amplitude and record voltage and encoder. "
+        "Do not touch the bench during the record.",
         PICTURE,
     ),
 )

@@ -93,7 +93,7 @@ CHECK = Check(
     section=check.CHECK.name,
     model="model",
     guide=Guide(
-        "Nothing is measured here: the ratio of encoder to interferometer in the records of the frequency responses is "
-        "held against a model, which takes some seconds. It tells how far the APA sits beside the joints' axis.",
+        "This step needs no new measurement. It compares the ratio of encoder to interferometer in the frequency "
+        "responses with the model and estimates how far the APA is off the axis of the joints. It takes some seconds.",
     ),
 )

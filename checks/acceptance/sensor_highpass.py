@@ -222,8 +222,8 @@ CHECK = Check(
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),
     guide=Guide(
-        "Record the slow sweep with the resistor across the sensor stack, then without it. "
-        "Read the resistor's value from its label or a meter.",
+        "Record the slow sweep with the resistor across the sensor stack, then without the resistor. "
+        "Enter the resistance from the label or measure it.",
         PICTURE,
     ),
 )

@@ -270,8 +270,8 @@ CHECK = Check(
     settings=SETTINGS,
     stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),
     guide=Guide(
-        "Hit with the hammer where the drawing shows, about ten single hits a record, vibrometer on the other side. "
-        "Let it ring out between hits; a double hit must be repeated.",
+        "Hit with the hammer at the point in the drawing, about ten single hits per record; vibrometer opposite. "
+        "Wait until the vibration has decayed before the next hit. Repeat double hits.",
         PICTURE,
     ),
 )

@@ -287,8 +287,8 @@ CHECK = Check(
     ),
     stated=("k_N_per_um", "mass_kg", "de_um"),
     guide=Guide(
-        "Record the encoder while the mass is set on at about 15 s and taken off at about 22 s, amplifier connected. "
-        "Repeat with open stacks, and weigh the mass.",
+        "Weigh the mass. Connect the amplifier and record the encoder: add the mass at 15 s, remove it at 22 s. "
+        "Disconnect the stacks and repeat.",
         PICTURE,
     ),
 )

@@ -288,8 +288,8 @@ CHECK = Check(
     ),
     stated=("stroke_um", "d_um"),
     guide=Guide(
-        "Drive one stack from -20 V to 150 V and back while the gauge reads the top, then the two others. "
-        "Give both records, or the stroke of all three as one number.",
+        "Set the gauge on the top. Drive one stack from -20 V to 150 V and back, then the other two stacks. "
+        "Load both records, or enter the stroke of all three stacks.",
         PICTURE,
     ),
 )

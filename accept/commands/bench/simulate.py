@@ -54,7 +54,7 @@ def unit(wanted: SimulateOptions, out: Path) -> Exit:
     hidden = [name for name, _ in order.effects] + ([f"fault {order.fault}"] if order.fault else [])
     words = ", ".join(hidden) or "as it should be"
     say(f"{order.serial}: a simulated {order.kind} of model '{order.model.name}' ({words})")
-    say("what was put in is in truth.json")
+    say("the true values are in truth.json")
     print(folder)
     return Exit.ACCEPTED
 

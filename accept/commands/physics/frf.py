@@ -25,6 +25,7 @@ from checks.declare import Series
 from checks.errors import RecordError
 from checks.picture import Panel
 from checks.record import Record
+from checks.rounding import fixed, rounded, rounded_U
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf, h1_record
 from checks.signals.spectral.lpm import lpm_record
@@ -182,13 +183,14 @@ def summary(response: MeasuredResponse) -> Table:
     return table
 
 
+LEAST_U = 1e-4  # smaller ones are said to be below it
+
+
 def with_U(value: float, U: float) -> str:
-    """Both to the decimals that U has, four at most: 93.918 ± 0.023; a smaller U is said to be below that."""
-    if not U > 0.0:
-        return f"{value:.6g}"
-    decimals = min(4, max(0, 1 - math.floor(math.log10(U))))
-    least = 10.0**-decimals
-    return f"{value:.{decimals}f} ± {U:.{decimals}f}" if U >= least else f"{value:.{decimals}f} ± less than {least:g}"
+    """Both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is said to be that."""
+    if U >= LEAST_U:
+        return f"{rounded(value, U)} ± {rounded_U(U)}"
+    return f"{fixed(value, 4)} ± less than {LEAST_U:g}" if U > 0.0 else f"{value:.6g}"
 
 
 def _U(u: float, u_model: float) -> float:

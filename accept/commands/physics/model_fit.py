@@ -201,7 +201,7 @@ def _print(fitted: Fitted) -> None:
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")
     if not fit.converged:
-        say(f"accept: the search did not settle, so the values above are none to use: {fit.message}")
+        say(f"accept: the fit did not converge; do not use the values above: {fit.message}")
     worst = max((g.G for g in (fitted.held_out or fit.gaps).values()), default=0.0)
     if worst > 1.1:
         say(f"G is {worst:.3g}: this model does not explain the unit; `accept gap` looks for what is missing")

@@ -43,7 +43,7 @@ class Question(ModalScreen[list[str] | None]):
             for line in self._lines:
                 yield Label(line.label, markup=False)
                 yield TextEntry(line.value, secret=line.secret)
-            yield Label("Enter: next, then done    Esc: leave", classes="quiet")
+            yield Label("Enter: next field, then confirm    Esc: cancel", classes="quiet")
 
     async def action_next(self) -> None:
         fields = list(self.query(Input))

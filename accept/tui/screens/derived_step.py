@@ -25,17 +25,17 @@ class DerivedScreen(StepView):
         if self.complete and self.session.judgement(self.step.name) is None:
             self.judge()
         elif self.complete:
-            self.say("F3 compares once more")
+            self.say("F3: compare again")
         else:
             self.say(self.lacking(), "bad")
 
     def lacking(self) -> str:
         other = CHECKS[self.step.check.reads]
-        return "" if self.complete else f"first the records of '{other.title}'"
+        return "" if self.complete else f"Load the records of '{other.title}' first"
 
     def action_compare(self) -> None:
         if self.stop is not None:
-            self.say("it is under way; Esc stops it")
+            self.say("Running. Esc: stop")
         elif self.complete:
             self.judge()
         else:

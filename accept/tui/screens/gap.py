@@ -1,4 +1,4 @@
-"""What the model does not explain of the measured responses: named, added, and the gap before and after."""
+"""Gap analysis: what the model does not explain, by name, and the gap before and after."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -8,7 +8,8 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Label, Static
 
-from accept.gap.text import HEADLINE, REFUSED, number, parameters, values_of
+from accept.gap.text import REFUSED, alternatives, headline_of, number, parameters, values_of, without_a_name
+from accept.pictures import signs
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
@@ -16,27 +17,18 @@ from accept.tui.widgets.pictures import Pictures
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
-TITLE = "What the model does not explain"
+TITLE = "Gap analysis"
 _WORDS = (
-    "The responses are held against the model; where they differ, the missing physics is looked for by name, added, "
-    "and judged on records that were not fitted. It takes up to a minute and bears on no verdict."
+    "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
+    "and tests the result on records that were not fitted. Takes up to a minute; does not change any verdict."
 )
-COLOUR = {
-    "no_missing_effect": "green",
-    "explained": "green",
-    "ambiguous": "yellow",
-    "partly_explained": "yellow",
-    "unexplained": "magenta",
-    REFUSED: "magenta",
-}
-_MARK = {"green": "✓", "yellow": "~", "magenta": "?"}
 
 
 class Explain(Page):
     """Looks when asked, in the other process; the answer is kept and shown again."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f3", "search", "Search"),
+        Binding("f3", "search", "Analyse"),
         Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
@@ -55,7 +47,7 @@ class Explain(Page):
         if self.session.gap is None:
             self.action_search()
         else:
-            self.say("F3 searches once more")
+            self.say("F3: repeat the analysis")
 
     def _show(self) -> None:
         found = self.session.gap
@@ -65,19 +57,19 @@ class Explain(Page):
 
     def action_search(self) -> None:
         if self.stop is not None:
-            self.say("it is under way; Esc stops it")
+            self.say("Analysis running. Esc: stop")
             return
         state = self.session.responses
         if state is None or not state.entries:
-            self.say("first the records of the frequency responses", "bad")
+            self.say("Load the frequency responses first", "bad")
             return
-        self.query_one("#answer", Static).update(Text("searching … (Esc stops it)", "dim"))
+        self.query_one("#answer", Static).update(Text("Analysing … (Esc: stop)", "dim"))
         explain = self.session.explain
         send_to_worker(self, self.bench.worker, lambda e: explain(e.explain), self._found, "searching", self._not_found)
 
-    def _found(self, event: Event) -> None:
+    def _found(self, _: Event) -> None:
         self._show()
-        self.say(f"stored as event {event.seq}; it goes on the certificate", "good")
+        self.say("Saved; it appears on the certificate", "good")
 
     def _not_found(self, _: str) -> None:
         self.query_one("#answer", Static).update("")
@@ -86,16 +78,16 @@ class Explain(Page):
     def help_text(self) -> str:
         return (
             f"{_WORDS}\n\nG is the squared residual over noise and the model's tolerance, per degree of freedom; "
-            "1 or less is agreement. The improved model, gap.json and gap.pdf lie in the unit's folder, in gap/."
+            "G of 1 or less is agreement. The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
         )
 
 
 def headline(found: Mapping[str, Any]) -> Text:
     """The verdict in a few words, with mark and colour."""
     verdict = str(found["verdict"])
-    colour = COLOUR[verdict]
-    words = found["reason"] if verdict == REFUSED else HEADLINE[verdict]
-    return Text(f"{_MARK[colour]} {words}", colour)
+    sign = signs.GAP[verdict]
+    words = found["reason"] if verdict == REFUSED else headline_of(verdict, [n["effect"] for n in found["named"]])
+    return Text(f"{sign.mark} {words}", sign.tone.style)
 
 
 def answer(found: Mapping[str, Any]) -> Text:
@@ -107,11 +99,10 @@ def answer(found: Mapping[str, Any]) -> Text:
         text.append(f"  {effect['sentence']}\n", "bold")
         text.append(f"    {effect['effect']}: {parameters(values_of(effect))}\n", "dim")
     for rivals in found["ambiguous"]:
-        text.append(f"  not told apart: {', '.join(rivals['effects'])}. To tell: {rivals['experiment']}\n", "yellow")
+        text.append(f"  {alternatives(rivals)}\n", "yellow")
     for nameless in found["unnamed"]:
-        poles = ", ".join(f"{f:.1f}" for f in nameless["poles_Hz"]) or "no pole"
-        text.append(f"  without a name: {nameless['channel']}, {poles} Hz. {nameless.get('words', '')}\n", "magenta")
+        text.append(f"  Unidentified effect: {without_a_name(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {number(G)} → {number(after[c])}" for c, G in before.items())
-    text.append(f"  gap on unseen records, before → after:  {shrunk}", "bold")
+    text.append(f"  G on records not fitted, before → after:  {shrunk}", "bold")
     return text

@@ -11,7 +11,7 @@ from accept.workflow.steps.plan import WorkflowStep
 
 _LINES = (
     QuestionLine("Note"),
-    QuestionLine("Nonconformance: type y if the part itself is not as it should be", value="n"),
+    QuestionLine("Nonconformance of the part? y or n", value="n"),
 )
 
 

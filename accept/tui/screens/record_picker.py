@@ -55,7 +55,7 @@ class Pick(Working[Path | None]):
             yield Label(f"File for: {self._what}", classes="title", markup=False)
             yield Label("", id="folder", markup=False)
             yield OptionList(id="files", markup=False)
-            yield Label("waiting for new files here; Enter takes one, Esc leaves", id="status")
+            yield Label("New files appear here. Enter: choose, Esc: cancel", id="status")
 
     def on_mount(self) -> None:
         if not self.alive:

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 PARTS = {"strut": ("apa", "joint_bottom", "joint_top", "encoder")}
 _LABELS = {
-    "operator": "Who is at the bench",
-    "serial": "Serial, typed or scanned",
+    "operator": "Operator",
+    "serial": "Serial number (type or scan)",
     "kind": "Kind (apa or strut)",
-    "apa": "Serial of its APA",
+    "apa": "Serial number of the APA",
     "joint_bottom": "Bottom joint",
     "joint_top": "Top joint",
     "encoder": "Encoder (empty: none fixed)",
@@ -78,7 +78,7 @@ class StartScreen(Working[Begin | None]):
         self._known: KnownUnit | None = None
 
     def compose(self) -> ComposeResult:
-        yield Label("accept · begin a unit", classes="title")
+        yield Label("accept · new unit", classes="title")
         with VerticalScroll(id="begin"):
             for name, label in _LABELS.items():
                 with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
@@ -87,7 +87,7 @@ class StartScreen(Working[Begin | None]):
                     yield TextEntry(value, id=name)
             yield Label("", id="about", markup=False)
             yield OptionList(id="units", markup=False)
-        yield Label("getting ready …", id="status")
+        yield Label("Starting …", id="status")
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
@@ -116,7 +116,7 @@ class StartScreen(Working[Begin | None]):
             kind.value = kinds[0]
         serial = self.query_one("#serial", Input)
         serial.value = serial.value or bench.proposed
-        self.say("Enter goes from line to line; on the last one it begins")
+        self.say("Enter: next field; on the last field it starts")
         self._look()
 
     def _propose(self, taken: "UnitFolder") -> None:
@@ -162,7 +162,7 @@ class StartScreen(Working[Begin | None]):
         self._known = known
         words = f"new unit {serial}"
         if known:
-            words = f"{serial} is known: {known.words}. Enter goes on with it, F8 begins a new attempt."
+            words = f"{serial} is known: {known.words}. Enter: continue; F8: new attempt."
         self.query_one("#about", Label).update(words)
 
     async def action_next(self) -> None:
@@ -179,20 +179,20 @@ class StartScreen(Working[Begin | None]):
 
     def action_anew(self) -> None:
         if self._known is None:
-            self.say("a new attempt is for a unit that is known already", "bad")
+            self.say("F8 needs a known unit", "bad")
             return
-        words = f"{self._known.serial}, {self._known.words}. The earlier attempts stay."
-        question = Question("A new attempt", words, [QuestionLine("Why is it measured again?")])
+        words = f"{self._known.serial}, {self._known.words}. Earlier attempts are kept."
+        question = Question("A new attempt", words, [QuestionLine("Reason for the new attempt")])
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
         """reason: of a new attempt; None goes on with the present one where there is one."""
         bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
         if bench is None:
-            self.say("one moment: the bench is being opened")
+            self.say("Please wait: opening the bench")
             return
         if not operator or not serial or kind not in bench.specs or (reason is not None and not reason.strip()):
-            self.say("operator, serial, kind and, for a new attempt, the reason are needed", "bad")
+            self.say("Enter operator, serial number, kind and, for a new attempt, the reason", "bad")
             return
         parts = {name: self._value(name) for name in PARTS.get(kind, ()) if self._value(name)}
         said = (serial, kind, operator, parts, reason)
@@ -216,7 +216,7 @@ class StartScreen(Working[Begin | None]):
             shown.highlighted = 0
             shown.focus()
         self._kinds = {unit.serial: unit.kind for unit in units}
-        self.say("these units are known" if units else "no unit is known yet")
+        self.say("Known units" if units else "No known units yet")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         serial = str(event.option.id)
@@ -230,8 +230,8 @@ class StartScreen(Working[Begin | None]):
 
     def help_text(self) -> str:
         return (
-            "Type your name, then scan or type the serial. A known serial goes on where it stands: every entry that "
-            "was confirmed is there, also after a power cut. F8 measures it again as a new attempt; the old one stays."
+            "Type your name, then scan or type the serial number. A known unit continues where you left it; every "
+            "confirmed entry is kept, also after a power cut. F8 starts a new attempt; earlier attempts are kept."
         )
 
 

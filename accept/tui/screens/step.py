@@ -60,7 +60,7 @@ class StepScreen(StepView):
     async def on_mount(self) -> None:
         await self._lay_out()
         self.show()
-        self.say("Enter stores the line")
+        self.say("Enter: save the field")
         if self.complete:
             self.judge()
 
@@ -70,7 +70,7 @@ class StepScreen(StepView):
             return
         forms = self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not self._form)
-        self.query_one("#way", Label).update(f"giving: {self._form.name}   (F6: {others})" if others else "")
+        self.query_one("#way", Label).update(f"input: {self._form.name}   (F6: {others})" if others else "")
         self.query_one("#way").display = bool(others)
         self.query_one("#upper").set_class(has_files(self._form), "files")
         fields = self.query_one("#fields")
@@ -135,7 +135,7 @@ class StepScreen(StepView):
         if not event.value.strip():
             self._to_next_empty(field)
             if self.complete:
-                self.say("nothing is missing here: Esc goes back to the steps")
+                self.say("Step complete. Esc: step list")
         else:
             self._give(field, event.value, repeat=False)
 
@@ -174,7 +174,7 @@ class StepScreen(StepView):
     def _stored(self, field: Field, event: Event) -> None:
         """It is on the disk: now it may be shown."""
         field.accept()
-        self.say(f"stored as event {event.seq}", "good")
+        self.say(f"Saved ({event.seq})", "good")
         self.show()
         if self._focused_field() in (field, None):
             self._to_next_empty(field)
@@ -190,7 +190,7 @@ class StepScreen(StepView):
         if field is None or not field.place.is_file:
             field = next((f for f in self.query(Field) if f.place.is_file and not self._has(f.place)), None)
         if field is None:
-            self.say("no line of this step takes a file", "bad")
+            self.say("This step has no field for a file", "bad")
             return
         chosen = field
         self.app.push_screen(
@@ -214,7 +214,7 @@ class StepScreen(StepView):
         field = self._focused_field()
         instrument = self._instrument(field.place) if field is not None and not field.place.is_file else None
         if field is None or instrument is None:
-            self.say("no instrument reads this line: type the value", "bad")
+            self.say("No instrument for this field; type the value", "bad")
             return
         place, step = field.place, self.step.name
         self._store(
@@ -235,9 +235,11 @@ class StepScreen(StepView):
 
     def action_anew(self) -> None:
         if not self.state.entries:
-            self.say("nothing was taken yet", "bad")
+            self.say("Nothing to repeat: this step has no entries", "bad")
             return
-        question = Question("Measure this step again", "What was taken stays in the record.", [QuestionLine("Why?")])
+        question = Question(
+            "Measure this step again", "The record keeps the earlier entries.", [QuestionLine("Reason")]
+        )
         self.app.push_screen(question, self._anew)
 
     def _anew(self, answer: list[str] | None) -> None:
@@ -248,12 +250,12 @@ class StepScreen(StepView):
         """Only what was entered at this step: elsewhere the technician would not see what goes."""
         last = self.session.last_entry()
         if last is None or last.data.get("step") != self.step.name:
-            self.say("the last entry was made at another step: undo it in the list of steps", "bad")
+            self.say("The last entry belongs to another step; undo it in the step list", "bad")
             return
         self.send(self.session.undo, self._changed, "undoing")
 
     def _changed(self, event: Event) -> None:
-        self.say(f"stored as event {event.seq}; what was before stays in the record", "good")
+        self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "good")
         self.show()
         self._to_next_empty(None)
         if self.complete:

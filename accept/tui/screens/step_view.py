@@ -8,14 +8,14 @@ from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.page import Page
-from accept.tui.widgets.findings import COLOURS, Findings, missing_words
+from accept.tui.widgets.findings import Findings, missing_words
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.pictures import Pictures
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.steps.section import missing, ready
+from accept.workflow.steps.section import missing_labels, ready
 from accept.workflow.worker.judging import Elsewhere
 from specs.spec import Limit
 
@@ -46,24 +46,24 @@ class StepView(Page):
         words = f"{status.mark} {status.word}  ·  {self.session.serial}  ·  {self.step.title}"
         head = self.query_one("#head", Label)
         head.update(f"{number}/{len(self.session.steps)}  {words}")  # a long title is what may be cut
-        head.styles.color = _HEAD.get(COLOURS[status], COLOURS[status])
+        head.styles.color = _HEAD.get(status.style, status.style)
         judgement = self.session.judgement(self.step.name) if self.complete else None
         self.query_one(Findings).show(self.step.check, judgement, self.lacking())
         self.query_one(Pictures).show(self.session.panels(self.step.name))
 
     def lacking(self) -> str:
         """What is still to be given, in words."""
-        return missing_words([i.label for i in missing(self.step, self.state)]) if self.state.entries else ""
+        return missing_words(missing_labels(self.step, self.state)) if self.state.entries else ""
 
     def judge(self) -> None:
         """Judge what was taken; the findings appear when they are there."""
         name, findings = self.step.name, self.query_one(Findings)
         if self.step.check.model is None:
-            findings.show(self.step.check, None, "judging … (Esc goes back, the entries are kept)")
+            findings.show(self.step.check, None, "Evaluating … (Esc: back; entries are kept)")
             judge = Elsewhere(self.bench.worker).judge
             self.aside(lambda: self.session.judge_step(name, judge), lambda _: self.show(), "judge")
         else:
-            findings.show(self.step.check, None, "comparing with the model … (Esc stops it)")
+            findings.show(self.step.check, None, "Comparing with the model … (Esc: stop)")
             work = partial(self.session.judge_step, name)
             send_to_worker(
                 self, self.bench.worker, lambda e: work(e.judge), self._compared, "comparing", lambda _: self.show()
@@ -76,8 +76,8 @@ class StepView(Page):
     def action_note(self) -> None:
         ask_note(self, self.session, self.step, self._noted)
 
-    def _noted(self, event: Event) -> None:
-        self.say(f"note kept as event {event.seq}; it goes on the certificate", "good")
+    def _noted(self, _: Event) -> None:
+        self.say("Note saved; it appears on the certificate", "good")
 
     def help_text(self) -> str:
         asked = self.step.asked

@@ -15,14 +15,13 @@ from accept.tui.screens.derived_step import DerivedScreen
 from accept.tui.screens.gap import TITLE, Explain, headline
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.step import StepScreen
-from accept.tui.widgets.findings import COLOURS
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.plot import WIDE_FROM
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.steps.section import missing
+from accept.workflow.steps.section import missing_labels
 
 GAP = "gap"  # the row that no check stands behind
 _OTHER_COLUMNS = 1 + 11 + 2 * 4  # mark, status, and the padding of all four
@@ -62,14 +61,14 @@ class Steps(Working[bool]):
         table.add_column("", key="mark", width=1)
         table.add_column("step", key="title", width=self._for_titles())
         table.add_column("status", key="status", width=11)
-        table.add_column("what it showed", key="more", width=self._room())
+        table.add_column("result", key="more", width=self._room())
         for step in self.session.steps:
             table.add_row("", step.title, "", "", key=step.name)
         if self.session.responses is not None:
             table.add_row("", TITLE, "", "", key=GAP)
         self._show()
         self._stand_at_next()
-        self.say(self._words or "Enter opens a step", "bad" if self._words else "quiet")
+        self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
         self.aside(lambda: import_module("accept.tui.screens.summary"), lambda _: None, "import")
 
     def on_screen_resume(self) -> None:
@@ -81,7 +80,7 @@ class Steps(Working[bool]):
         table = self.query_one(DataTable)
         for step in self.session.steps:
             status = self.session.status(step)
-            colour = COLOURS[status]
+            colour = status.style
             required = "" if step.required else " (not required)"
             table.update_cell(step.name, "mark", Text(status.mark, colour))
             table.update_cell(step.name, "title", _cut(Text(step.title + required), self._for_titles()))
@@ -95,8 +94,8 @@ class Steps(Working[bool]):
             return
         found = self.session.gap
         status = Status.NOT_DONE if found is None else Status.TAKEN
-        table.update_cell(GAP, "mark", Text(status.mark, COLOURS[status]))
-        table.update_cell(GAP, "status", Text("not asked" if found is None else "looked", COLOURS[status]))
+        table.update_cell(GAP, "mark", Text(status.mark, status.style))
+        table.update_cell(GAP, "status", Text("not run" if found is None else "done", status.style))
         table.update_cell(GAP, "more", Text("") if found is None else _cut(headline(found), self._room()))
 
     def _for_titles(self) -> int:
@@ -116,7 +115,7 @@ class Steps(Working[bool]):
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         """The whole of what a narrow table cuts off."""
         if event.row_key.value == GAP:
-            self.query_one("#detail", Static).update("what is missing from the model, by name; for information")
+            self.query_one("#detail", Static).update("names what the model does not explain; for information")
             return
         step = self.session.steps[event.cursor_row]
         more = self._more(step, self.session.status(step))
@@ -129,8 +128,8 @@ class Steps(Working[bool]):
         if status is Status.NOT_DONE:
             return f"measure again: {state.reasons[-1]}{notes}" if state.reasons else notes
         if judgement is None or status is Status.TAKEN:
-            wanted = ", ".join(i.label for i in missing(step, state))
-            return (f"missing: {wanted}" if wanted else "to be judged") + notes
+            wanted = ", ".join(missing_labels(step, state))
+            return (f"missing: {wanted}" if wanted else "complete, not judged yet") + notes
         worst = [f for f in judgement.findings if f["verdict"] != "pass"] or list(judgement.findings)
         return ", ".join(f["quantity"] if f["value"] is None else numbers(f) for f in worst[:2]) + notes
 
@@ -164,16 +163,16 @@ class Steps(Working[bool]):
         step = self._current()
         ask_note(self, self.session, step, self._noted)
 
-    def _noted(self, event: Event) -> None:
+    def _noted(self, _: Event) -> None:
         self._show()
-        self.say(f"note kept as event {event.seq}", "good")
+        self.say("Note saved", "good")
 
     def action_undo(self) -> None:
         self.send(self.session.undo, self._undone, "undoing")
 
-    def _undone(self, event: Event) -> None:
+    def _undone(self, _: Event) -> None:
         self._show()
-        self.say(f"the last entry is undone (event {event.seq}); both stay in the record", "good")
+        self.say("Last entry undone; the record keeps both", "good")
 
     def action_summary(self) -> None:
         """Drawing and signing take a second to import: in a thread, while the screen answers."""
@@ -193,7 +192,7 @@ class Steps(Working[bool]):
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
-        return f"Do the steps in any order; the cursor stands at the first that is not complete.\n\n{marks}"
+        return f"You can do the steps in any order. The cursor is on the first incomplete step.\n\n{marks}"
 
 
 def _cut(text: Text, width: int) -> Text:

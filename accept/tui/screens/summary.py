@@ -9,19 +9,17 @@ from textual.widgets import DataTable, Footer, Label, Static
 
 from accept.certificate import keys
 from accept.judging.result import UnitResult
+from accept.pictures import signs
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
-from accept.tui.widgets.findings import COLOURS
 from accept.tui.widgets.limit_bar import limits, numbers
 from accept.verify.verification import Verification
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
-
-_COLOUR = {"accepted": "bold green", "rejected": "bold red", "conditional": "bold yellow", "incomplete": "bold magenta"}
 
 
 class Summary(Working[bool]):
@@ -44,7 +42,7 @@ class Summary(Working[bool]):
     def compose(self) -> ComposeResult:
         words = f"{self.session.serial}  attempt {self.session.attempt.number}  ·  summary"
         yield Label(words, classes="title", markup=False)
-        yield Static("judging …", id="verdict", markup=False)
+        yield Static("Evaluating …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row")
         yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
@@ -67,7 +65,7 @@ class Summary(Working[bool]):
         )
 
     def _not_judged(self, _: str) -> None:
-        self.query_one("#verdict", Static).update("not judged")
+        self.query_one("#verdict", Static).update("not evaluated")
 
     def _judged(self, result: UnitResult) -> None:
         entry = result.to_json()
@@ -78,14 +76,14 @@ class Summary(Working[bool]):
         for f in entry["findings"]:
             status = of_findings([f])
             value = numbers(f) if f["value"] is not None else "-"
-            cells = (f["quantity"], value, limits(f), Text(status.word, COLOURS[status]))
-            table.add_row(Text(status.mark, COLOURS[status]), *cells)
+            cells = (f["quantity"], value, limits(f), Text(status.word, status.style))
+            table.add_row(Text(status.mark, status.style), *cells)
         self._notes = entry["notes"]
         self._why = [str(f["reason"] or f["note"] or "") for f in entry["findings"]]
         self._tell(0)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
-        self.say("this result is signed; F3 countersigns, F4: next unit" if signed else "F2 signs this result")
+        self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         self._tell(event.cursor_row)
@@ -108,11 +106,11 @@ class Summary(Working[bool]):
 
     def action_sign(self) -> None:
         if self.session.result is None:
-            self.say("one moment: the unit is being judged")
+            self.say("Please wait: evaluating the unit")
             if self.idle:  # something was stored since: what is signed is what is shown
                 self._judge()
         elif self.session.attempt.certificate is not None:
-            self.say("this result is signed already; F3 countersigns", "bad")
+            self.say("Already signed. F3: countersign", "bad")
         elif keys.exist(self.bench.home):
             title = f"Sign {self.session.serial}: {self.session.attempt.verdict}"
             self.app.push_screen(
@@ -126,7 +124,7 @@ class Summary(Working[bool]):
             return
         first, again, qa = answer
         if not first or first != again:
-            self.say("the two passphrases differ or are empty; no keys were made", "bad")
+            self.say("The passphrases differ or are empty; no keys were created", "bad")
             return
         home, operator = self.bench.home, self.session.operator
         self.send(lambda: make_keys(home, operator, first, qa), lambda _: self._sign([first]), "making keys")
@@ -137,9 +135,9 @@ class Summary(Working[bool]):
 
     def action_countersign(self) -> None:
         if self.session.attempt.certificate is None:
-            self.say("the technician signs first: F2", "bad")
+            self.say("The technician must sign first: F2", "bad")
         elif len(self.session.attempt.signatures) > 1:
-            self.say("it is countersigned already", "bad")
+            self.say("Already countersigned", "bad")
         else:
             words = "As quality assurance, with the QA key's own passphrase."
             question = Question(
@@ -155,9 +153,9 @@ class Summary(Working[bool]):
         self.report = report
         self._show_certificate()
         if report.valid:
-            self.say("signed and verified; F4: next unit", "good")
+            self.say("Signed and verified. F4: next unit", "good")
         else:
-            self.say(f"what was written does not verify: {report.reason}", "bad")
+            self.say(f"The certificate does not verify: {report.reason}", "bad")
         if self.bench.hidden and not report.countersigned:
             self.app.push_screen(Help("Training: what this unit had", self.bench.hidden))
 
@@ -169,25 +167,25 @@ class Summary(Working[bool]):
 
     def help_text(self) -> str:
         return (
-            "The unit was judged from everything that is stored. F2 signs the certificate with the technician's "
-            "passphrase, F3 lets quality assurance countersign; both are verified at once from the file on the disk. "
-            "Any later entry makes the verdict void: the unit is then judged and signed again."
+            "This is the result of all stored entries. F2 signs the certificate with the technician's passphrase, F3 "
+            "countersigns with the passphrase of quality assurance. Each signature is verified from the file on disk. "
+            "If you change anything, sign again."
         )
 
 
 _FIRST_KEYS = (
-    "Choose the technician's passphrase; the keys are made with it now. Without a passphrase of its own the QA key "
-    "takes the same. There is no way to find a forgotten one."
+    "Choose the technician's passphrase. If you leave the QA passphrase empty, the QA key uses the same. A forgotten "
+    "passphrase cannot be recovered."
 )
 _FIRST_LINES = [
     QuestionLine("Passphrase", secret=True),
-    QuestionLine("The same again", secret=True),
+    QuestionLine("Repeat passphrase", secret=True),
     QuestionLine("QA passphrase (empty: the same)", secret=True),
 ]
 
 
 def _verdict(verdict: str, findings: list[dict[str, object]]) -> Text:
-    text = Text.assemble((f" {verdict.upper()} ", f"reverse {_COLOUR[verdict]}"))
+    text = Text.assemble((f" {verdict.upper()} ", f"reverse {signs.UNITS[verdict].bold}"))
     for word, names in (
         ("failed", [str(f["quantity"]) for f in findings if f["verdict"] == "fail"]),
         ("missing", [str(f["quantity"]) for f in findings if f["verdict"] == "no_result"]),

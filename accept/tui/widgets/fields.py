@@ -34,7 +34,7 @@ class Place:
     @property
     def label(self) -> str:
         declared = self.declared
-        words = f"{declared.name} {self.index + 1}" if self.index is not None else declared.label
+        words = declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
         needed = "" if is_needed(declared) else " (optional)"
         return words + needed
 
@@ -42,7 +42,7 @@ class Place:
     def hint(self) -> str:
         """What an empty field shows."""
         if self.is_file:
-            return "F2 picks a file"
+            return "F2: choose a file"
         default = getattr(self.declared, "default", None)
         return f"{default:g} {self.unit}" if default is not None else self.unit
 

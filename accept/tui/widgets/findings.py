@@ -9,17 +9,9 @@ from textual.widgets import Static
 from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, unit
 from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.status import Status, of_findings
+from accept.workflow.status import of_findings
 from checks.declare import Check
 
-COLOURS = {
-    Status.NOT_DONE: "dim",
-    Status.TAKEN: "cyan",
-    Status.PASS: "green",
-    Status.CONDITIONAL: "yellow",
-    Status.FAIL: "bold red",
-    Status.NO_RESULT: "magenta",
-}
 _STRIP = 32
 
 
@@ -51,7 +43,7 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
 def finding_text(finding: Mapping[str, Any]) -> Text:
     """Two lines, and a third with the reason where there is one."""
     status = of_findings([finding])
-    colour = COLOURS[status]
+    colour = status.style
     text = Text.assemble((f"{status.mark} {finding['quantity']}", colour), "  ", numbers(finding), "  ")
     text.append(f"{status.word}\n", colour)
     drawn = limit_bar(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
@@ -64,4 +56,4 @@ def finding_text(finding: Mapping[str, Any]) -> Text:
 
 def missing_words(labels: Sequence[str]) -> str:
     """What was not given, as one sentence."""
-    return f"still to give: {', '.join(labels)}" if labels else ""
+    return f"Missing: {', '.join(labels)}" if labels else ""

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from checks.rounding import rounded, rounded_U
+
 OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE = "·", "─", "┃", "━", "●"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
@@ -51,8 +53,7 @@ def numbers(finding: Mapping[str, Any]) -> str:
         return f"no value{of}"
     if U is None:
         return f"{value:.4g}{of}, U unknown"
-    digits = max(0, 1 - math.floor(math.log10(U))) if U > 0 else 4
-    return f"{value:.{digits}f} ± {U:.{digits}f}{of}"
+    return f"{rounded(value, U)} ± {rounded_U(U) if U > 0 else '0'}{of}"
 
 
 def unit(finding: Mapping[str, Any]) -> str:

@@ -38,10 +38,10 @@ def check_plausible(value: float, declared: Scalar) -> None:
 def parse_number(text: str, unit: str) -> Measured:
     """Number in `unit`; another unit of the same kind is converted, none is taken for `unit`. Raises EntryError."""
     if not text.strip():
-        raise EntryError(f"nothing was typed: expected a number in {unit}")
+        raise EntryError(f"enter a number in {unit}")
     found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None
     if found is None:
-        raise EntryError(f"'{text.strip()[:20]}' is no number: expected one such as 4.99 {unit}")
+        raise EntryError(f"'{text.strip()[:20]}' is not a number. Example: 4.99 {unit}")
     try:
         scale = factor(found["unit"], unit) if found["unit"] else 1.0
     except UnitMismatch as e:
@@ -57,7 +57,7 @@ def parse_list(text: str, declared: Vector) -> list[float]:
     """All values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
     words = text.replace(";", " ").split()
     if len(words) != declared.size:
-        raise EntryError(f"{len(words)} values: expected {declared.size}, or one at a time")
+        raise EntryError(f"{len(words)} values; enter {declared.size}, or one at a time")
     return [parse_number(word, declared.unit).value for word in words]
 
 
@@ -68,7 +68,7 @@ def _number(text: str) -> float:
 def serial_problem(serial: str, spec: Spec) -> str | None:
     """Why a serial cannot be that of a unit of this spec, None when it can."""
     if not SERIAL.fullmatch(serial):
-        return "1 to 64 letters, digits, '.', '_' or '-', the first not a mark"
+        return "1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
     if not re.fullmatch(spec.serial_pattern, serial):
         return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
     return None

@@ -20,7 +20,7 @@ def factor(given: str, wanted: str) -> float:
         return 1.0
     mine, theirs = _parts(given), _parts(wanted)
     if mine is None or theirs is None or mine[1] != theirs[1]:
-        raise UnitMismatch(f"'{given}' is no unit of this value: expected {wanted}")
+        raise UnitMismatch(f"{given} does not fit here; use {wanted}")
     return mine[0] / theirs[0]
 
 

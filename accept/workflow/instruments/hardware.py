@@ -114,4 +114,4 @@ def is_derived(check: Check) -> bool:
 
 
 def _nobody(words: str) -> str:
-    raise SettingsError(f"{words}: nobody answers here; type the value into its field")
+    raise SettingsError(f"{words}: no one answers here; type the value into its field")

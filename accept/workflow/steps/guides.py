@@ -5,7 +5,7 @@ from checks.declare import Check, CsvTable, Form, Guide, Series
 
 def guide_of(check: Check) -> Guide:
     """The guide of a check, made of its declaration where nobody wrote one."""
-    return check.guide or Guide(f"{check.title}. Give {_ways(check)}.")
+    return check.guide or Guide(f"{check.title}. Needed: {_ways(check)}.")
 
 
 def _ways(check: Check) -> str:

@@ -60,6 +60,18 @@ def missing(step: WorkflowStep, state: StepState) -> list[Input]:
     return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
 
 
+def missing_labels(step: WorkflowStep, state: StepState) -> list[str]:
+    """What is missing in words; of a list of values, which of them: `heights 2, 3, 5`."""
+    return [_missing_label(i, state) for i in missing(step, state)]
+
+
+def _missing_label(declared: Input, state: StepState) -> str:
+    if not isinstance(declared, Vector):
+        return declared.label
+    places = [str(i + 1) for i in range(declared.size) if not state.readings(declared.name, i)]
+    return f"{declared.item}{'s' if len(places) > 1 else ''} {', '.join(places)}"
+
+
 def full(step: WorkflowStep, state: StepState) -> bool:
     """Whether every input of the step's form was given, those that it can do without too."""
     return all(_given(i, state) for i in step.form(state.form).inputs)

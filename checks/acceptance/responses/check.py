@@ -309,8 +309,8 @@ CHECK = Check(
         *gains.CONSTANTS,
     ),
     guide=Guide(
-        "Fix the payload, then record the low excitation up to 350 Hz and the high one above it. "
-        "Keep hands off the bench, and give a second realisation where there is one.",
+        "Mount the payload. Record the low excitation up to 350 Hz, then the high excitation above it. "
+        "Do not touch the bench. Load a second realisation if you have one.",
         PICTURE,
     ),
 )

@@ -78,16 +78,16 @@ def _reasons(
     if not confirmed > table.delta_lnL:
         out.append(f"is not confirmed with the records exchanged (gain {confirmed:.0f})")
     if not _off_zero(table, effect, final, full):
-        out.append("has parameters that may be those of no effect")
+        out.append("parameters not significant")
     names = [f"{effect.name}.{p.name}" for p in effect.parameters]
     bound = [n for n in names if n in final.at_bound]
     if bound:
         out.append(f"{bound[0]} lies on its physical bound")
     alone = full.adequate and not full.response.stand_ins
     if not alone and gain < table.share * total:
-        out.append(f"explains {100 * gain / total:.1f} % of the gap beside something that has no name")
+        out.append(f"explains {100 * gain / total:.1f} % of the gap beside an unidentified effect")
     if any(_on_its_ground(effect, u) for u in full.response.stand_ins):
-        out.append("needs something without a name on the channel where it acts")
+        out.append("explains the data only together with an unidentified effect")
     if not full.adequate and (_astray(full) or _disturbed(full, effect)):
         out.append("leaves a residual where it acts")
     return out

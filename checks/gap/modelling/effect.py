@@ -12,6 +12,7 @@ from checks.gap.modelling.slow_sines import Slow
 from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 from checks.model.time.partial_fractions import Fractions
+from checks.rounding import rounded
 
 Values = Mapping[str, float]
 NO_SLOW_LIMIT: Mapping[str, float] = {}
@@ -176,7 +177,7 @@ def _off(p: Parameter, model: Model) -> float:
 def _short(value: float, U: float) -> str:
     """Three digits, and none beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
     if math.isfinite(U) and U > 0.0:
-        value = round(value, 1 - math.floor(math.log10(U))) + 0.0  # no "-0"
+        value = float(rounded(value, U))
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 

@@ -53,7 +53,7 @@ def test_one_page_with_sentence_and_numbers(result: Result) -> None:
     for value in (found["value"], *found["ci95"]):
         assert f"{value:.4g}" in text
     assert plain(result.tried[0].names[0]) in text  # the candidates, the best first
-    assert "Explained" in text
+    assert "Cause found" in text
 
 
 def test_equal_answers_give_equal_bytes(result: Result) -> None:
@@ -79,8 +79,12 @@ def test_terminal(result: Result, crowded: Result) -> None:
 
 def test_one_line_says_it_all(crowded: Result, result: Result) -> None:
     line = one_line(analyse_unit.to_json("X-1", crowded) | {"reason": None})
-    for words in ("sensor_highpass f_Hz", "amplifier_bandwidth or loop_delay, not told apart", "on Vs (750.4 Hz)"):
+    for words in (
+        "sensor_highpass f_Hz",
+        "amplifier_bandwidth or loop_delay (cannot be distinguished)",
+        "on Vs (750.4 Hz)",
+    ):
         assert words in line
     assert "->" in line
     refused = {"verdict": "refused", "start": "strut", "reason": "coherence is too low"}
-    assert one_line(refused) == "not held against model strut: coherence is too low"
+    assert one_line(refused) == "not compared with model strut: coherence is too low"

@@ -79,7 +79,7 @@ class Technician:
 
     def stored(self) -> None:
         """Until a higher event is acknowledged than any before."""
-        while (number := int(self.at.wait_for(r"stored as event (\d+)")[1])) <= self.events:
+        while (number := int(self.at.wait_for(r"Saved \((\d+)\)")[1])) <= self.events:
             time.sleep(0.05)
         self.events = number
 

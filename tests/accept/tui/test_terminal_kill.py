@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux
 KILLS_A_RUN = 20 if SOAK else 3
 LONGEST_S = 6.0  # until a kill: several entries and their judgement, or a signature
 SERIAL = "APA-77"
-ACKNOWLEDGED = re.compile(r"stored as event (\d+)")
+ACKNOWLEDGED = re.compile(r"Saved \((\d+)\)")
 READ = "F3"
 ENTRIES = {
     "flatness": (READ,) * 8,
@@ -99,7 +99,7 @@ def stands_at(attempt: Attempt | None) -> int | None:
 
 
 def begin(ann: Technician, attempt: Attempt | None) -> None:
-    ann.at.wait_for("Enter goes from line to line")
+    ann.at.wait_for("Enter: next field")
     ann.at.type(SERIAL)
     ann.at.wait_for(f"(new unit {SERIAL}|{SERIAL} is known)")
     ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
@@ -114,7 +114,7 @@ def work(ann: Technician) -> None:
         given = attempt.step(step.name).entries if attempt else ()
         if step.name in ("stroke", "stiffness") and not given:
             ann.at.press("F6")
-            ann.at.wait_for("giving: records")
+            ann.at.wait_for("input: records")
         for entry in ENTRIES[step.name][len(given) :]:
             ann.reads() if entry == READ else ann.types(entry)
         ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")

@@ -36,7 +36,7 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
     run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, home))
     ann = Technician(terminal)
-    terminal.wait_for("Enter goes from line to line")
+    terminal.wait_for("Enter: next field")
     terminal.line("APA-77")
     terminal.wait_for("new unit APA-77")
     terminal.press("Enter")
@@ -50,7 +50,7 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
         ann.step(title)
         if title in ("Stroke", "Axial stiffness"):
             terminal.press("F6")
-            terminal.wait_for("giving: records")
+            terminal.wait_for("input: records")
         ann.types(*files)
         if title == "Axial stiffness":
             ann.types("6.4 kg")

@@ -78,7 +78,7 @@ async def test_an_instrument_that_drops_out_is_told_and_goes_on_when_mended():
         await shown(pilot, "#gauge", "4.99 uF")
         assert "before: meter" in words(pilot, "#gauge")
         await press(pilot, "f3")
-        assert "stored as event" in words(pilot, "#status")
+        assert "Saved (" in words(pilot, "#status")
     with open_store() as store:
         kinds = [e.what for e in store.events("APA-02")]
     assert kinds.count("reading_failed") == 1

@@ -31,7 +31,7 @@ SCRIPT = (
     ("flatness_um", "\x1b"),
     ("Enter opens a step", "\r"),
     ("LCR", "4,99\r"),
-    ("stored as event", "9.85 uF\r"),
+    ("Saved (", "9.85 uF\r"),
     ("actuator_uF", "\x1b"),
     ("Enter opens a step", "\r"),
     ("gauge", "200\r"),
@@ -40,7 +40,7 @@ SCRIPT = (
     ("stroke_um", "\x1b"),
 )
 TIMEOUT_S = 60.0  # for one answer of a program on a crowded machine
-ACKNOWLEDGED = re.compile(r"stored as event (\d+)")
+ACKNOWLEDGED = re.compile(r"Saved \((\d+)\)")
 
 
 class Terminal:

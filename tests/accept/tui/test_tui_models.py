@@ -99,12 +99,12 @@ async def test_a_step_without_records_says_which(tmp_path: Path):
         for _ in range(5):
             await press(pilot, "enter")
         await open_row(pilot, "misalignment")
-        assert "first the records of 'Frequency responses" in words(pilot, "#status")
+        assert "Load the records of 'Frequency responses" in words(pilot, "#status")
         await press(pilot, "f3")
         assert pilot.app.session.judgement("misalignment") is None
         await press(pilot, "escape")
         await open_row(pilot, "gap")
-        assert "first the records" in words(pilot, "#status")
+        assert "Load the records" in words(pilot, "#status")
 
 
 def canned(self: Elsewhere, folder: Path, spec) -> Explained:
@@ -123,7 +123,7 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         assert "dy_um = 149 [143, 155]" in said
         assert "de 81 → 1.02" in said
         await press(pilot, "escape")
-        assert "Explained" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "more"))
+        assert "Cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "more"))
     monkeypatch.setattr(Elsewhere, "explain", None)
     async with running(loader("strut")) as pilot:  # after a restart it is there without another search
         await to_steps(pilot)
@@ -179,8 +179,11 @@ def test_an_answer_says_what_cannot_be_told_apart_and_what_has_no_name():
         "words": "none is near",
     }
     text = answer({**FOUND, "verdict": "partly_explained", "ambiguous": [rivals], "unnamed": [nameless]}).plain
-    assert "not told apart: payload_mass, encoder_mass. To tell: repeat with +0.5 kg on the payload" in text
-    assert "without a name: Vs, 620.3 Hz. none is near" in text
+    assert (
+        "Cannot be distinguished: payload_mass, encoder_mass. Next experiment: repeat with +0.5 kg on the payload"
+        in text
+    )
+    assert "Unidentified effect: Vs, poles 620.3 Hz" in text
     refused = answer({"verdict": "refused", "reason": "coherence is too low to say anything"}).plain
     assert refused.strip() == "? coherence is too low to say anything"
 

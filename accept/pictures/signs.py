@@ -1,0 +1,65 @@
+"""How a verdict looks, once for every medium: told apart by word, by mark and by colour, so also without colour."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from accept.pictures.colours import GREEN, GREY, INK, ORANGE, VERMILION
+
+
+class Tone(Enum):
+    """(style of a terminal, colour on paper, the same for text on white)."""
+
+    GOOD = "green", GREEN, "#00694c"
+    DOUBT = "yellow", ORANGE, "#8a5f00"
+    BAD = "bold red", VERMILION, "#b04a00"
+    OPEN = "magenta", GREY, INK
+
+    @property
+    def style(self) -> str:
+        return self.value[0]
+
+    @property
+    def fill(self) -> str:
+        return self.value[1]
+
+    @property
+    def ink(self) -> str:
+        return self.value[2]
+
+
+@dataclass(frozen=True)
+class Sign:
+    """word: as it is read; mark: one character of a terminal; print_mark: of the certificate's typeface."""
+
+    word: str
+    mark: str
+    print_mark: str
+    tone: Tone
+
+    @property
+    def bold(self) -> str:
+        """Style of a heading in a terminal."""
+        return self.tone.style if self.tone.style.startswith("bold") else f"bold {self.tone.style}"
+
+
+_GOOD, _DOUBT, _BAD, _OPEN = ("✓", "✔", Tone.GOOD), ("~", "!", Tone.DOUBT), ("✗", "✘", Tone.BAD), ("?", "?", Tone.OPEN)
+FINDINGS = {
+    "pass": Sign("pass", *_GOOD),
+    "conditional": Sign("conditional", *_DOUBT),
+    "fail": Sign("fail", *_BAD),
+    "no_result": Sign("no result", *_OPEN),
+}
+UNITS = {
+    "accepted": Sign("accepted", *_GOOD),
+    "conditional": Sign("conditional", *_DOUBT),
+    "rejected": Sign("rejected", *_BAD),
+    "incomplete": Sign("incomplete", *_OPEN),
+}
+GAP = {
+    "no_missing_effect": Sign("no missing effect", *_GOOD),
+    "explained": Sign("cause found", *_GOOD),
+    "ambiguous": Sign("several possible causes", *_DOUBT),
+    "partly_explained": Sign("partly explained", *_DOUBT),
+    "unexplained": Sign("cause not found", *_OPEN),
+    "refused": Sign("not analysed", *_OPEN),
+}

@@ -1,0 +1,31 @@
+"""Numbers as they are shown: a value to the second digit of its uncertainty. Nothing is ever judged on them."""
+
+import math
+
+MOST_DECIMALS = 9  # nobody reads more
+LARGE = 1e12
+
+
+def decimals_of(U: float) -> int:
+    """Decimals that leave two digits of U ([JCGM100] 7.2.6), negative for tens and hundreds; U finite and above 0.
+
+    From U as it is rounded: 0.0999 has two digits in 0.100.
+    """
+    return 1 - int(f"{U:.1e}".split("e")[1])
+
+
+def rounded(value: float, U: float | None) -> str:
+    """The value to the decimals of U; six digits where U is unknown, 0, or says nothing of such a value."""
+    if U is None or not math.isfinite(U) or U <= 0.0 or decimals_of(U) > MOST_DECIMALS or abs(value) >= LARGE:
+        return f"{value:.6g}"
+    return fixed(value, decimals_of(U))
+
+
+def rounded_U(U: float) -> str:
+    """U itself, to two digits; U finite and above 0."""
+    return f"{U:.2g}" if decimals_of(U) > MOST_DECIMALS else fixed(U, decimals_of(U))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """To so many decimals, and no "-0.0"."""
+    return f"{round(value, decimals) + 0.0:.{max(0, decimals)}f}"
