@@ -24,19 +24,19 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminal
 
 # (what the screen must show before, what is typed then)
 SCRIPT = (
-    ("on the last one it begins", "APA-02\r"),
+    ("on the last field it starts", "APA-02\r"),
     ("new unit", "\r"),
-    ("Enter opens a step", "\r"),
-    ("Enter stores the line", f"{HEIGHTS}\r"),
+    ("Enter: open the step", "\r"),
+    ("Enter: save the field", f"{HEIGHTS}\r"),
     ("flatness_um", "\x1b"),
-    ("Enter opens a step", "\r"),
+    ("Enter: open the step", "\r"),
     ("LCR", "4,99\r"),
     ("Saved (", "9.85 uF\r"),
     ("actuator_uF", "\x1b"),
-    ("Enter opens a step", "\r"),
+    ("Enter: open the step", "\r"),
     ("gauge", "200\r"),
     ("stroke_um", "\x1a"),
-    ("what was before stays", "365.5\r"),
+    ("keeps the earlier entries", "365.5\r"),
     ("stroke_um", "\x1b"),
 )
 TIMEOUT_S = 60.0  # for one answer of a program on a crowded machine
