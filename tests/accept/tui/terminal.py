@@ -68,7 +68,7 @@ class Technician:
         self.events = 0
 
     def step(self, title: str) -> None:
-        self.at.wait_for(r"Enter opens a step")
+        self.at.wait_for(r"Enter: open the step")
         self.at.press("Enter")
         self.at.wait_for(rf"\d/\d .*{title}")
 
@@ -98,9 +98,9 @@ class Technician:
         self.at.press("Escape")
 
     def signs(self) -> None:
-        self.at.wait_for("Enter opens a step")
+        self.at.wait_for("Enter: open the step")
         self.at.press("F9")
-        self.at.wait_for("F2 signs this result")
+        self.at.wait_for("F2: sign this result")
         self.at.press("F2")
         self.at.wait_for("The same again")
         for line in ("correct horse", "correct horse", "battery staple"):

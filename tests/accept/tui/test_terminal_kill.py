@@ -103,7 +103,7 @@ def begin(ann: Technician, attempt: Attempt | None) -> None:
     ann.at.type(SERIAL)
     ann.at.wait_for(f"(new unit {SERIAL}|{SERIAL} is known)")
     ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
-    ann.at.wait_for("Enter opens a step")
+    ann.at.wait_for("Enter: open the step")
 
 
 def work(ann: Technician) -> None:
@@ -119,12 +119,12 @@ def work(ann: Technician) -> None:
             ann.reads() if entry == READ else ann.types(entry)
         ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")
         ann.back()
-        ann.at.wait_for("Enter opens a step")
+        ann.at.wait_for("Enter: open the step")
     ann.at.press("F9")
-    ann.at.wait_for("F2 signs this result|this result is signed")
+    ann.at.wait_for(r"F2: sign this result|Signed\. F3")
     if attempt is None or attempt.certificate is None:
         sign(ann)
-    ann.at.wait_for("✓ verified|this result is signed")
+    ann.at.wait_for(r"✓ verified|Signed\. F3")
 
 
 def sign(ann: Technician) -> None:

@@ -74,7 +74,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[
     run = [*ACCEPT, "run", "--training", "--spec", "strut", "--seed", "6", "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home"))
     ann = Technician(terminal)
-    terminal.wait_for(r"new unit TRAIN-[^$]*on the last one it begins")
+    terminal.wait_for(r"new unit TRAIN-[^$]*on the last field it starts")
     terminal.press("Enter", "Enter")  # serial and kind as proposed
     terminal.wait_for("Serial of its APA")
     for serial in ("APA-1", "JB-1", "JT-1", "ENC-1"):
@@ -83,7 +83,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[
     ann.types("frf_noise.mat", "frf_noise_hf.mat")
     terminal.wait_for(r"/3 .*✗ fail")
     ann.back()
-    terminal.wait_for("Misalignment .*: to be judged")
+    terminal.wait_for("Misalignment .*: complete, not judged yet")
     terminal.press("Down")
     ann.step("Hysteresis")
     ann.types("hysteresis.mat")
