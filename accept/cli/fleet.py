@@ -194,3 +194,13 @@ def match(
     from accept.commands.fleet.tables import Outputs
 
     raise typer.Exit(selection.match(kind.value, n, sets, by or (), Outputs(json, csv)))
+
+
+def site(
+    out: Annotated[Path, typer.Option(help="Folder for the page.")],
+    units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
+) -> None:
+    """A page of the fleet. Yield, causes, trends, curves and every unit's findings; opens from a file, offline."""
+    from accept.commands.fleet import site as command
+
+    raise typer.Exit(command.run(out, units or ()))

@@ -8,7 +8,7 @@ import typer
 from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 from accept.cli.excite import app as excite_app
-from accept.cli.fleet import first_pass, gauge_study, golden_app, history, list_units, match, rejudge, trend
+from accept.cli.fleet import first_pass, gauge_study, golden_app, history, list_units, match, rejudge, site, trend
 from accept.cli.frf import compare, frf
 from accept.cli.gap import gap
 from accept.cli.hw import app as hw_app
@@ -48,6 +48,7 @@ app.command()(trend)
 app.command("rr")(gauge_study)
 app.command()(rejudge)
 app.command()(match)
+app.command()(site)
 app.command()(recall)
 app.command()(gap)
 app.command()(misalign)

@@ -35,7 +35,7 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
     """Measure the units at or below `paths` as `batch` would, and compare those of a kind."""
     check_places(as_json, plot)  # said before the work, not after
     format = None if plot is None else format_of(plot)
-    results = _measured(paths, spec)
+    results = measured(paths, spec)
     fleets: list[Fleet] = []
     panels: list[Panel] = []
     for kind in dict.fromkeys(r.kind for r in results):
@@ -51,7 +51,7 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
     return Exit.ACCEPTED
 
 
-def _measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
+def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
     """Results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than two."""
     specs = specs_for(spec)
     folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))

@@ -1,0 +1,1 @@
+"""A static page of the fleet that works from a file, offline."""

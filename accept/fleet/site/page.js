@@ -1,0 +1,180 @@
+// Text from units is only ever set as text, never as markup.
+"use strict";
+const F = window.FLEET, $ = (id) => document.getElementById(id);
+const COLUMNS = ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "verdict", "causes"];
+const Q = F.finding.indexOf("quantity"), V = F.finding.indexOf("value"), R = F.finding.indexOf("verdict");
+const LO = F.finding.indexOf("lower"), HI = F.finding.indexOf("upper"), U = F.finding.indexOf("U");
+const state = { sort: "time", down: true, shown: 100 };
+const last = new Map();
+for (const j of F.judgements) {
+  j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
+  j.text = [j.serial, j.operator, j.bench, j.causes, ...j.notes].join(" ").toLowerCase();
+  last.set(j.serial, j);
+}
+
+function node(tag, text, cls) {
+  const made = document.createElement(tag);
+  if (text !== undefined && text !== null) made.textContent = String(text);
+  if (cls) made.className = cls;
+  return made;
+}
+function number(v) { return v === null || v === undefined ? "-" : Number(v.toPrecision(6)).toString(); }
+function css(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
+
+function fill(id, values) {
+  for (const v of [...new Set(values)].sort()) { const o = node("option", v); o.value = v; $(id).append(o); }
+}
+function chosen() {
+  const words = $("search").value.toLowerCase().trim();
+  const [kind, verdict, bench, who, from, to] = ["kind", "verdict", "bench", "operator", "from", "to"].map((id) => $(id).value);
+  return F.judgements.filter((j) =>
+    (!words || j.text.includes(words)) && (!kind || j.kind === kind) && (!bench || j.bench === bench) &&
+    (!verdict || last.get(j.serial).verdict === verdict) && (!who || j.operator === who) &&
+    (!from || j.time.slice(0, 10) >= from) && (!to || j.time.slice(0, 10) <= to));
+}
+function wilson(k, n) {
+  const z = 1.959964, p = k / n, d = 1 + z * z / n, m = (p + z * z / (2 * n)) / d;
+  const h = z / d * Math.sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  return [Math.max(0, m - h), Math.min(1, m + h)];
+}
+function layout(more) {
+  const axis = { gridcolor: css("--line"), zerolinecolor: css("--line"), linecolor: css("--quiet"), automargin: true };
+  const given = more || {};
+  return { ...given, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: css("--ink"), size: 13 },
+    margin: { l: 60, r: 20, t: 10, b: 45 }, height: 340, hovermode: given.hovermode || "closest",
+    xaxis: { ...axis, ...given.xaxis }, yaxis: { ...axis, ...given.yaxis } };
+}
+function plot(id, traces, more) {
+  const at = $(id);
+  if (!traces.length) { Plotly.purge(at); at.replaceChildren(node("p", "Nothing to show for this choice.", "empty")); return; }
+  if (at.querySelector(".empty")) at.replaceChildren();
+  Plotly.react(at, traces, layout(more), { responsive: true, displaylogo: false });
+}
+function drawYield(first) {
+  const months = new Map();
+  for (const j of first) {
+    const row = months.get(j.time.slice(0, 7)) || [0, 0];
+    months.set(j.time.slice(0, 7), [row[0] + (j.verdict === "accepted"), row[1] + 1]);
+  }
+  const rows = [...months].sort(), share = rows.map(([, [k, n]]) => 100 * k / n), ends = rows.map(([, [k, n]]) => wilson(k, n));
+  plot("yield-plot", rows.length ? [{ type: "bar", x: rows.map((r) => r[0]), y: share, marker: { color: css("--accent") },
+    text: rows.map(([, [k, n]]) => `${k} of ${n}`), hovertemplate: "%{x}: %{y:.1f} %, %{text}<extra></extra>",
+    error_y: { type: "data", symmetric: false, color: css("--quiet"), array: ends.map((e, i) => 100 * e[1] - share[i]),
+      arrayminus: ends.map((e, i) => share[i] - 100 * e[0]) } }] : [],
+    { xaxis: { type: "category" }, yaxis: { title: { text: "passed at first attempt [%]" }, range: [0, 105] } });
+}
+function drawCauses(first) {
+  const counts = new Map();
+  for (const j of first) for (const f of j.findings) if (f[R] !== "pass") {
+    const key = `${f[Q]} (${f[R]})`; counts.set(key, (counts.get(key) || 0) + 1);
+  }
+  const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
+  plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),
+    marker: { color: css("--bad") }, hovertemplate: "%{y}: %{x} units<extra></extra>" }] : [], { xaxis: { title: { text: "units" } } });
+}
+function drawTrend(first) {
+  const name = $("quantity").value, rows = [];
+  for (const j of first) for (const f of j.findings) if (f[Q] === name && f[V] !== null) rows.push([j, f]);
+  const y = rows.map((r) => r[1][V]), shapes = [];
+  const mean = y.reduce((a, b) => a + b, 0) / y.length;
+  let moved = 0;
+  for (let i = 1; i < y.length; i++) moved += Math.abs(y[i] - y[i - 1]);
+  const sigma = moved / (y.length - 1) / 1.128379167;
+  const mark = (at, color, dash) => shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, y0: at, y1: at, line: { color, dash, width: 1 } });
+  if (y.length >= 8) { mark(mean, css("--quiet"), "solid"); mark(mean - 3 * sigma, css("--accent"), "dash"); mark(mean + 3 * sigma, css("--accent"), "dash"); }
+  for (const k of [LO, HI]) {
+    const limits = new Set(rows.map((r) => r[1][k]));
+    if (limits.size === 1 && rows[0][1][k] !== null) mark(rows[0][1][k], css("--bad"), "dot");
+  }
+  plot("trend-plot", rows.length ? [{ type: "scatter", mode: "markers", x: rows.map((_, i) => i + 1), y,
+    error_y: { type: "data", array: rows.map((r) => r[1][U] || 0), color: css("--line"), thickness: 1 },
+    marker: { size: 7, color: rows.map((r) => (r[1][R] === "pass" ? css("--accent") : css("--bad"))) },
+    customdata: rows.map((r) => r[0].serial), text: rows.map((r) => `${r[0].serial}, ${r[0].time.slice(0, 10)}, ${r[0].bench}`),
+    hovertemplate: "%{text}<br>%{y}<extra></extra>" }] : [],
+    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: `${name} [${F.quantities[name]}]` } } });
+}
+function drawCurves(rows) {
+  const serials = new Set(rows.map((j) => j.serial)), all = F.curves[$("picture").value] || [];
+  const some = all.filter((c) => serials.has(c.serial));
+  plot("curves-plot", some.map((c) => ({ type: "scatter", mode: "lines", name: c.serial, x: c.x, y: c.y, line: { width: 1.2 },
+    hovertemplate: `${c.serial}: %{x}, %{y}<extra></extra>` })), some.length ? { xaxis: { title: { text: some[0].x_label }, type: some[0].x_log ? "log" : "linear" },
+    yaxis: { title: { text: some[0].y_label }, type: some[0].y_log ? "log" : "linear" } } : {});
+}
+function drawGap(rows) {
+  const counts = new Map();
+  for (const j of rows) if (j.gap) for (const name of j.gap.named.length ? j.gap.named : [j.gap.verdict]) counts.set(name, (counts.get(name) || 0) + 1);
+  const sorted = [...counts].sort((a, b) => a[1] - b[1]);
+  plot("gap-plot", sorted.length ? [{ type: "bar", orientation: "h", y: sorted.map((r) => r[0]), x: sorted.map((r) => r[1]), marker: { color: css("--accent") } }] : [],
+    { xaxis: { title: { text: "units" } } });
+}
+function drawTable(rows) {
+  const sign = state.down ? -1 : 1;
+  const sorted = [...rows].sort((a, b) => (a[state.sort] < b[state.sort] ? -sign : a[state.sort] > b[state.sort] ? sign : 0));
+  const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
+  for (const j of sorted.slice(0, state.shown)) {
+    const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : j[c], c === "verdict" ? j.verdict : ""));
+    fresh.append(row);
+  }
+  body.replaceChildren(fresh);
+  $("more").hidden = sorted.length <= state.shown;
+}
+function show(serial) {
+  const body = $("detail-body"); body.replaceChildren(node("h2", serial));
+  for (const j of F.judgements.filter((k) => k.serial === serial).reverse()) {
+    const head = node("h3", `Attempt ${j.attempt}: `); head.append(node("span", j.verdict, j.verdict)); body.append(head);
+    body.append(node("p", `${j.time.replace("T", " ")} UTC, ${j.operator}, bench ${j.bench}, spec ${j.spec}`));
+    const table = node("table"), top = node("tr");
+    for (const t of ["quantity", "value", "U", "limits", "verdict", "reason"]) top.append(node("th", t));
+    table.append(top);
+    for (const f of j.findings) {
+      const row = node("tr"), unit = F.quantities[f[Q]];
+      row.append(node("td", f[Q]), node("td", `${number(f[V])} ${unit}`), node("td", number(f[U])),
+        node("td", `${number(f[LO])} to ${number(f[HI])}`), node("td", f[R], f[R]), node("td", f[F.finding.indexOf("reason")] || ""));
+      table.append(row);
+    }
+    body.append(table);
+    if (j.gap) body.append(node("p", `Gap analysis: ${j.gap.verdict}${j.gap.named.length ? `; named: ${j.gap.named.join(", ")}` : ""}`));
+    for (const n of j.notes) body.append(node("p", n));
+  }
+  $("detail").hidden = false; $("close").focus(); location.hash = `unit=${encodeURIComponent(serial)}`;
+}
+function close() { $("detail").hidden = true; history.replaceState(null, "", "#units"); }
+let timer;
+function draw() {
+  const rows = chosen(), first = rows.filter((j) => j.attempt === 1);
+  const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
+  $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted`;
+  drawTable(rows);
+  clearTimeout(timer); // the table answers at once; the pictures follow
+  timer = setTimeout(() => { drawYield(first); drawCauses(first); drawTrend(first); drawCurves(rows); drawGap(rows); document.body.dataset.drawn = rows.length; }, 0);
+}
+for (const id of ["kind", "bench", "operator"]) fill(id, F.judgements.map((j) => j[id]));
+fill("verdict", F.judgements.map((j) => j.verdict));
+fill("quantity", Object.keys(F.quantities));
+fill("picture", Object.keys(F.curves));
+$("curves").hidden = !Object.keys(F.curves).length;
+for (const c of COLUMNS) {
+  const th = node("th"), b = node("button", c); b.type = "button";
+  b.addEventListener("click", () => { state.down = state.sort === c ? !state.down : false; state.sort = c; draw(); });
+  th.append(b); $("table").tHead.rows[0].append(th);
+}
+for (const id of ["search", "kind", "verdict", "bench", "operator", "from", "to"]) $(id).addEventListener("input", () => { state.shown = 100; draw(); });
+for (const id of ["quantity", "picture"]) $(id).addEventListener("input", draw);
+$("reset").addEventListener("click", () => { for (const id of ["search", "kind", "verdict", "bench", "operator", "from", "to"]) $(id).value = ""; draw(); });
+$("more").addEventListener("click", () => { state.shown += 200; draw(); });
+$("close").addEventListener("click", close);
+$("theme").addEventListener("click", () => { document.documentElement.classList.toggle("dark"); draw(); });
+$("table").addEventListener("click", (e) => { const row = e.target.closest("tr[data-serial]"); if (row) show(row.dataset.serial); });
+document.addEventListener("keydown", (e) => {
+  const row = document.activeElement.closest && document.activeElement.closest("tr[data-serial]");
+  if (e.key === "Escape" && !$("detail").hidden) close();
+  else if (e.key === "/" && document.activeElement.tagName !== "INPUT") { e.preventDefault(); $("search").focus(); }
+  else if (row && e.key === "Enter") { e.preventDefault(); show(row.dataset.serial); } // else the button in focus is pressed
+  else if (row && e.key === "ArrowDown" && row.nextSibling) { e.preventDefault(); row.nextSibling.focus(); }
+  else if (row && e.key === "ArrowUp" && row.previousSibling) { e.preventDefault(); row.previousSibling.focus(); }
+});
+if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
+draw();
+const asked = decodeURIComponent(location.hash.slice(1));
+if (asked.startsWith("unit=") && last.has(asked.slice(5))) show(asked.slice(5));

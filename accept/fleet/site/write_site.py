@@ -1,0 +1,28 @@
+"""Writes the page: index.html, its style and script, the data, and the plotting library beside them."""
+
+from collections.abc import Mapping
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import write_atomic
+from accept.fleet.measurements import FleetError
+from accept.fleet.site.page_data import script
+
+OWN = ("index.html", "style.css", "page.js")
+LIBRARY = "plotly.min.js"
+
+
+def write_site(out: Path, content: Mapping[str, Any]) -> list[Path]:
+    """Write the page into `out` and return its files. Raises FleetError where the extra `site` is not installed."""
+    if find_spec("plotly") is None:
+        raise FleetError("the page needs plotly: install the extra 'site' (pip install 'accept[site]')")
+    if not content["judgements"]:
+        raise FleetError("no unit has been judged yet: there is nothing to show")
+    files = {name: resources.files("accept.fleet.site").joinpath(name).read_bytes() for name in OWN}
+    files[LIBRARY] = resources.files("plotly").joinpath("package_data", LIBRARY).read_bytes()
+    files["fleet.js"] = script(content).encode("ascii")
+    for name, data in files.items():
+        write_atomic(out / name, data)
+    return [out / name for name in files]

@@ -1,0 +1,161 @@
+"""The page of the fleet in a real Chromium, from a file: 2,000 units, offline, and nothing of a unit runs."""
+
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from accept.cli.main import app
+from accept.fleet.site.page_data import curves, document, script
+from accept.fleet.site.write_site import write_site
+from accept.store import open_store
+from checks.picture import Line, Panel
+from tests.accept.fleet.judgements import add, judgement
+
+CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)
+ARGUMENTS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+EVIL = "<img src=x onerror=\"document.title='owned'\"></script><script>document.title='owned'</script>"
+
+needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian: apt install chromium)")
+
+
+def written(out: Path) -> Path:
+    done = CliRunner().invoke(app, ["site", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    return out / "index.html"
+
+
+def fill(units: int) -> None:
+    rng = np.random.default_rng(3)
+    values = zip(5.0 + 0.2 * rng.standard_normal(units), 360 + 20 * rng.standard_normal(units), strict=True)
+    with open_store() as store:
+        add(store, [judgement(f"U-{i:04d}", {"sensor_uF": c, "stroke_um": d}) for i, (c, d) in enumerate(values)])
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[object]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as running:
+        opened = running.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page(browser):
+    made = browser.new_page()
+    made.set_default_timeout(120_000)  # other tests run beside it
+    made.asked, made.faults = [], []
+    made.on("request", lambda request: made.asked.append(request.url))
+    made.on("pageerror", lambda error: made.faults.append(str(error)))
+    yield made
+    assert made.faults == []
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in made.asked)
+    made.close()
+
+
+def drawn(page) -> int:
+    page.wait_for_function("document.body.dataset.drawn !== undefined")
+    return int(page.evaluate("document.body.dataset.drawn"))
+
+
+@needs_chromium
+def test_two_thousand_units(page, tmp_path):
+    """How long it takes is measured in `benchmarks/bench_site.py`."""
+    fill(2000)
+    page.goto(written(tmp_path).as_uri())
+    assert drawn(page) == 2000
+    assert page.locator("#table tbody tr").count() == 100
+    page.click("#more")
+    assert page.locator("#table tbody tr").count() == 300
+
+
+@needs_chromium
+def test_filters_search_and_keys(page, tmp_path):
+    fill(60)
+    with open_store() as store:
+        add(store, [judgement("LAST", {"sensor_uF": 1.7}, "bench-9")], who="Bob")
+    page.goto(written(tmp_path).as_uri())
+    drawn(page)
+    assert "61 units" in page.text_content("#summary")
+    page.keyboard.press("/")
+    page.keyboard.type("last")
+    page.wait_for_function("document.body.dataset.drawn === '1'")
+    page.fill("#search", "")
+    page.select_option("#bench", "bench-9")
+    page.wait_for_function("document.body.dataset.drawn === '1'")
+    page.click("#reset")
+    page.wait_for_function("document.body.dataset.drawn === '61'")
+    page.fill("#from", "2999-01-01")
+    page.wait_for_function("document.body.dataset.drawn === '0'")
+    assert "Nothing to show" in page.text_content("#yield-plot")
+    page.click("#reset")
+    page.wait_for_function("document.body.dataset.drawn === '61'")
+    page.click("th button >> text=serial")
+    page.locator("#table tbody tr").first.focus()
+    page.keyboard.press("Enter")
+    assert "sensor_uF" in page.text_content("#detail-body")
+    assert page.url.endswith("#unit=LAST")
+    page.keyboard.press("Escape")
+    assert page.is_hidden("#detail")
+    before = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    page.click("#theme")
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
+    for link in page.locator("nav a").all():
+        assert page.locator(link.get_attribute("href")).count() == 1
+
+
+@needs_chromium
+def test_nothing_that_stands_in_a_unit_runs(page, tmp_path):
+    evil = judgement(EVIL, {"sensor_uF": 1.7})
+    evil.payload["result"]["notes"] = [EVIL]
+    with open_store() as store:
+        add(store, [evil])
+    page.goto(written(tmp_path).as_uri())
+    drawn(page)
+    page.locator("#table tbody tr").first.click()
+    assert EVIL in page.text_content("#detail-body")
+    assert page.title() == "accept: fleet"
+    assert page.locator("#detail-body img").count() == 0
+
+
+@needs_chromium
+def test_curves_lie_over_each_other(page, tmp_path):
+    fill(3)
+    x = np.geomspace(10, 1000, 5000)
+    pictures = [Panel("Vs", "f [Hz]", "|H|", (Line(x, k / x, role="data"),), x_log=True) for k in (1.0, 2.0)]
+    lines = {f"U-000{i}": {"frf": picture} for i, picture in enumerate(pictures)}
+    with open_store() as store:
+        content = document(store.events(what="unit_judged"), curves(lines))
+    write_site(tmp_path, content)
+    page.goto((tmp_path / "index.html").as_uri())
+    drawn(page)
+    shown = page.evaluate("document.getElementById('curves-plot').data.map(t => [t.name, t.x.length, t.y[0]])")
+    assert [(name, y) for name, _, y in shown] == [("U-0000", 0.1), ("U-0001", 0.2)]
+    assert all(400 <= n <= 500 for _, n, _ in shown)  # thinned for the page
+    page.fill("#search", "u-0001")
+    page.wait_for_function("document.getElementById('curves-plot').data.length === 1")
+
+
+def test_the_data_only_assign(tmp_path):
+    """No byte of a unit can end the script: `<` stands escaped, and what is between is JSON."""
+    text = script({"a": [EVIL, "\u2028"]})
+    assert "<" not in text
+    body = re.fullmatch(r"window\.FLEET=(.*);\n", text, re.DOTALL)
+    assert json.loads(body[1]) == {"a": [EVIL, "\u2028"]}
+
+
+def test_an_empty_store_gives_no_page(tmp_path):
+    done = CliRunner().invoke(app, ["site", "--out", str(tmp_path)])
+    assert done.exit_code == 6
+    assert not os.listdir(tmp_path)
