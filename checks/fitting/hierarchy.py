@@ -4,8 +4,8 @@ theta_i = mu + u_i, with u_ij ~ t_nu(0, s_j). A unit's fit gives its likelihood 
 taken out again), so that a parameter of which a unit says nothing adds nothing. Given scatter and weights, mu and all
 units are jointly normal, in closed form; scatter and weights come by expectation and maximisation, mu integrated over.
 
-The scatters of different parameters are taken as independent: five to ten units cannot tell the covariance of some
-sixty parameters. What is known of the mean keeps its correlations in full.
+The scatters of different parameters are taken as independent: five to ten units cannot tell the covariance of a
+hundred parameters. What is known of the mean keeps its correlations in full.
 
 Behmanesh, Moaveni, Lombaert, Papadimitriou, Mech. Syst. Signal Process. 64-65 (2015) 360 (hierarchical updating);
 Lange, Little, Taylor, J. Am. Stat. Assoc. 84 (1989) 881 (t weights); Gelman, Bayesian Analysis 1 (2006) 515.
@@ -16,10 +16,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import integrate, linalg, optimize, stats
 
 from checks.arrays import Array
 
+STRENGTH = 3.0  # values
+FEW = 3  # parameters of a kind, from which on they tell how far a model is off
 NU = 4.0  # of the tails: a unit ten scatters off moves the mean as one 0.5 off does
 STEPS = 500
 SETTLED = 1e-3  # of a scatter, relative, over one step: few units know theirs to a third
@@ -29,13 +32,16 @@ SAYS = 0.1  # share of the foretold variance that a unit's data must take away b
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known before the batch. mean (p,); mean_cov (p, p): of mu; scatter (p,): 1 sd from unit to unit, worth as
-    much as `strength` units. nu: degrees of freedom of the tails; infinite: normal."""
+    """What is known before the batch. mean (p,); mean_sd (p,): how far mu may be off; scatter (p,): 1 sd from unit to
+    unit; both are worth as much as `strength` values that were seen. kinds (p,): parameters of one kind share one
+    factor on their scatters and, three or more, one on their mean_sds, so that few tell for all; default: each its own.
+    nu: degrees of freedom of the tails; infinite: normal."""
 
     mean: Array
-    mean_cov: Array
+    mean_sd: Array
     scatter: Array
-    strength: float = 4.0
+    kinds: NDArray[np.int_] | None = None
+    strength: float = STRENGTH
     nu: float = NU
 
 
@@ -43,7 +49,7 @@ class Prior:
 class Batch:
     """mean (p,) with its covariance mean_cov (p, p); scatter (p,): 1 sd from unit to unit; units (n, p), units_cov
     (n, p, p): every unit's parameters with the batch as their prior; weights (n, p): what each counted for, 1 an
-    ordinary one; dof: degrees of freedom of the scatter, the prior's and the units'."""
+    ordinary one."""
 
     mean: Array
     mean_cov: Array
@@ -51,15 +57,13 @@ class Batch:
     units: Array
     units_cov: Array
     weights: Array
-    dof: float
     converged: bool
 
     @property
     def of_one_more(self) -> Array:
-        """(p, p) covariance of a unit of the same batch that was not seen: its scatter, wider for having been learned
-        from few (the variance of a t), and what is not known of the mean."""
-        few = self.dof / (self.dof - 2.0) if self.dof > 2.0 else np.inf
-        return np.asarray(self.mean_cov + np.diag(few * self.scatter**2))
+        """(p, p) covariance of a unit of the same batch that was not seen: its scatter, and what is not known of the
+        mean."""
+        return np.asarray(self.mean_cov + np.diag(self.scatter**2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,49 +97,73 @@ def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tupl
     return precision, pull
 
 
-def learn(precision: Array, pull: Array, prior: Prior, start: Batch | None = None) -> Batch:
+def learn(precision: Array, pull: Array, prior: Prior) -> Batch:
     """The batch from its units' likelihoods: precision (n, p, p), pull (n, p).
 
-    start: a batch of nearly the same units, to begin from. Works in units of the prior's scatter. Not converged: a
-    scatter still moved after `STEPS` steps."""
+    Works in units of the prior's scatter. Not converged: a size still moved after `STEPS` steps."""
     scale = prior.scatter
     both = np.outer(scale, scale)
     P, h = precision * both, (pull - precision @ prior.mean) * scale
-    known = _inverses((prior.mean_cov / both)[None])[0]
-    core, n = _core(prior.nu), len(h)
-    expected = core * prior.scatter / scale
-    s = expected if start is None else core * start.scatter / scale
-    weights, converged = np.ones_like(h), False
+    sizes, converged = _Sizes(prior), False
+    weights = np.ones_like(h)
     for _ in range(STEPS):
-        square = _Given(P, h, known, weights / s**2).square()
-        weights = _weights(square / s**2, prior.nu)
-        new = np.sqrt((prior.strength * expected**2 + np.sum(weights * square, axis=0)) / (prior.strength + n))
-        new = np.maximum(new, LEAST)
-        change, s = float(np.max(np.abs(new / s - 1.0))), new
+        given = _Given(P, h, sizes.bias, weights / sizes.scatter**2)
+        square = given.square()
+        weights = _weights(square / sizes.scatter**2, prior.nu)
+        change = sizes.fit(weights * square, given)
         if change < SETTLED:
             converged = True
             break
-    end = _Given(P, h, known, weights / s**2)
+    end = _Given(P, h, sizes.bias, weights / sizes.scatter**2)
     return Batch(
         mean=prior.mean + scale * end.mean,
         mean_cov=end.mean_cov * both,
-        scatter=scale * s / core,
+        scatter=scale * sizes.scatter / sizes.core,
         units=prior.mean + scale * end.units(),
         units_cov=end.units_cov() * both,
         weights=weights,
-        dof=prior.strength + n,
         converged=converged,
     )
+
+
+class _Sizes:
+    """The scatters and the biases while they are learned, (p,) each, in units of the prior's scatter.
+
+    A variance is the mean of what was stated, worth `strength` values, and of the squares that were found: the mean of
+    its posterior under a scaled inverse chi-square prior whose mean is the stated one."""
+
+    def __init__(self, prior: Prior) -> None:
+        p = prior.mean.size
+        self.strength, self.core = prior.strength, _core(prior.nu)
+        _, self.kind = np.unique(np.arange(p) if prior.kinds is None else prior.kinds, return_inverse=True)
+        self.members = np.bincount(self.kind)[self.kind]
+        self.stated = prior.mean_sd / prior.scatter
+        self.scatter = np.full(p, self.core)
+        self.bias = self.stated
+
+    def fit(self, squares: Array, given: "_Given") -> float:
+        """One step: squares (n, p) weighted, from the mean. Returns the largest relative change."""
+        found = self._of_kind(squares.sum(axis=0)) + self.strength * self.core**2
+        scatter = np.maximum(np.sqrt(found / (self.strength + len(squares) * self.members)), LEAST)
+        off = self._of_kind((given.mean**2 + np.diag(given.mean_cov)) / self.stated**2) + self.strength
+        bias = self.stated * np.where(self.members >= FEW, np.sqrt(off / (self.strength + self.members)), 1.0)
+        change = max(np.max(np.abs(scatter / self.scatter - 1.0)), np.max(np.abs(bias / self.bias - 1.0)))
+        self.scatter, self.bias = scatter, bias
+        return float(change)
+
+    def _of_kind(self, each: Array) -> Array:
+        """(p,) sums over all parameters of the same kind."""
+        return np.asarray(np.bincount(self.kind, each)[self.kind])
 
 
 class _Given:
     """Posterior of the mean and of every unit, scatter and weights given, in units of the prior's scatter, from its
     mean.
 
-    P (n, p, p), h (n, p): likelihoods; known (p, p): precision of the mean's prior; tight (n, p): precision of each
-    unit about the mean."""
+    P (n, p, p), h (n, p): likelihoods; bias (p,): 1 sd of the mean's prior; tight (n, p): precision of each unit about
+    the mean."""
 
-    def __init__(self, P: Array, h: Array, known: Array, tight: Array) -> None:
+    def __init__(self, P: Array, h: Array, bias: Array, tight: Array) -> None:
         diagonal = np.arange(h.shape[1])
         inner = P.copy()
         inner[:, diagonal, diagonal] += tight
@@ -143,8 +171,8 @@ class _Given:
         self.own = np.einsum("ijk,ik->ij", self.alone, h)
         self.follows = self.alone * tight[:, None, :]  # (n, p, p) how a unit goes with the mean
         told = -np.einsum("ij,ijk->jk", tight, self.follows)
-        told[diagonal, diagonal] += tight.sum(axis=0)
-        self.mean_cov = _inverses((known + told)[None])[0]
+        told[diagonal, diagonal] += tight.sum(axis=0) + 1.0 / bias**2
+        self.mean_cov = _inverses(told[None])[0]
         self.mean = self.mean_cov @ np.sum(tight * self.own, axis=0)
 
     def square(self) -> Array:
@@ -154,11 +182,11 @@ class _Given:
         return np.asarray((self.own + away @ self.mean) ** 2 + np.diagonal(self.alone, axis1=1, axis2=2) + spread)
 
     def units(self) -> Array:
-        """(n, p)."""
+        """(n, p)"""
         return np.asarray(self.own + self.follows @ self.mean)
 
     def units_cov(self) -> Array:
-        """(n, p, p)."""
+        """(n, p, p)"""
         return np.asarray(self.alone + self.follows @ self.mean_cov @ self.follows.transpose(0, 2, 1))
 
 
@@ -200,9 +228,8 @@ def without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:
     n = len(pull)
     if n < 2:
         raise ValueError(f"{n} unit: leaving one out leaves none")
-    whole = learn(precision, pull, prior)
     others = [np.delete(np.arange(n), i) for i in range(n)]
-    return [learn(precision[o], pull[o], prior, whole) for o in others]
+    return [learn(precision[o], pull[o], prior) for o in others]
 
 
 def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
@@ -245,7 +272,7 @@ class Learned:
 def told_apart(batch: Batch, prior: Prior, correlated: float = 0.9) -> Learned:
     """Which parameters' means the batch tells, and which pairs only together: those that correlate beyond `correlated`
     although their priors do not."""
-    sd, before = np.sqrt(np.diag(batch.mean_cov)), np.sqrt(np.diag(prior.mean_cov))
+    sd, before = np.sqrt(np.diag(batch.mean_cov)), prior.mean_sd
     rho = batch.mean_cov / np.outer(sd, sd)
     i, j = np.triu_indices(sd.size, 1)
     tied = np.abs(rho[i, j]) > correlated

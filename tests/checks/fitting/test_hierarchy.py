@@ -17,7 +17,7 @@ def likelihoods(truth: Array, noise: Array, rng: np.random.Generator) -> tuple[A
 
 
 def normal(p: int, scatter: float = 1.0, mean_sd: float = FLAT, strength: float = 4.0, nu: float = np.inf) -> Prior:
-    return Prior(np.zeros(p), mean_sd**2 * np.eye(p), np.full(p, scatter), strength, nu)
+    return Prior(np.zeros(p), np.full(p, mean_sd), np.full(p, scatter), None, strength, nu)
 
 
 def test_the_prior_of_a_fit_comes_out_again() -> None:
@@ -164,6 +164,24 @@ def test_units_of_one_batch_belong_to_it() -> None:
         hits, n = hits + inside, n + compared
     assert strange <= 3
     assert 0.93 < hits / n < 0.99
+
+
+@pytest.mark.parametrize(("bias", "scatter"), [(0.5, 0.4), (4.0, 1.5)])
+def test_parameters_of_a_kind_tell_for_each_other(bias: float, scatter: float) -> None:
+    """Ten of thirty are measured: how far the file is off and how much units scatter are learned for the other twenty
+    too. Three values as stated and ten as they are make the size of the bias, but for the noise of the means (15 %);
+    with 80 the scatter is known to 8 %, and the three stated ones hold it back by as much (20 %)."""
+    rng = np.random.default_rng(11)
+    mean = bias * rng.standard_normal(30)
+    truth = mean + scatter * rng.standard_normal((8, 30))
+    precision, pull = likelihoods(truth, 0.05**2 * np.eye(30), rng)
+    precision[:, 10:, :] = precision[:, :, 10:] = pull[:, 10:] = 0.0
+    prior = Prior(np.zeros(30), np.full(30, 2.0), np.ones(30), np.zeros(30, dtype=int), nu=4.0)
+    got = learn(precision, pull, prior)
+    np.testing.assert_allclose(got.scatter, scatter, rtol=0.2)
+    expected = np.sqrt((3 * 2.0**2 + np.sum(mean[:10] ** 2)) / 13)
+    np.testing.assert_allclose(np.sqrt(np.diag(got.mean_cov))[10:], expected, rtol=0.15)
+    np.testing.assert_allclose(got.mean[:10], truth[:, :10].mean(axis=0), atol=4 * scatter / 8**0.5)
 
 
 def test_a_common_shift_goes_into_the_mean() -> None:
