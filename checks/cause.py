@@ -189,9 +189,13 @@ class Cause(Enum):
         "the data fit only with {parameter} = {value:.4g} {unit}; the model allows {expected:.4g} ± {sd:.2g} {unit} "
         "({z:.1f} standard deviations)"
     )
+    PRIORS_EXCEEDED = (
+        "the data fit only with parameters that together lie off what the model allows (chi-square {chi2:.0f} for the "
+        "{told:.0f} that the data determine)"
+    )
     AXIAL_STIFFNESS = (
-        "the data fit only with an APA {percent:.1f} % {how} along its axis than the model's, which is right to "
-        "{tolerance:.2g} %: is the payload {payload_kg:.2f} kg?"
+        "the data fit only with an APA {percent:.1f} % {how} along its axis than the model's, which is "
+        "{tolerance:.2g} % uncertain: is the payload {payload_kg:.2f} kg?"
     )
     TABLE_EDGE = "{parameter} = {value:.0f} ± {U:.0f} um reaches the edge of the table, {most:.0f} um"
     TWO_PLACES = "two misalignments explain the data equally: {places}"

@@ -48,7 +48,11 @@ class ModelSection(Strict):
             if isinstance(held, Value):
                 yield key, held
             elif isinstance(held, list) and held and isinstance(held[0], Value):
-                yield from ((_axis_name(key, axis), v) for axis, v in zip("xyz", held, strict=True))
+                yield from zip(self.listed(key)[: len(held)], held, strict=True)
+
+    def listed(self, key: str) -> list[str]:
+        """Names of the numbers of a list."""
+        return [_axis_name(key, axis) for axis in "xyz"]
 
 
 def _axis_name(key: str, axis: str) -> str:
@@ -58,16 +62,44 @@ def _axis_name(key: str, axis: str) -> str:
 
 
 class Apa(ModelSection):
-    """Open circuits stiffen the stacks by these ratios of the stiffness across them. mode_1 ..: what the stiffness of
-    the APA's free elastic modes is multiplied by, where a rough model was calibrated; all or none."""
+    """Open circuits stiffen the stacks by these ratios of the stiffness across them. lopsided: how far beside its
+    middle the APA pushes."""
 
     sensor_stiffening: Number = _number(0.0)
     actuator_stiffening: Number = _number(0.0)
-    mode_1: Number | None = None
-    mode_2: Number | None = None
-    mode_3: Number | None = None
-    mode_4: Number | None = None
-    mode_5: Number | None = None
+    lopsided_x_um: Number = _number(0.0)
+    lopsided_y_um: Number = _number(0.0)
+
+
+MOST_MODES = 1000
+
+
+class ModeScatter(Strict):
+    """How much the free elastic modes of an APA differ from unit to unit: 1 sd, relative, of each mode's frequency and
+    of its damping ratio."""
+
+    frequency: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)]
+    damping: Annotated[float, Field(ge=0, le=1.0, allow_inf_nan=False)]
+
+
+class ApaOfModes(Apa):
+    """An APA with free elastic modes. mode_stiffness, mode_damping: factors on stiffness and damping of the first of
+    them, by rising frequency, where something is known of this unit or its batch; with a sd of their own or that of
+    the scatter."""
+
+    damping_ratio: Number = _number(0.01)
+    mode_scatter: ModeScatter | None = None
+    mode_stiffness: Annotated[list[Number], Field(max_length=MOST_MODES)] = Field(default_factory=list)
+    mode_damping: Annotated[list[Number], Field(max_length=MOST_MODES)] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _factors_of_what_scatters(self) -> "ApaOfModes":
+        if self.mode_scatter is None and (self.mode_stiffness or self.mode_damping):
+            raise ValueError("mode_stiffness and mode_damping need mode_scatter")
+        return self
+
+    def listed(self, key: str) -> list[str]:
+        return [f"{key}_{k + 1}" for k in range(MOST_MODES)]
 
 
 class Apa2dof(Apa):
@@ -83,21 +115,19 @@ class Apa2dof(Apa):
     height_mm: Number = _number(30.0)
 
 
-class ApaFrame(Apa):
+class ApaFrame(ApaOfModes):
     """The parametric frame; `geometry` replaces entries of its geometry, by their names in the code, in SI units."""
 
     type: Literal["frame"]
     geometry: dict[str, Any] = Field(default_factory=dict)
-    damping_ratio: Number = _number(0.01)
 
 
-class ApaSuperelement(Apa):
+class ApaSuperelement(ApaOfModes):
     """An APA of matrices in a file ([DESIGN] 5)."""
 
     type: Literal["superelement"]
     file: Words
     nodes: NodesSection
-    damping_ratio: Number = _number(0.01)
 
 
 class JointSection(ModelSection):
@@ -135,7 +165,8 @@ class Joints(Strict):
 
 
 class EncoderSection(ModelSection):
-    """Head and ruler as bodies; `scale` and the bracket's mode are off unless named."""
+    """Head and ruler as bodies; the ruler is read where the head is unless `ruler_arm` says otherwise; `scale` and the
+    bracket's mode are off unless named."""
 
     head_mass_kg: Number
     ruler_mass_kg: Number
@@ -143,6 +174,8 @@ class EncoderSection(ModelSection):
     inertia_kg_m2: Three
     arm_x_mm: Number
     arm_y_mm: Number
+    ruler_arm_x_mm: Number | None = None
+    ruler_arm_y_mm: Number | None = None
     scale: Number = _number(0.0)
     bracket_Hz: Number | None = None
     bracket_damping_ratio: Number = _number(0.01)
@@ -201,9 +234,13 @@ class Sensor(ModelSection):
 
 
 class Tolerance(Strict):
-    """Error of the model that is too small to matter."""
+    """relative: an error of the model too small to matter, in parts of the response. least: where the APA's modes are
+    uncertain, the tolerance of a fit falls as far as the data bear it, but not below this; up_to_Hz: nothing is
+    compared with the model above."""
 
     relative: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.0
+    least: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 3e-4
+    up_to_Hz: Annotated[float, Field(gt=0, le=5000.0, allow_inf_nan=False)] = 5000.0
 
 
 class EffectEntry(BaseModel):

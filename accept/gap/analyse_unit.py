@@ -18,8 +18,7 @@ from checks.fitting.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
 from checks.fitting.fit import CONTRADICTION
 from checks.gap.decision.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
-from checks.misalignment.estimate import F_HI_ROUGH
-from checks.model.free_apa_modes import is_rough, softened
+from checks.model.model import Model
 from checks.record import Record
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
@@ -64,8 +63,7 @@ def analyse(
     given = opened(model)
     held = loaded(unit)
     say("reading the records")
-    given, f_hi, rough = _at_its_best(given)
-    measured, notes = _read(held, given.model.tolerance, f_hi)
+    measured, notes = _read(held, given.model)
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = _realisations(measured, given.model.tolerance)
     fs = measured.records["low"].fs
@@ -77,7 +75,7 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *rough, *_quality(A)),
+        notes=(*notes, *more, *_quality(A)),
     )
     try:
         return GapAnalysis(run(inputs, say), measured, given)
@@ -95,19 +93,12 @@ def write(done: GapAnalysis, out: Path) -> None:
     write_improved(out / "model.toml", done.model, done.measured, done.result)
 
 
-def _at_its_best(given: Opened) -> tuple[Opened, float, tuple[str, ...]]:
-    """The model as it can be held against data, to which frequency [Hz], and what is to be said of that. One that does
-    not know where its own modes lie is calibrated there too, and not believed above."""
-    if not is_rough(given.model):
-        return given, F_HI, ()
-    note = f"compared to {F_HI_ROUGH:.0f} Hz only: {given.model.name} is rough, so its APA's modes are calibrated too"
-    return replace(given, model=softened(given.model)), F_HI_ROUGH, (note,)
-
-
-def _read(unit: LoadedUnit, tolerance: float, f_hi: float) -> tuple[Responses, tuple[str, ...]]:
-    """Responses of the channels that there are, and what is lost where one is missing."""
+def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
+    """Responses of the channels that there are, to where the model holds, and what is lost where one is missing."""
+    tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
+    notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} says that it holds to there",)
     try:
-        return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), ()
+        return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), notes
     except RecordError as e:
         first = e
     for kept in (("Vs", "da"), ("de", "da"), ("Vs", "de"), ("da",), ("de",)):
@@ -116,7 +107,8 @@ def _read(unit: LoadedUnit, tolerance: float, f_hi: float) -> tuple[Responses, t
         except RecordError:
             continue
         lost = ", ".join(c for c in CHANNELS if c not in kept)
-        return found, (f"without {lost} ({first}): what shows only there cannot be found, and power is lost elsewhere",)
+        words = f"without {lost} ({first}): what shows only there cannot be found, and power is lost elsewhere"
+        return found, (*notes, words)
     raise first
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from checks.arrays import Array
+from checks.fitting.calibrate import of_damping
 from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
 from checks.model.model import Model
 from specs.errors import AcceptError
@@ -53,9 +54,11 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Raises ModelError for a grid that is too small or a model without encoder or joints."""
+        """A model whose modes are uncertain has more of them, so it is tabulated with real modes, which is near enough.
+        Raises ModelError for a grid that is too small or a model without encoder or joints."""
         check_tabulated(model)
-        return cls(model, *grid(nx, ny), table_frequencies())
+        quick = of_damping(model, "modal") if model.scatters else None
+        return cls(quick or model, *grid(nx, ny), table_frequencies())
 
     @property
     def sha256(self) -> str:

@@ -142,7 +142,14 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
 
 
 def _listed(table: Any, key: str) -> tuple[str, int] | None:
-    """`com_x_mm` is number 0 of `com_mm`, where the file has such a list."""
+    """`com_x_mm` is number 0 of `com_mm`, where the file has such a list; `mode_stiffness_3` is number 2 of
+    `mode_stiffness`, which is made where there is none and filled up with ones."""
+    factors, _, number = key.rpartition("_")
+    if factors in ("mode_stiffness", "mode_damping") and number.isdigit():
+        if factors not in table:
+            table[factors] = tomlkit.array()
+        table[factors].extend([1.0] * (int(number) - len(table[factors])))
+        return factors, int(number) - 1
     head, axis, unit = [*key.split("_", 2), "", ""][:3]
     whole = f"{head}_{unit}"
     return (whole, "xyz".index(axis)) if axis in ("x", "y", "z") and isinstance(table.get(whole), list) else None

@@ -10,9 +10,10 @@ import numpy as np
 from checks.acceptance.responses import check
 from checks.cause import Cause, NoResult
 from checks.declare import Check, Guide, Measured, Setting, Values
-from checks.errors import ModelError
+from checks.errors import ModelError, RecordError
+from checks.fitting.calibrate import of_damping
 from checks.fitting.dataset import Dataset, dataset_from_records
-from checks.misalignment.estimate import CHANNELS, estimate, of_damping, with_payload
+from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate, with_payload
 from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
@@ -56,9 +57,11 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     if not (isinstance(below, Record) and isinstance(above, Record)):
         return None
     merge: Measured | None = values.get("merge_Hz")
-    return dataset_from_records(
-        below, above, check.MERGE_HZ if merge is None else merge.value, channels=CHANNELS, name=f"{low}, {high}"
-    )
+    merge_Hz, name = check.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
+    try:
+        return dataset_from_records(below, above, merge_Hz, channels=WITH_SENSOR, name=name)
+    except RecordError:  # the sensor stack helps, but the two others tell as well
+        return dataset_from_records(below, above, merge_Hz, channels=RATIO, name=name)
 
 
 def _scan(model: Model) -> MisalignmentTable:
@@ -73,13 +76,14 @@ def _quantity(name: str, along: Along, found: MisalignmentEstimate) -> Quantity:
         return Quantity.missing(name, found.reason)
     source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
     u = round(along.U, DIGITS) / COVERAGE_FACTOR
-    return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
+    return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u), note=found.meaning)
 
 
 def _notes(found: MisalignmentEstimate) -> list[str]:
+    notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
-        return ["one realisation only: the model was judged on the data that it was fitted to"]
-    return []
+        notes.append("one realisation only: the model was judged on the data that it was fitted to")
+    return notes
 
 
 CHECK = Check(

@@ -1,26 +1,33 @@
 """Parameters of a model fitted to measured responses: maximum a posteriori, with an honest covariance."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import stats
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
 from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset
+from checks.fitting.descent import Descent, descend
 from checks.fitting.goodness import Gap, gaps
+from checks.fitting.prior import prior_rows
 from checks.fitting.response import Response
+from checks.model.joint_prior import JointPrior
 from checks.model.model import Model
 from checks.model.parameters import rule
 
 COARSE_BINS = 250
 ROUGH = 0.3  # of the logarithms in the very first search: an e-fold is three standard deviations
-BLUR = 0.1  # tolerance of the first search: with little noise the cost is a narrow, winding valley
-STEPS, FEW_STEPS = 60, 25  # of the last search and of those that only lead to it
-SPREAD = 1.0  # of further starts, in prior standard deviations
+# Tolerances on the way: with little noise the cost is a narrow, winding valley, and a sharp peak of the model feels
+# that of the data only once they overlap.
+TOLERANCES = (0.1, 0.03, 0.01, 0.003)
+STEPS, FEW_STEPS = 60, 15  # of the last search and of those that only lead to it
+LOOSELY = 0.1  # of log likelihood: where a search that only leads on is done
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
+SPREAD = 1.0  # of further starts, in prior standard deviations
 AT_BOUND = 1e-3  # of the standard deviation
 CONTRADICTION = (
     "no values of the model come near these responses; check that the time base of every record is right (was one "
@@ -47,6 +54,7 @@ class Fit:
     starts: tuple[float, ...]
     datasets: tuple[Dataset, ...]
     residuals: tuple[Complex, ...]
+    joint: JointPrior | None = None
 
     @property
     def at(self) -> dict[str, float]:
@@ -66,12 +74,18 @@ class Fit:
     @property
     def gaps(self) -> dict[str, Gap]:
         """G of every channel, all datasets together."""
-        return gaps(self.datasets, self.residuals, len(self.names))
+        return gaps(self.datasets, self.residuals, self.told)
+
+    @property
+    def told(self) -> float:
+        """How many parameters the data told: those that a prior held count by what the data made of them."""
+        W = prior_rows(self.free, self.joint)
+        return len(self.names) - float(np.einsum("rp,pq,rq->", W, self.cov, W))
 
 
 def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
     """The model's uncertain parameters with their priors and physical bounds; names: only these, priors where they have
-    one. Raises ModelError for an unknown name."""
+    one. What is known of several together is the model's `joint`. Raises ModelError for an unknown name."""
     wanted = tuple(model.sds) if names is None else tuple(names)
     out = []
     for name in wanted:
@@ -88,67 +102,126 @@ def fit(
     datasets: Dataset | Sequence[Dataset],
     free: Sequence[Free],
     *,
+    joint: JointPrior | None = None,
     starts: int = 1,
     seed: int = 0,
     coarse_bins: int = COARSE_BINS,
 ) -> Fit:
-    """Maximum a posteriori by a trust-region Gauss-Newton on whitened complex residuals and priors.
+    """Maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint: what is known
+    of several parameters together.
 
     Where the search is led to values with which nothing stands, the ModelError says what to look for in the records.
 
     starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
     best goes on with all. Raises ModelError when nothing is free or no start can be evaluated."""
-    sets = (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
-    free = tuple(free)
+    led = lead(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
+    return finish(response, datasets, led[0], joint=joint, tried=led)
+
+
+@dataclass(frozen=True, eq=False)
+class Led:
+    """Where a search on few bins ended: the free parameters, starting there, and the cost."""
+
+    free: tuple[Free, ...]
+    cost: float
+
+    @property
+    def at(self) -> dict[str, float]:
+        return {p.name: p.begin for p in self.free}
+
+
+def lead(
+    response: Response,
+    datasets: Dataset | Sequence[Dataset],
+    free: Sequence[Free],
+    *,
+    joint: JointPrior | None = None,
+    starts: int = 1,
+    seed: int = 0,
+    coarse_bins: int = COARSE_BINS,
+) -> list[Led]:
+    """Where searches on few bins and with shrinking tolerances end, the best first. Raises ModelError as `fit` does."""
+    sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
+    few = tuple(s.thinned(coarse_bins) for s in sets)
+    ways = [_Rough(response, few, free, joint), *(_FitProblem(response, s, free, joint) for s in _blurred(few))]
+    with _upright(response, sets, free):
+        tried = [_down(ways, x) for x in _starts(free, starts, seed)]
+    return [Led(_from(free, ways[-1].coordinates.values(d.x)), d.cost) for d in sorted(tried, key=lambda d: d.cost)]
+
+
+def finish(
+    response: Response,
+    datasets: Dataset | Sequence[Dataset],
+    led: Led,
+    *,
+    joint: JointPrior | None = None,
+    tried: Sequence[Led] = (),
+) -> Fit:
+    """The fit on all bins from where a search on few has led. Raises ModelError."""
+    sets = _sets(datasets)
+    with _upright(response, sets, led.free):
+        final = tuple(s.around(response.frf(s.f, led.at, s.channels)) for s in sets)
+        problem = _FitProblem(response, final, led.free, joint)
+        x = problem.coordinates.x(np.array([p.begin for p in led.free]))
+        return _result(problem, descend(problem, x, STEPS), tuple(d.cost for d in tried or (led,)))
+
+
+@contextmanager
+def _upright(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
+    """Where a search is led to values with which nothing stands, says what to look for in the records."""
     try:
-        return _fit(response, sets, free, starts, seed, coarse_bins)
+        yield
     except NotHeld as e:
         response.frf(sets[0].f, {p.name: p.prior for p in free}, sets[0].channels)  # raises where the start falls over
         raise ModelError(f"{', '.join(s.name for s in sets)}: {CONTRADICTION}; {e}") from e
 
 
-def _fit(
-    response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...], starts: int, seed: int, coarse_bins: int
-) -> Fit:
-    few = tuple(replace(s.thinned(coarse_bins), tolerance=max(s.tolerance, BLUR)) for s in sets)
-    rough, coarse = _Rough(response, few, free), _FitProblem(response, few, free)
-    tried = [coarse.solve(rough.solve(x, FEW_STEPS).x, FEW_STEPS) for x in _starts(free, starts, seed)]
-    best = min(tried, key=lambda r: r.cost)
-    values = coarse.values(best.x)
-    problem = _FitProblem(response, tuple(s.around(response.frf(s.f, values, s.channels)) for s in sets), free)
-    return _result(problem, problem.solve(best.x), tuple(float(r.cost) for r in tried))
+def _sets(datasets: Dataset | Sequence[Dataset]) -> tuple[Dataset, ...]:
+    return (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
 
 
-def calibrate(
-    model: Model, datasets: Dataset | Sequence[Dataset], free: Sequence[Free] | None = None, *, starts: int = 1
-) -> tuple[Model, Fit]:
-    """The model's uncertain parameters fitted, and the form of damping that the data ask for: the model's own, or the
-    other one where its likelihood is beyond doubt the larger. Raises ModelError as `fit` does."""
-    free = free_of(model) if free is None else free
-    own = fit(model, datasets, free, starts=starts)
-    other = replace(model, damping="full" if model.damping == "modal" else "modal")
-    try:
-        other.modal()
-    except ModelError:  # a 2-DoF APA has coordinates without mass, so no modal damping
-        return model, own
-    changed = fit(other, datasets, free, starts=starts)
-    # One whitener for both: the tolerance's part of it depends on the model's response.
-    as_own = _FitProblem(other, own.datasets, own.free)
-    cost = 0.5 * float(np.sum(as_own.residual(as_own.coordinates.x(changed.values)) ** 2))
-    return (other, changed) if own.cost - cost > BEYOND_DOUBT else (model, own)
+def _from(free: Sequence[Free], values: Array) -> tuple[Free, ...]:
+    return tuple(replace(p, start=float(v)) for p, v in zip(free, values, strict=True))
+
+
+def _blurred(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
+    """The datasets at tolerances that shrink towards their own."""
+    own = max(s.tolerance for s in sets)
+    wider = [t for t in TOLERANCES if t > own] or [own]
+    return [tuple(replace(s, tolerance=max(s.tolerance, t)) for s in sets) for t in wider]
+
+
+def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
+    """From x through one problem after the other."""
+    found = descend(ways[0], x, FEW_STEPS, LOOSELY)
+    for problem in ways[1:]:
+        found = descend(problem, found.x, FEW_STEPS, LOOSELY)
+    return found
+
+
+def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
+    """A fit that goes on from another's values, with the same free parameters: on other data, at another tolerance, or
+    of a response that differs a little. Raises ModelError."""
+    values = found.at
+    sets = tuple(s.around(response.frf(s.f, values, s.channels)) for s in datasets)
+    problem = _FitProblem(response, sets, found.free, found.joint)
+    return _result(problem, descend(problem, problem.coordinates.x(found.values), STEPS), found.starts)
 
 
 class _FitProblem:
     """Whitened residuals and their derivatives over the coordinates x of the free parameters."""
 
-    def __init__(self, response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...]) -> None:
+    def __init__(
+        self, response: Response, sets: tuple[Dataset, ...], free: tuple[Free, ...], joint: JointPrior | None = None
+    ) -> None:
         self.response, self.sets, self.free = response, sets, free
         self.names = tuple(p.name for p in free)
         self.coordinates = Coordinates.of(free)
         self.prior = np.array([p.prior for p in free])
-        self.weight = np.array([1.0 / p.sd for p in free])
+        self.joint = joint
+        self.weight = prior_rows(free, joint)
 
     def values(self, x: Array) -> dict[str, float]:
         return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
@@ -172,7 +245,7 @@ class _FitProblem:
 
     def off_prior(self, x: Array) -> Array:
         """(p,) standard deviations from the priors."""
-        off: Array = (self.coordinates.values(x) - self.prior) * self.weight
+        off: Array = self.weight @ (self.coordinates.values(x) - self.prior)
         return off
 
     def jacobian(self, x: Array) -> Array:
@@ -181,14 +254,10 @@ class _FitProblem:
         for s in self.sets:
             D = self.response.jacobian(s.f, self.names, values, s.channels)
             blocks.append(-s.whitener(D * slope[:, None, None]).T)
-        return np.vstack([*blocks, np.diag(slope * self.weight)])
+        return np.vstack([*blocks, self.weight * slope])
 
-    def solve(self, x: Array, steps: int = STEPS) -> optimize.OptimizeResult:
-        lo, hi = self.coordinates.bounds()
-        inside = np.clip(x, lo + 1e-9, hi - 1e-9)
-        return optimize.least_squares(
-            self.residual, inside, self.jacobian, bounds=(lo, hi), xtol=1e-7, ftol=1e-8, gtol=1e-6, max_nfev=steps
-        )
+    def bounds(self) -> tuple[Array, Array]:
+        return self.coordinates.bounds()
 
 
 class _Rough(_FitProblem):
@@ -209,7 +278,7 @@ class _Rough(_FitProblem):
             D = self.response.jacobian(s.f, self.names, values, s.channels) * slope[:, None, None]
             D = -D * self._known(s) / _not_zero(H)
             blocks += [D.real.reshape(len(slope), -1).T, D.imag.reshape(len(slope), -1).T]
-        return np.vstack([*blocks, np.diag(slope * self.weight)])
+        return np.vstack([*blocks, self.weight * slope])
 
     @staticmethod
     def _known(s: Dataset) -> Array:
@@ -226,10 +295,10 @@ def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
     return [np.zeros(len(free)), *(SPREAD * rng.standard_normal((max(starts - 1, 0), len(free))))]
 
 
-def _result(problem: _FitProblem, found: optimize.OptimizeResult, starts: tuple[float, ...]) -> Fit:
-    J, at = found.jac, problem.coordinates
+def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...]) -> Fit:
+    at = problem.coordinates
     values, slope = at.values(found.x), at.slope(found.x)
-    cov = np.linalg.pinv(J.T @ J, hermitian=True) * np.outer(slope, slope)
+    cov = np.linalg.pinv(found.normal, hermitian=True) * np.outer(slope, slope)
     near = AT_BOUND * np.sqrt(np.diag(cov))
     bound = (values - at.lo < near) | (at.hi - values < near)
     return Fit(
@@ -237,12 +306,13 @@ def _result(problem: _FitProblem, found: optimize.OptimizeResult, starts: tuple[
         values=values,
         cov=cov,
         free=problem.free,
-        cost=float(found.cost),
+        cost=found.cost,
         prior_cost=0.5 * float(np.sum(problem.off_prior(found.x) ** 2)),
-        converged=bool(found.status > 0),
-        message=str(found.message),
+        converged=found.settled,
+        message="" if found.settled else f"the search still moved after {found.steps} steps",
         at_bound=tuple(n for n, b in zip(problem.names, bound, strict=True) if b),
         starts=starts,
         datasets=problem.sets,
         residuals=problem.errors(found.x),
+        joint=problem.joint,
     )

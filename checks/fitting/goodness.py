@@ -20,7 +20,7 @@ class Gap:
     p: float
 
 
-def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: int = 0) -> dict[str, Gap]:
+def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: float = 0) -> dict[str, Gap]:
     """G of every channel, all datasets together.
 
     residuals: (F, C) of each dataset, data minus model. fitted: number of parameters that these data were fitted with,

@@ -1,8 +1,12 @@
-"""The misalignment of a strut's APA from the joints' axis, by the responses of encoder and interferometer.
+"""The misalignment of a strut's APA from the joints' axis, by the responses of encoder, interferometer and sensor.
 
-The table of the ratio de / da says where to begin; from there the misalignment is fitted together with every uncertain
-parameter of the strut and with the gain, delay and slow fall of the drive, which leaves the ratio to tell. An answer
-that the data or the model do not carry is none: `Estimate.reason` says why.
+The table of the ratio de / da says where to begin; from there the misalignment is calibrated together with every
+uncertain parameter of the strut and with the gain, delay and slow fall of the drive. An answer that the data or the
+model do not carry is none: `MisalignmentEstimate.reason` says why.
+
+What is estimated is where the line runs along which the APA pushes. The metal sits there too unless the APA is lopsided
+in itself, and no record tells the two apart: a model file that knows how lopsided such APAs are says so (`[apa]
+lopsided_x_um`, with an sd), and U then holds for the metal.
 """
 
 from collections.abc import Sequence
@@ -13,67 +17,61 @@ import numpy as np
 from checks.arrays import Array
 from checks.cause import Cause, NoResult
 from checks.errors import ModelError
+from checks.fitting.agreement import contradiction
+from checks.fitting.calibrate import Calibration, of_damping, refined
 from checks.fitting.common_drive import DRIVE, Driven
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT, Fit, fit, free_of
+from checks.fitting.fit import BEYOND_DOUBT, Fit, Led, finish, free_of, lead
 from checks.fitting.goodness import gaps
-from checks.misalignment.apa_asymmetry import own_offsets
-from checks.misalignment.estimate_types import DX, DY, Along, MisalignmentEstimate
+from checks.misalignment.estimate_types import DX, DY, LOPSIDED, Along, MisalignmentEstimate
 from checks.misalignment.gates import data_reasons, reason
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
-from checks.model.free_apa_modes import is_rough, softened
 from checks.model.model import Model
 
-CHANNELS = ("de", "da")
+RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
 F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
-F_HI_ROUGH = 700.0  # a rough model's modes hold to here (`frame_identify` places them up to 709 Hz)
+# [Hz] with uncertain modes: two at 834 and 843 Hz may change places in a search, for a tenth of U
+F_HI_SCATTERED = 700.0
 COVERAGE = 2.0  # U = 2 u
 PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a fit that has lost its way
 DRAWS = 3  # more starts, where one is not enough
-STEPS = 5  # of a polish
+NEAR_UM = 5.0  # places no further apart are one
+WORTH_A_FIT = 50.0  # of log likelihood on few bins behind the best start
+SENSOR_GAIN = ("constants.gs_V_per_m", "constants.gs_V_per_N")
+MEANING = "of the line along which the APA pushes from the joints' axis; "
+OF_THE_LINE = MEANING + "the metal is off by what the APA is lopsided in itself, which no record tells"
+OF_THE_METAL = "of the APA's metal from the joints' axis, with what the model says of how lopsided such APAs are in U"
 
 
 def estimate(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None = None
 ) -> MisalignmentEstimate:
     """Misalignment from responses with the channels de and da, judged on a second realisation where there is one.
+    Where the modes of the model's APA are uncertain, Vs is used too if it is there, as long as the three agree.
 
     The tolerance is the model's. Raises NoResult for data that cannot tell, ModelError for a model without encoder,
     RecordError for a missing channel."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
-    rough = softened(model)
-    f_hi = F_HI_ROUGH if is_rough(model) else F_HI
-    first, second = (_prepared(d, model, f_hi) for d in (data, repeat))
-    if first is None:
-        raise ModelError("no responses were given")
+    first, second = _prepared(data, model, RATIO), None if repeat is None else _prepared(repeat, model, RATIO)
     for why in data_reasons(model, first, second):
         raise NoResult(why)
-    places = table.query(first)
-    at = of_damping(rough, "modal") or rough
-    solutions = _solutions(at, first, places.minima())
-    found = solutions[0]
-    if at.damping == "modal":
-        full = replace(rough, damping="full")
-        coupled = _with_full_damping(full, found)
-        found, at = (found, at) if coupled is None else (coupled, full)
-    spread = _spread(model, found)
-    result = MisalignmentEstimate(
-        dx=_along(found, DX, spread[0]),
-        dy=_along(found, DY, spread[1]),
-        model=at,
-        fit=found,
-        others=_alike(solutions),
-        map=places,
-        data=first,
-        repeat=second,
-    )
-    return replace(result, reason=reason(result))
+    starts = table.query(first).minima()
+    if model.scatters and "Vs" in data.channels and (repeat is None or "Vs" in repeat.channels):
+        unseen = None if repeat is None else _prepared(repeat, model, WITH_SENSOR)
+        found = _found(model, starts, _prepared(data, model, WITH_SENSOR), unseen)
+        if found is not None and found.reason is None:
+            return found
+    found = _found(model, starts, first, second)
+    if found is None:
+        raise NoResult(Cause.SEARCH_FAILED, record=data.name, model=model.name)
+    return found
 
 
-def _prepared(data: Dataset | None, model: Model, f_hi: float) -> Dataset | None:
-    return None if data is None else replace(data.select(CHANNELS).band(F_LO, f_hi), tolerance=model.tolerance)
+def _prepared(data: Dataset, model: Model, channels: tuple[str, ...]) -> Dataset:
+    f_hi = min(F_HI_SCATTERED if model.scatters else F_HI, model.up_to_Hz)
+    return replace(data.select(channels).band(F_LO, f_hi), tolerance=model.tolerance)
 
 
 def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:
@@ -84,32 +82,84 @@ def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> 
     return replace(model.with_values({"bench.payload_kg": kg}), sds=sds)
 
 
-def free_parameters(model: Model, dx: float, dy: float) -> list[Free]:
-    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive."""
+def free_parameters(model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO) -> list[Free]:
+    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the sensor's gain."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
         for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), (DX_MAX_UM, DY_MAX_UM), strict=True)
     ]
-    return [*free_of(model, own), *DRIVE, *places]
+    gain = [n for n in SENSOR_GAIN if n in model.values and "Vs" in channels]
+    gains = [replace(p, sd=np.inf, scale=0.1 * abs(p.prior)) for p in free_of(model, gain)]
+    return [*free_of(model, [n for n in own if n not in LOPSIDED]), *DRIVE, *gains, *places]
 
 
-def _solutions(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
-    """Fits from every start, the best first. Where none explains the strut's own modes, one may have been taken for
-    another: then once more, from draws of its parameters. Raises NoResult when every search breaks off."""
-    free = [free_parameters(model, dx, dy) for dx, dy in starts]
-    found = [f for p in free if (f := _search(model, data, p)) is not None]
-    if not any(_explains(f) for f in found) and not any(_another_bench(f) for f in found):
-        again = _search(model, data, free[0], DRAWS)
-        found += [] if again is None else [again]
-    if not found:
-        raise NoResult(Cause.SEARCH_FAILED, record=data.name, model=model.name)
+def _found(
+    model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None
+) -> MisalignmentEstimate | None:
+    """The estimate from these channels; None where every search breaks off."""
+    quick = of_damping(model, "modal") or model
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        fits = _fits(quick, first, starts)
+        if not fits:
+            return None
+        alike = [f for f in fits if f.cost - fits[0].cost < BEYOND_DOUBT]
+        refits = [refined(Calibration(quick, Driven(quick), f), Driven, second) for f in alike]
+    best = min(refits, key=lambda c: (c.fit.datasets[0].tolerance, c.fit.cost))
+    result = MisalignmentEstimate(
+        dx=_along(model, best.fit, DX),
+        dy=_along(model, best.fit, DY),
+        model=best.model,
+        fit=best.fit,
+        others=_others(best.fit, [c.fit for c in refits if c is not best]),
+        data=first,
+        repeat=second,
+        meaning=OF_THE_METAL if any(n in model.sds for n in LOPSIDED) else OF_THE_LINE,
+    )
+    return replace(result, reason=reason(result))
+
+
+def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
+    """Fits from the starts that lead to different places, the best first. Where none explains the strut's own modes,
+    one may have been taken for another: then once more, from draws of its parameters."""
+    free = [free_parameters(model, dx, dy, data.channels) for dx, dy in starts]
+    found = [f for led in _places(_leads(model, data, free)) if (f := _finished(model, data, led)) is not None]
+    if not any(_explains(model, f) for f in found) and not any(_another_bench(f) for f in found):
+        again = _leads(model, data, free[:1], DRAWS)[:1]
+        found += [f for led in again if (f := _finished(model, data, led)) is not None]
     return sorted(found, key=lambda f: f.cost)
 
 
-def _explains(found: Fit) -> bool:
-    """Whether the cost, half the sum of squares of twice as many numbers as H has, is no more than these give."""
-    return found.converged and found.cost < found.datasets[0].H.size
+def _leads(model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0) -> list[Led]:
+    """Where searches end, the best first; none where one comes to values that no strut has, or to no number."""
+    found: list[Led] = []
+    for each in free:
+        try:
+            found += lead(Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws)
+        except ValueError:  # ModelError and LinAlgError are such
+            continue
+    return sorted(found, key=lambda led: led.cost)
+
+
+def _finished(model: Model, data: Dataset, led: Led) -> Fit | None:
+    try:
+        return finish(Driven(model), data, led, joint=model.joint)
+    except ValueError:  # as in `_leads`
+        return None
+
+
+def _places(leads: Sequence[Led]) -> list[Led]:
+    """Those that lie apart and are not hopeless."""
+    kept: list[Led] = []
+    for led in leads:
+        apart = all(max(abs(led.at[n] - other.at[n]) for n in (DX, DY)) > NEAR_UM for other in kept)
+        if apart and led.cost < leads[0].cost + WORTH_A_FIT:
+            kept.append(led)
+    return kept
+
+
+def _explains(model: Model, found: Fit) -> bool:
+    return found.converged and contradiction(Driven(model), found) is None
 
 
 def _another_bench(found: Fit) -> bool:
@@ -118,85 +168,20 @@ def _another_bench(found: Fit) -> bool:
     return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
-def _search(model: Model, data: Dataset, free: Sequence[Free], draws: int = 0) -> Fit | None:
-    """A fit from the start and from draws; None where it comes to values that no strut has, or no number."""
-    try:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            return fit(Driven(model), data, free, starts=1 + draws, seed=draws)
-    except ValueError:  # ModelError, LinAlgError and what least_squares says of residuals that are not finite
-        return None
+def _along(model: Model, found: Fit, name: str) -> Along:
+    """How lopsided the APA may be is not told apart from where it sits, so its variance adds."""
+    own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
+    return Along(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 
 
-def _with_full_damping(model: Model, quick: Fit) -> Fit | None:
-    """The fit with damping that couples the modes, where it explains the data better than real modes do.
-
-    Whether it would is found with the derivatives of the real modes, which cost next to nothing: the two forms differ
-    by little, and what they differ by is in the residual."""
-    try:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            x, cost = _stepped(model, replace(model, damping="modal"), quick)
-    except ValueError:  # as in `_search`
-        return None
-    if not cost < quick.cost:
-        return None
-    return _search(model, quick.datasets[0], [replace(p, start=float(v)) for p, v in zip(quick.free, x, strict=True)])
-
-
-def _stepped(model: Model, quick: Model, found: Fit) -> tuple[Array, float]:
-    """Best of some Gauss-Newton steps with one Jacobian, that of the quick model: values (p,) and cost."""
-    data, free, x = found.datasets[0], found.free, found.values
-    D = Driven(quick).jacobian(data.f, found.names, found.at, data.channels)
-    J = np.vstack([data.whitener(D).T, -np.diag([1.0 / p.sd for p in free])])
-    unit = np.array([p.unit for p in free])
-    best = x, np.inf
-    for _ in range(STEPS):
-        white = data.whitener(data.H - Driven(model).frf(data.f, _by_name(found.names, x), data.channels))
-        r = np.concatenate([white, _off_priors(found, x)])
-        cost = 0.5 * float(r @ r)
-        best = (x, cost) if cost < best[1] else best
-        x = np.clip(x + unit * np.linalg.lstsq(J * unit, r)[0], [p.lo for p in free], [p.hi for p in free])
-    return best
-
-
-def _off_priors(found: Fit, x: Array) -> Array:
-    return np.array([(v - p.prior) / p.sd for p, v in zip(found.free, x, strict=True)])
-
-
-def _by_name(names: Sequence[str], x: Array) -> dict[str, float]:
-    return dict(zip(names, (float(v) for v in x), strict=True))
-
-
-def of_damping(model: Model, damping: str) -> Model | None:
-    """The model with another form of damping, or None where it cannot have it."""
-    other = replace(model, damping=damping)
-    try:
-        other.modal()
-    except ModelError:
-        return None
-    return other
-
-
-def _spread(model: Model, found: Fit) -> tuple[float, float]:
-    """Standard uncertainty [um] of dx and dy by what a rough model's modes are driven with: a misalignment, and what
-    the APA does by itself, both known to the tolerance."""
-    if not is_rough(model):
-        return 0.0, 0.0
-    dx, dy = own_offsets(model)
-    return model.tolerance * float(np.hypot(found.at[DX], dx)), model.tolerance * float(np.hypot(found.at[DY], dy))
-
-
-def _along(found: Fit, name: str, spread: float) -> Along:
-    return Along(found.at[name], COVERAGE * float(np.hypot(found.sds[name], spread)))
-
-
-def _alike(solutions: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
-    """Places of the solutions that are no worse than the best beyond doubt, and are not the same place."""
-    best = solutions[0]
+def _others(best: Fit, rest: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
+    """Places of other fits that are no worse than the best beyond doubt, and are not the same place."""
     i = [best.names.index(n) for n in (DX, DY)]
     inverse = np.linalg.inv(best.cov[np.ix_(i, i)])
     out = []
-    for s in solutions[1:]:
-        apart = s.values[i] - best.values[i]
-        if s.cost - best.cost < BEYOND_DOUBT and apart @ inverse @ apart > 3.0**2:
+    for s in rest:
+        apart: Array = s.values[i] - best.values[i]
+        same_tolerance = s.datasets[0].tolerance == best.datasets[0].tolerance
+        if same_tolerance and s.cost - best.cost < BEYOND_DOUBT and apart @ inverse @ apart > 3.0**2:
             out.append((s.at[DX], s.at[DY]))
     return tuple(out)

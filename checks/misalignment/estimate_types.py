@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from checks.cause import Reason
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
-from checks.misalignment.table import Likelihood
 from checks.model.model import Model
 
 DX, DY = "misalignment.dx_um", "misalignment.dy_um"
+LOPSIDED = ("apa.lopsided_x_um", "apa.lopsided_y_um")  # along x, along y
 
 
 @dataclass(frozen=True)
@@ -22,15 +22,15 @@ class Along:
 @dataclass(frozen=True, eq=False)
 class MisalignmentEstimate:
     """dx, dy: what fits best. reason: why that is no answer, or None. model: with the fitted damping; fit: of it, with
-    the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; map: of the table;
-    data: what was fitted, repeat: what was not, or None."""
+    the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; data:
+    what was fitted, repeat: what was not, or None; meaning: what dx and dy are, in words."""
 
     dx: Along
     dy: Along
     model: Model
     fit: Fit
     others: tuple[tuple[float, float], ...]
-    map: Likelihood
     data: Dataset
     repeat: Dataset | None
+    meaning: str
     reason: Reason | None = None

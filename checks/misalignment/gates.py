@@ -1,7 +1,6 @@
 """When an estimated misalignment is no answer, and why."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -10,14 +9,16 @@ from scipy import stats
 
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
+from checks.fitting.agreement import contradiction
 from checks.fitting.common_drive import Driven
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
-from checks.fitting.goodness import gaps
+from checks.fitting.prior import prior_rows
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
-from checks.model.free_apa_modes import names
+from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
+from checks.model.structure.apa import ELASTIC_FROM
 from specs.units import unit_of
 
 FALSE_ALARM = 1e-3  # of every kind of gate, over all that it looks at
@@ -25,9 +26,8 @@ KNOWN = 0.25  # relative noise of the ratio beyond which a bin tells nothing
 ZERO = 0.05  # a ratio below this is at a zero, where relative noise says nothing
 FROM_HZ, TO_HZ = 20.0, 650.0  # a misalignment shows from 60 Hz on, but signs and gain are told below; above, da fades
 GAP, GAP_HZ = 0.05, 5.0  # of f, between bins that tell something: wider than both a mode could hide in it
-UNIFORM = 0.5  # standard deviation of a real part that lies anywhere in a circle, of its radius; see `whitener`
 PAYLOAD = "bench.payload_kg"
-BANDS_HZ = (10.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0)  # about the modes at 86, 190, 280, 400, 840
+SIGNS_HZ = (10.0, 60.0)  # below the resonance, where de, da and the drive go together
 
 
 def reason(found: MisalignmentEstimate) -> Reason | None:
@@ -37,10 +37,11 @@ def reason(found: MisalignmentEstimate) -> Reason | None:
 
 def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
     yield from _inadequate(found)
-    if not found.fit.converged:
-        yield because(Cause.NOT_CONVERGED, detail=found.fit.message)
     yield from _outside_priors(found.fit)
     yield from _softer(found)
+    yield from _all_priors(found.fit)
+    if not found.fit.converged:
+        yield because(Cause.NOT_CONVERGED, detail=found.fit.message)
     yield from _at_the_edge(found)
     for dx, dy in found.others:
         one, other = f"dx {found.dx.value:.0f}, dy {found.dy.value:.0f} um", f"dx {dx:.0f}, dy {dy:.0f} um"
@@ -76,7 +77,7 @@ def missing_bands(data: Dataset) -> Iterator[Reason]:
 
 
 def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
-    low = data.band(BANDS_HZ[0], BANDS_HZ[1])
+    low = data.band(*SIGNS_HZ)
     if not low.f.size:
         return
     if _apart(low.H[:, 0], low.H[:, 1]):
@@ -93,28 +94,12 @@ def _apart(one: Complex, other: Complex) -> bool:
 
 def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
     """The worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
-    data, fitted = (found.data, len(found.fit.names)) if found.repeat is None else (found.repeat, 0)
-    response = Driven(found.model)
-    H = response.frf(data.f, found.fit.at, data.channels)
-    expected = replace(data.around(H), cov=data.cov + _unknown(found, data))
-    bands = [(lo, hi) for lo, hi in pairwise(BANDS_HZ) if ((data.f >= lo) & (data.f < hi)).any()]
-    worst: tuple[float, dict[str, Any]] = (FALSE_ALARM / (len(bands) * len(data.channels)), {})
-    for lo, hi in bands:
-        inside = (data.f >= lo) & (data.f < hi)
-        lost = fitted // len(bands)
-        for channel, gap in gaps([expected.at(inside)], [(data.H - H)[inside]], lost).items():
-            if not gap.p > worst[0]:
-                worst = gap.p, {"channel": channel, "lo": lo, "hi": hi, "G": gap.G}
-    if worst[1]:
+    worst = contradiction(Driven(found.model), found.fit, found.repeat)
+    if worst is not None:
         what = "data that were not fitted" if found.repeat is not None else "the fitted data"
-        chance = f"p = {worst[0]:.1g}" if worst[0] > 0.0 else "p below 1e-300"
-        yield because(Cause.MODEL_MISFIT, **worst[1], data=what, chance=chance)
-
-
-def _unknown(found: MisalignmentEstimate, data: Dataset) -> Complex:
-    """(F, C, C) covariance of the prediction that the fit leaves."""
-    J = Driven(found.model).jacobian(data.f, found.fit.names, found.fit.at, data.channels)
-    return np.asarray(np.einsum("pfc,pq,qfd->fcd", J, found.fit.cov, J.conj()))
+        chance = f"p = {worst.p:.1g}" if worst.p > 0.0 else "p below 1e-300"
+        at: dict[str, Any] = {"channel": worst.channel, "lo": worst.f_lo_Hz, "hi": worst.f_hi_Hz, "G": worst.G}
+        yield because(Cause.MODEL_MISFIT, **at, data=what, chance=chance)
 
 
 def _outside_priors(found: Fit) -> Iterator[Reason]:
@@ -136,26 +121,41 @@ def _outside_priors(found: Fit) -> Iterator[Reason]:
         )
 
 
+def _all_priors(found: Fit) -> Iterator[Reason]:
+    """All parameters together further from what the model allows than those that the data told should be."""
+    chi2 = 2.0 * found.prior_cost
+    if stats.chi2.sf(chi2, max(found.told, 1.0)) < FALSE_ALARM:
+        yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.told)
+
+
 def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """An APA of free modes can be softened until it rings with any payload where the measured one does. Its stiffness
-    along its axis is right to the model's tolerance, or the payload is not what it is said to be."""
-    free = {n: 1.0 for n in found.fit.names if n in names()}
-    if not free:
+    """An APA of uncertain modes can be softened until it rings with any payload where the measured one does. How far
+    its compliance along its axis is pulled off its prior, over how far chance would pull it."""
+    apa = found.model.apa
+    if not isinstance(apa, ModalApa):
         return
-    at = {n: v for n, v in found.fit.at.items() if n in found.model.values}
-    softer = _compliance(found.model, at) / _compliance(found.model, {**at, **free}) - 1.0
-    tolerance = found.data.tolerance
-    if 2.0 * stats.norm.sf(abs(softer) / (UNIFORM * tolerance)) < FALSE_ALARM:
-        kg, how = found.fit.at.get(PAYLOAD, found.model.values[PAYLOAD]), "softer" if softer > 0 else "stiffer"
-        percent = 100 * abs(softer)
-        yield because(Cause.AXIAL_STIFFNESS, percent=percent, how=how, tolerance=100 * tolerance, payload_kg=kg)
+    free, names = found.fit.free, set(mode_names(apa.modes)[0])
+    at = np.array([i for i, p in enumerate(free) if p.name in names and np.isfinite(p.sd)], dtype=int)
+    if not at.size:
+        return
+    slope = _compliance_slope(apa, found.fit, [free[i].name for i in at])
+    known = [i for i, p in enumerate(free) if np.isfinite(p.sd)]
+    W = prior_rows(free, found.fit.joint)[np.ix_(known, known)]
+    prior = np.linalg.inv(W.T @ W)[np.ix_(*[np.searchsorted(known, at)] * 2)]
+    off = float(slope @ (found.fit.values[at] - np.array([free[i].prior for i in at])))
+    room = float(slope @ (prior - found.fit.cov[np.ix_(at, at)]) @ slope)
+    if 2.0 * stats.norm.sf(abs(off) / np.sqrt(max(room, 1e-300))) < FALSE_ALARM:
+        kg, how = found.fit.at.get(PAYLOAD, found.model.values[PAYLOAD]), "softer" if off > 0 else "stiffer"
+        sd, percent = 100.0 * float(np.sqrt(slope @ prior @ slope)), 100.0 * abs(off)
+        yield because(Cause.AXIAL_STIFFNESS, percent=percent, how=how, tolerance=sd, payload_kg=kg)
 
 
-def _compliance(model: Model, values: Mapping[str, float]) -> float:
-    """[m/N] at the payload, along z."""
-    system = model.system(values)
-    row = system.outputs[system.channels.index("da")]
-    return float(row @ np.linalg.solve(system.K, row))
+def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
+    """(m,) relative change of the APA's compliance between its ends along z by the factors on its modes' stiffness."""
+    body = apa.body
+    stretch = (body.top - body.bottom)[2, ELASTIC_FROM:] ** 2 / np.diag(body.K)[ELASTIC_FROM:]
+    share = dict(zip(mode_names(apa.modes)[0], stretch / stretch.sum(), strict=True))
+    return np.array([-share[n] / found.at[n] ** 2 for n in names])
 
 
 def _at_the_edge(found: MisalignmentEstimate) -> Iterator[Reason]:

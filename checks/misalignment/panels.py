@@ -9,12 +9,13 @@ from checks.misalignment.gates import ratio_noise
 from checks.picture import Image, Line, Mark, Panel
 
 SHOWN_FROM = 50.0  # [Hz] below, the ratio is one
+REACH, PLACES = 5.0, 81  # standard deviations that the map shows to either side, and its points along each axis
 IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqrt(-2 ln 0.05)
 
 
 def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
-    """Magnitude and phase of the ratio, and the map. Without a result no place is marked and no number stands."""
-    data = found.data.band(SHOWN_FROM, np.inf)
+    """Magnitude and phase of the ratio, and the map. Without a result no number stands, and there is no map."""
+    data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
     known = ratio_noise(data) < 1.0
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
     H = Driven(found.model).frf(f, found.fit.at, data.channels)
@@ -27,13 +28,13 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     title = f"de / da: dx {found.dx.value:.1f} ± {found.dx.U:.1f}, dy {found.dy.value:.1f} ± {found.dy.U:.1f} um"
     if found.reason is not None:
         title = "de / da: no result"
-    return {
+    drawn = {
         "ratio": Panel(title, "frequency [Hz]", "|de / da|", tuple(size), x_log=True, y_log=True),
         "ratio phase": Panel(
             "phase of de / da", "frequency [Hz]", "phase [deg]", tuple(angle), x_log=True, y_range=(-200.0, 200.0)
         ),
-        "map": _map(found),
     }
+    return drawn if found.reason is not None else {**drawn, "map": _map(found)}
 
 
 def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
@@ -42,23 +43,24 @@ def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
 
 
 def _map(found: MisalignmentEstimate) -> Panel:
-    """Misfit of the table over its least, as a power of ten, and the region of the estimate."""
-    m = found.map
-    above = np.log10(1.0 + m.misfit - m.misfit.min())
-    image = Image(m.dx, m.dy, above.T, "log10(1 + misfit above the least)")
-    if found.reason is not None:
-        return Panel("misfit of the table; no result", "dx [um]", "dy [um]", (image,))
-    x, y = _ellipse(found)
-    marks = (Mark(found.dx.value, "x", role="model"), Mark(found.dy.value, "y", role="model"))
-    region = Line(x, y, "95 % region", role="model")
-    return Panel("where it lies: table and estimate", "dx [um]", "dy [um]", (image, *marks, region))
-
-
-def _ellipse(found: MisalignmentEstimate) -> tuple[Array, Array]:
-    """Outline of the region that holds the truth with 95 %; widened where U is wider than the fit's."""
-    i = [found.fit.names.index(n) for n in (DX, DY)]
-    wider = np.array([along.U / 2.0 for along in (found.dx, found.dy)]) / np.sqrt(np.diag(found.fit.cov)[i])
-    L = np.linalg.cholesky(found.fit.cov[np.ix_(i, i)] * np.outer(wider, wider))
+    """How unlikely each place is beside the answer, everything else fitted anew for it (the profile of the likelihood,
+    to second order about the answer), and the region that holds the truth."""
+    at, C = np.array([found.dx.value, found.dy.value]), _covariance(found)
+    sd = np.sqrt(np.diag(C))
+    x, y = (np.linspace(v - REACH * s, v + REACH * s, PLACES) for v, s in zip(at, sd, strict=True))
+    away = np.stack(np.meshgrid(x - at[0], y - at[1]), axis=-1)
+    unlikely = 0.5 * np.einsum("yxi,ij,yxj->yx", away, np.linalg.inv(C), away)
+    image = Image(x, y, np.log10(1.0 + unlikely), "log10(1 + fall of the log-likelihood)")
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
-    x, y = IN_ELLIPSE * L @ np.array([np.cos(turn), np.sin(turn)])
-    return found.dx.value + x, found.dy.value + y
+    edge = at[:, None] + IN_ELLIPSE * np.linalg.cholesky(C) @ np.array([np.cos(turn), np.sin(turn)])
+    marks = (Mark(at[0], "x", role="model"), Mark(at[1], "y", role="model"))
+    region = Line(edge[0], edge[1], "95 % region", role="model")
+    return Panel("profile of the likelihood about the answer", "dx [um]", "dy [um]", (image, *marks, region))
+
+
+def _covariance(found: MisalignmentEstimate) -> Array:
+    """(2, 2) [um2] of the fit, wider where U is."""
+    i = [found.fit.names.index(n) for n in (DX, DY)]
+    C = found.fit.cov[np.ix_(i, i)]
+    wider = np.array([along.U / 2.0 for along in (found.dx, found.dy)]) / np.sqrt(np.diag(C))
+    return np.asarray(C * np.outer(wider, wider))

@@ -7,18 +7,18 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from checks.errors import ModelError
-from checks.model.free_apa_modes import with_modes
+from checks.model.free_apa_modes import modal_apa, mode_names
 from checks.model.model import Model, Values
-from checks.model.parameters import in_range, si
+from checks.model.parameters import in_range, is_mode_factor, si
 from checks.model.structure.apa import ApaBody, superelement_body
 from checks.model.structure.apa_2dof import two_dof_body
 from checks.model.structure.frame import frame_matrices
 from checks.model.structure.frame_geometry import FrameGeometry
-from checks.model.structure.static_reduction import reduce_apa
+from checks.model.structure.static_reduction import KEEP_ALL_HZ, KEEP_HZ, reduce_apa
 from checks.model.structure.superelement import Nodes, Superelement
 from checks.model.structure.superelement_check import check_superelement
 from specs.model import ModelSpec
-from specs.model_sections import ApaFrame, ApaSuperelement
+from specs.model_sections import ApaFrame, ApaOfModes, ApaSuperelement
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,39 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     in_range(values)
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
-    model = Model(spec.name, apa, values, spec.sds, spec.tolerance.relative, sha256=sha256, damping=spec.damping)
-    return with_modes(model)
+    apa, more, sds = _as_built(spec, apa)
+    values = {**values, **more}
+    in_range(values)
+    return Model(
+        name=spec.name,
+        apa=apa,
+        values=values,
+        sds={**spec.sds, **sds},
+        tolerance=spec.tolerance.relative,
+        least=min(spec.tolerance.least, spec.tolerance.relative),
+        sha256=sha256,
+        damping=spec.damping,
+        up_to_Hz=spec.tolerance.up_to_Hz,
+    )
+
+
+def _as_built(
+    spec: ModelSpec, apa: Callable[[Values], ApaBody]
+) -> tuple[Callable[[Values], ApaBody], dict[str, float], dict[str, float]]:
+    """The APA with factors on its free modes, where the file says that these differ from unit to unit: body, values and
+    prior standard deviations of the factors. A stiffness goes with the square of a frequency."""
+    if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, Fixed):
+        return apa, {}, {}
+    modal, scatter = modal_apa(apa.body), spec.apa.mode_scatter
+    values: dict[str, float] = {}
+    sds: dict[str, float] = {}
+    for names, sd in zip(mode_names(modal.modes), (2.0 * scatter.frequency, scatter.damping), strict=True):
+        values |= {n: spec.values.get(n, 1.0) for n in names}
+        sds |= {n: spec.sds.get(n, sd) for n in names}
+    beyond = [n for n in spec.values if is_mode_factor(n) and n not in values]
+    if beyond:
+        raise ModelError(f"{spec.name}: {beyond[0]}, but the reduced APA has {modal.modes} elastic modes")
+    return modal, values, {n: sd for n, sd in sds.items() if sd > 0.0}
 
 
 def file_nodes(spec: ModelSpec) -> Nodes:
@@ -69,7 +100,8 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
     if s is None:
         raise ModelError(f"{spec.name}: needs the superelement of {spec.apa_file}")
     body = superelement_body(check_superelement(s))
-    body = reduce_apa(body) if reduced else body
+    keep_Hz = KEEP_HZ if spec.apa.mode_scatter is None else KEEP_ALL_HZ
+    body = reduce_apa(body, keep_Hz) if reduced else body
     return Fixed(body), s.K.tobytes() + s.M.tobytes()
 
 

@@ -1,9 +1,10 @@
-"""A model whose APA is known only roughly: the stiffness of its own elastic modes becomes uncertain.
+"""The free elastic modes of an APA as uncertain parameters: how one that was built differs from its matrices.
 
-A tolerance of the response cannot say that a model's resonances lie elsewhere: near a mode of damping ratio z a shift
-by more than z changes the response by its whole size. So a model with a tolerance above its damping ratio has the
-stiffness of its APA's free-free modes set free, each by twice the tolerance (frequencies go with the root). Once they
-are calibrated a model file holds them.
+A glue joint, a fillet, a batch of ceramic change where the modes of a shell lie and how they ring. So every elastic
+mode k of the free APA has a factor on its stiffness, `apa.mode_stiffness_k`, and one on its damping,
+`apa.mode_damping_k`. All modes that the matrices hold, not only those within the band: below its first resonance the
+APA answers through the compliance of every one of them, and what a misalignment shows by hangs on how these
+compliances cancel. Stochastic model updating: Mares, Mottershead and Friswell, MSSP 20 (2006) 1674.
 """
 
 from collections.abc import Mapping
@@ -13,64 +14,61 @@ import numpy as np
 from scipy import linalg
 
 from checks.arrays import Array
-from checks.errors import ModelError
-from checks.model.model import Model
+from checks.model.dynamics.derivatives import Modes
+from checks.model.parameters import MODE_DAMPING, MODE_STIFFNESS
 from checks.model.structure.apa import ELASTIC_FROM, ApaBody
 
-Values = Mapping[str, float]
 
-WIDER = 2.0  # a fit moves the damping ratio by half, and a fine model must not become rough by that
-MODES = 5  # those below 4 kHz of an APA300ML; data below 1 kHz leave the next at their priors
+def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Flat names of the factors on stiffness and on damping, each by rising frequency of the nominal modes."""
+    stiffness, damping = (tuple(f"{of}{k + 1}" for k in range(modes)) for of in (MODE_STIFFNESS, MODE_DAMPING))
+    return stiffness, damping
 
 
 @dataclass(frozen=True, eq=False)
-class Softened:
-    """values -> body whose first elastic modes have their stiffness times `apa.mode_1` ...; parts (m, n, n)."""
+class ModalApa:
+    """values -> body in the coordinates of its free modes: six rigid ones, then the elastic ones (m,), each with unit
+    modal mass, its stiffness and damping times its factors. A class and no closure, so that a model travels."""
 
     body: ApaBody
-    parts: Array
 
-    def __call__(self, values: Values) -> ApaBody:
-        more = np.array([values[name] - 1.0 for name in names(len(self.parts))])
-        return replace(self.body, K=self.body.K + np.tensordot(more, self.parts, 1))
+    @property
+    def modes(self) -> int:
+        return self.body.size - ELASTIC_FROM
 
+    def __call__(self, values: Mapping[str, float]) -> ApaBody:
+        stiffness, damping = (np.array([values[n] for n in names]) for names in mode_names(self.modes))
+        rigid = np.ones(ELASTIC_FROM)
+        w2, rate = np.diag(self.body.K), np.diag(self.body.C_ratio)
+        return replace(
+            self.body,
+            K=np.diag(w2 * np.concatenate([rigid, stiffness])),
+            C_ratio=np.diag(rate * np.concatenate([rigid, damping])),
+        )
 
-def names(modes: int = MODES) -> tuple[str, ...]:
-    """Flat names of the factors."""
-    return tuple(f"apa.mode_{i + 1}" for i in range(modes))
-
-
-def is_rough(model: Model) -> bool:
-    """Whether the model's tolerance is much wider than its modes, so that it does not know where they lie."""
-    has_factors = names()[0] in model.values
-    return has_factors or model.tolerance > WIDER * model.values.get("apa.damping_ratio", np.inf)
-
-
-def softened(model: Model) -> Model:
-    """The model with its APA's modes uncertain where it is rough, as it is where it is not."""
-    if not is_rough(model) or names()[0] in model.values:
-        return model
-    apa = _softened(model)
-    factors = dict.fromkeys(names(len(apa.parts)), 1.0)
-    sds = dict.fromkeys(factors, 2.0 * model.tolerance)
-    return replace(model, apa=apa, values={**model.values, **factors}, sds={**model.sds, **sds})
+    def changes(self, damping_ratio: float, coordinates: Array | None) -> Modes:
+        """What the factors change in a system whose coordinates read the body's (n, ...) as its first rows."""
+        size = self.body.size
+        rows = np.eye(size, size + 1) if coordinates is None else coordinates[:size]
+        elastic = slice(ELASTIC_FROM, None)
+        w2, rate = np.diag(self.body.K)[elastic], np.diag(self.body.C_ratio)[elastic]
+        return Modes(rows[elastic], w2, damping_ratio * rate)
 
 
-def with_modes(model: Model) -> Model:
-    """The model with the factors that its values name built in. Raises ModelError where only some are named."""
-    given = [name for name in names() if name in model.values]
-    if not given:
-        return model
-    apa = _softened(model)
-    needed = names(len(apa.parts))
-    if set(given) != set(needed):
-        raise ModelError(f"model {model.name}: has {', '.join(given)}, expected all of {', '.join(needed)} or none")
-    return replace(model, apa=apa)
-
-
-def _softened(model: Model) -> Softened:
-    body = model.apa(model.values)
+def modal_apa(body: ApaBody) -> ModalApa:
+    """An APA in the coordinates of its free modes. Raises LinAlgError for one without mass."""
     w2, shapes = linalg.eigh(body.K, body.M)
-    momenta = (body.M @ shapes[:, ELASTIC_FROM : ELASTIC_FROM + MODES]).T
-    parts = w2[ELASTIC_FROM : ELASTIC_FROM + MODES, None, None] * momenta[:, :, None] * momenta[:, None, :]
-    return Softened(body, parts)
+    ring = np.concatenate([np.zeros(ELASTIC_FROM), np.sqrt(w2[ELASTIC_FROM:])])
+    return ModalApa(
+        replace(
+            body,
+            K=np.diag(w2),
+            M=np.eye(w2.size),
+            C_ratio=np.diag(2.0 * ring),
+            C=shapes.T @ body.C @ shapes,
+            bottom=body.bottom @ shapes,
+            top=body.top @ shapes,
+            sensor=body.sensor @ shapes,
+            actuator=body.actuator @ shapes,
+        )
+    )

@@ -15,10 +15,21 @@ from numpy.typing import ArrayLike, NDArray
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import Modal, direct_frf, modal
-from checks.model.dynamics.derivatives import Change, change, derivatives, modal_derivatives
+from checks.model.dynamics.derivatives import NO_MODES, Change, Modes, change, derivatives, modal_derivatives
 from checks.model.dynamics.real_modes import real_modal
+from checks.model.free_apa_modes import ModalApa, mode_names
+from checks.model.joint_prior import JointPrior
 from checks.model.measured_outputs import output_gains
-from checks.model.parameters import TURNS_TIES, depends_on, derivative_step, in_range, is_mechanical, known, last
+from checks.model.parameters import (
+    TURNS_TIES,
+    depends_on,
+    derivative_step,
+    in_range,
+    is_mechanical,
+    is_mode_factor,
+    known,
+    last,
+)
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
 from checks.model.structure.assemble import assemble
@@ -44,9 +55,11 @@ class Calibrated:
 class Model:
     """A model ready to be evaluated. `values` holds every parameter by flat name; calls take changes of them.
 
-    apa: parameters -> the APA's body; sds: prior standard deviations; tolerance: relative model error too small to
-    matter; held: the payload is clamped as well. sha256: of the model's file and of the APA's matrices. damping:
-    "full", or "modal" where each real mode has its own and modes exchange no energy through the dampers.
+    apa: parameters -> the APA's body; sds: prior standard deviations; joint: what is known of some of the uncertain
+    parameters together; tolerance: relative model error too small to matter; least: what is left of it where the modes
+    of the APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well.
+    sha256: of the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own
+    and modes exchange no energy through the dampers.
     """
 
     name: str
@@ -54,14 +67,22 @@ class Model:
     values: Values
     sds: Values = field(default_factory=dict)
     tolerance: float = 0.0
+    least: float = 0.0
     held: bool = False
     sha256: str = ""
     damping: str = "full"
+    up_to_Hz: float = F_MAX
+    joint: JointPrior | None = None
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
         """Vs, de, da; a strut without encoder has no de."""
         return self.system().channels
+
+    @property
+    def scatters(self) -> bool:
+        """Whether the modes of its APA are uncertain parameters, so that it need not be wrong for any strut."""
+        return any(is_mode_factor(n) for n in self.sds)
 
     @property
     def calibrated(self) -> Calibrated:
@@ -171,9 +192,22 @@ class Model:
     def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
         """(P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
         system = self.system(changes)
-        moved = [_change(self, n, depends_on(n, changes, self._tied)) for n in names]
+        factors = [n for n in names if is_mode_factor(n)]
+        others = [n for n in names if n not in factors]
+        moved = [_change(self, n, depends_on(n, changes, self._tied)) for n in others]
+        modes, of_modes = self._modes(system, changes) if factors else (NO_MODES, ())
         s = 2j * np.pi * np.concatenate([[0.0], f])
-        return (modal_derivatives if self.damping == "modal" else derivatives)(system, moved, s)
+        found = (modal_derivatives if self.damping == "modal" else derivatives)(system, moved, s, modes)
+        place = {n: i for i, n in enumerate((*others, *of_modes))}
+        return found[[place[n] for n in names]]
+
+    def _modes(self, system: System, changes: Values) -> tuple[Modes, tuple[str, ...]]:
+        """The free modes of the APA in a system, and the names of the factors on their stiffness and damping."""
+        if not isinstance(self.apa, ModalApa):
+            raise ModelError(f"model {self.name}: its APA is not given by its modes")
+        ratio = {**self.values, **changes}["apa.damping_ratio"]
+        stiffness, damping = mode_names(self.apa.modes)
+        return self.apa.changes(ratio, system.coordinates), (*stiffness, *damping)
 
 
 @lru_cache(maxsize=64)

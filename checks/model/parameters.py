@@ -46,6 +46,10 @@ _RULES = {
     "com_z_mm": Rule(step=1e-3),
     "arm_x_mm": Rule(step=1e-3),
     "arm_y_mm": Rule(step=1e-3),
+    "ruler_arm_x_mm": Rule(step=1e-3),
+    "ruler_arm_y_mm": Rule(step=1e-3),
+    "lopsided_x_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
+    "lopsided_y_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
     "scale": Rule(lo=-1.0, step=1e-5),
     "dx_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
     "dy_um": Rule(lo=-5000.0, hi=5000.0, step=0.1),
@@ -66,14 +70,15 @@ _IN_PROPORTION = frozenset(
         *("kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "kRx_Nm_per_rad", "kRy_Nm_per_rad", "kRz_Nm_per_rad"),
         *("c_N_s_per_m", "cR_Nm_s_per_rad", "guide_damping_N_s_per_m", "damping_ratio"),
         *("head_mass_kg", "ruler_mass_kg", "payload_kg", "arm_x_mm", "arm_y_mm"),
-        *("sensor_stiffening", "actuator_stiffening"),
-        *(f"mode_{i + 1}" for i in range(5)),  # factors of `softened`
+        *("ruler_arm_x_mm", "ruler_arm_y_mm", "sensor_stiffening", "actuator_stiffening"),
     }
 )
-_OFFSET = frozenset({"dx_um", "dy_um", "dz_um"})
+_OFFSET = frozenset({"dx_um", "dy_um", "dz_um", "lopsided_x_um", "lopsided_y_um"})
 _ON_THE_AXIS = frozenset({"kx_N_per_um", "ky_N_per_um", "kz_N_per_um", "c_N_s_per_m"})  # the offset is their lever
 TURNS_TIES = _OFFSET | {"length_mm", "height_mm"}  # where a rigid direction runs
 
+MODE_STIFFNESS, MODE_DAMPING = "apa.mode_stiffness_", "apa.mode_damping_"  # and the number of the mode, from 1
+DAMPING_RATIO = "apa.damping_ratio"
 _SEEN_ONLY = ("constants.", "delay.", "amplifier.", "sensor.", "bench.mode_", "encoder.scale", "encoder.bracket_")
 _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
@@ -95,7 +100,13 @@ def depends_on(name: str, changes: Mapping[str, float], tied: bool) -> tuple[tup
     no_matter: frozenset[str] = frozenset()
     if last(name) in _IN_PROPORTION:
         no_matter = _IN_PROPORTION if tied or last(name) in _ON_THE_AXIS else _IN_PROPORTION | _OFFSET
-    return tuple((n, changes[n]) for n, end in ends.items() if end not in no_matter)
+    kept = {n for n in ends if is_mode_factor(n) and not (name == DAMPING_RATIO and n.startswith(MODE_DAMPING))}
+    return tuple((n, changes[n]) for n, end in ends.items() if end not in no_matter and n not in kept)
+
+
+def is_mode_factor(name: str) -> bool:
+    """Is it a factor on one of the APA's free modes? It changes one entry of its matrices and nothing else."""
+    return name.startswith((MODE_STIFFNESS, MODE_DAMPING))
 
 
 def si(values: Mapping[str, float], name: str) -> float:

@@ -49,8 +49,16 @@ def encoder_of(values: Values) -> Encoder | None:
         ruler_mass=values["encoder.ruler_mass_kg"],
         com=_vector(values, "encoder.com_{}_mm"),
         inertia=_vector(values, "encoder.inertia_{}_kg_m2"),
-        arm=np.array([si(values, "encoder.arm_x_mm"), si(values, "encoder.arm_y_mm")]),
+        arm=_arm(values, "arm"),
+        ruler_arm=_arm(values, "ruler_arm"),
     )
+
+
+def _arm(values: Values, which: str) -> Array:
+    """(2,) [m]; the ruler is read where the head is, unless its own place is named."""
+    names = (f"encoder.{which}_{axis}_mm" for axis in "xy")
+    heads = (f"encoder.arm_{axis}_mm" for axis in "xy")
+    return np.array([si(values, own if own in values else head) for own, head in zip(names, heads, strict=True)])
 
 
 def bench_of(values: Values, held: bool) -> Bench:
@@ -59,8 +67,11 @@ def bench_of(values: Values, held: bool) -> Bench:
 
 
 def offset_of(values: Values) -> Array:
-    """(3,) [m] of the APA from the joints' axis."""
-    return _vector(values, "misalignment.d{}_um")
+    """(3,) [m] of the line along which the APA pushes from the joints' axis: where the APA sits, and how far beside its
+    middle it pushes."""
+    lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
+    offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
+    return offset
 
 
 def electrical_of(values: Values) -> Electrical:

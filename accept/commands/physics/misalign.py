@@ -12,9 +12,10 @@ from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
 from accept.pictures.formats import format_of
-from accept.units.unit_folder import UNIT_FILE, UnitError, read
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import NoResult, Reason
-from checks.misalignment.estimate import CHANNELS, estimate
+from checks.errors import RecordError
+from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
 from checks.misalignment.estimate_types import Along, MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable
@@ -32,7 +33,7 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
     given = opened(model or DEFAULT_MODEL["strut"])
     table = table_for(given.model, say)
-    measured = responses(folder, channels=CHANNELS)
+    measured = _measured(folder)
     found = _estimate(given, measured, table)
     document = as_document(measured.serial, found)
     if as_json is not None:
@@ -40,7 +41,17 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
     print("\n".join(words(document)))
+    if isinstance(found, MisalignmentEstimate) and found.reason is None:
+        say(f"dx, dy: {found.meaning}")
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
+
+
+def _measured(unit: UnitFolder) -> Responses:
+    """With the sensor stack, which helps, where it was recorded."""
+    try:
+        return responses(unit, channels=WITH_SENSOR)
+    except RecordError:
+        return responses(unit, channels=RATIO)
 
 
 def _estimate(given: Opened, measured: Responses, table: MisalignmentTable) -> MisalignmentEstimate | Reason:

@@ -17,15 +17,18 @@ from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import read
 from checks.errors import ModelError
+from checks.fitting.calibrate import calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Fit, calibrate, free_of
+from checks.fitting.fit import Fit, free_of
 from checks.fitting.fit_panels import fit_panels
 from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
+from checks.model.parameters import is_mode_factor
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 
+HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
 COLUMNS = 3  # a row of panels per channel
 
 
@@ -96,13 +99,13 @@ def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: i
     if not start.sds:
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
-    model, fit = calibrate(start, measured.first, free_of(start), starts=starts)
-    at = model.with_values(fit.at)
+    found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
+    at = found.model.with_values(found.fit.at)
     return Fitted(
         base=base,
         start=start,
         model=at,
-        fit=fit,
+        fit=found.fit,
         measured=measured,
         before=_gaps(start, measured.first),
         held_out={} if measured.second is None else _gaps(at, measured.second),
@@ -181,11 +184,14 @@ def _plain(found: Mapping[str, Gap]) -> dict[str, float]:
 def _print(fitted: Fitted) -> None:
     fit = fitted.fit
     rows = Table(whole("parameter"), "prior", "fitted", "U, k = 2", "away")
-    for p in fit.free:
+    told = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
+    for p in told:
         away = (fit.at[p.name] - p.prior) / p.sd
         prior, now, U = f"{p.prior:.5g} ± {p.sd:.2g}", f"{fit.at[p.name]:.6g}", f"{2 * fit.sds[p.name]:.2g}"
         rows.add_row(p.name, prior, now, U, f"{away:+.1f} sd" + (", at its bound" if p.name in fit.at_bound else ""))
     stdout.print(rows)
+    if len(told) < len(fit.free):
+        stdout.print(f"{len(fit.free) - len(told)} factors on modes of the APA that these data do not tell: not listed")
     gap_rows = Table("channel", "G before", "G after", "G on the repeat")
     for channel, gap in fit.gaps.items():
         held = fitted.held_out.get(channel)

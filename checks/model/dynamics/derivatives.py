@@ -64,14 +64,37 @@ def _block(D: Array) -> SymmetricBlock | None:
     return SymmetricBlock(rows, D[np.ix_(rows, rows)]) if rows.size else None
 
 
-def derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
-    """(P, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form."""
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """What factors on the free modes of a body in a system change: rows (m, n) read how far each mode moves; stiffness,
+    damping (m,) of each, per unit of its factor. Such a change is of rank one."""
+
+    rows: Array
+    stiffness: Array
+    damping: Array
+
+
+NO_MODES = Modes(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
+
+
+def derivatives(system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES) -> Complex:
+    """(P + 2 m, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form: by the changes, then by
+    the factors on the modes' stiffness, then by those on their damping."""
     form = eigen(system)
     terms = 1.0 / (np.multiply.outer(s, form.mu) - 1.0)
     n = len(form.T)
     shapes = form.T @ form.V[:n]
     x, *y = ((terms * w) @ shapes.T for w in form.weights.T)  # each (S, n)
-    return np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
+    by_change = np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
+    return np.concatenate([by_change, _by_modes(modes, s, x, y)]) if modes.stiffness.size else by_change
+
+
+def _by_modes(modes: Modes, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
+    """(2 m, S, c): of a mode's factor it is the product of how far the force and the output's force move it."""
+    moved = x @ modes.rows.T
+    both = np.array([-(moved * (each @ modes.rows.T)).T for each in y])  # (c, m, S)
+    stiffness, damping = both * modes.stiffness[:, None], both * np.multiply.outer(modes.damping, s)
+    return np.moveaxis(np.concatenate([stiffness, damping], axis=1), 0, -1)
 
 
 def _adjoint(d: Change, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
@@ -86,8 +109,8 @@ def _adjoint(d: Change, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex
     return out
 
 
-def modal_derivatives(system: System, changes: Sequence[Change], s: Complex) -> Complex:
-    """(P, S, c) derivatives of the responses at s (S,) [rad/s], each real mode damped by itself."""
+def modal_derivatives(system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES) -> Complex:
+    """The same, each real mode damped by itself."""
     w2, P = real_modes(system)
     C = P.T @ system.C @ P
     force, outputs = P.T @ system.force, system.outputs @ P
@@ -105,10 +128,35 @@ def modal_derivatives(system: System, changes: Sequence[Change], s: Complex) -> 
         of_square.append(residue * dw2)
         of_rate.append(residue * rate)
     n, c = w2.size, len(outputs)
+    if modes.stiffness.size:
+        parts = _of_modes(modes, P, C, force, outputs, apart)
+        for each, of_modes in zip((of_residue, of_square, of_rate), parts, strict=True):
+            each.extend(of_modes)
     A, B, E = (np.array(each).reshape(-1, n).T for each in (of_residue, of_square, of_rate))
     squares = poles * poles
     H = _times(poles, A) - _times(squares, B) - s[:, None] * _times(squares, E)
-    return np.moveaxis(H.reshape(s.size, len(changes), c), 0, 1)
+    return np.moveaxis(H.reshape(s.size, -1, c), 0, 1)
+
+
+def _of_modes(
+    modes: Modes, P: Array, C: Array, force: Array, outputs: Array, apart: Array
+) -> tuple[Array, Array, Array]:
+    """(2 m, c, n) each: derivatives of residues, of squared frequencies and of rates of damping, both as they enter."""
+    p = modes.rows @ P  # (m, n)
+    own, closeness = p * modes.stiffness[:, None], 1.0 / apart
+    np.fill_diagonal(closeness, 0.0)
+    dforce = own * ((p * force) @ closeness)
+    doutputs = own[:, None] * ((p[:, None] * outputs) @ closeness)  # (m, c, n)
+    residue = force * outputs
+    stiffness = dforce[:, None] * outputs + force * doutputs
+    rate = 2.0 * own * (p @ (closeness * C))
+    nothing = np.zeros_like(stiffness)
+    damped = residue * (p * p * modes.damping[:, None])[:, None]
+    return (
+        np.concatenate([stiffness, nothing]),
+        np.concatenate([residue * (own * p)[:, None], nothing]),
+        np.concatenate([residue * rate[:, None], damped]),
+    )
 
 
 def _times(z: Complex, A: Array) -> Complex:

@@ -12,13 +12,15 @@ from checks.model.structure.rigid_motion import lever
 class Encoder:
     """head_mass, ruler_mass [kg], rigid on the interface nodes; com (3,) [m] of the ruler from the bottom node, of the
     head from the top node with z turned; inertia (3,) [kg m2] of each about its centre of mass; arm (2,) [m] x and y
-    of the read point from the nodes."""
+    of the point on the head that is read, from the top node; ruler_arm (2,) [m] of the point on the ruler, from the
+    bottom node. They differ where head and ruler are not mounted in line."""
 
     head_mass: float
     ruler_mass: float
     com: Array
     inertia: Array
     arm: Array
+    ruler_arm: Array
 
     def ruler_place(self, bottom: Array) -> Array:
         """(6, n) motion of the ruler's centre of mass."""
@@ -29,9 +31,9 @@ class Encoder:
         return lever(self.com * np.array([1.0, 1.0, -1.0])) @ top
 
     def reading(self, bottom: Array, top: Array) -> Array:
-        """(n,) what it reads [m]: the difference in z of the points at the arm, so the ends' rotations count."""
-        at = lever((self.arm[0], self.arm[1], 0.0))[2]
-        row: Array = at @ (top - bottom)
+        """(n,) what it reads [m]: the difference in z of the two points, so the ends' rotations count."""
+        head, ruler = (lever((x, y, 0.0))[2] for x, y in (self.arm, self.ruler_arm))
+        row: Array = head @ top - ruler @ bottom
         return row
 
 

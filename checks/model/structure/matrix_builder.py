@@ -10,7 +10,8 @@ from checks.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """M q'' + C q' + K q = force u, y = outputs q. M, C, K (n, n); force (n,); outputs (c, n), one row per channel."""
+    """M q'' + C q' + K q = force u, y = outputs q. M, C, K (n, n); force (n,); outputs (c, n), one row per channel;
+    coordinates (a, n): rows that read those of the builder, in which all was put together; None: the same ones."""
 
     M: Array
     C: Array
@@ -18,6 +19,7 @@ class System:
     force: Array
     outputs: Array
     channels: tuple[str, ...]
+    coordinates: Array | None = None
 
 
 class Builder:
@@ -47,4 +49,4 @@ class Builder:
         if not self._rigid:
             return System(self.M, self.C, self.K, force, outputs, channels)
         T = linalg.null_space(np.vstack(self._rigid))
-        return System(T.T @ self.M @ T, T.T @ self.C @ T, T.T @ self.K @ T, T.T @ force, outputs @ T, channels)
+        return System(T.T @ self.M @ T, T.T @ self.C @ T, T.T @ self.K @ T, T.T @ force, outputs @ T, channels, T)

@@ -8,6 +8,7 @@ import numpy as np
 from checks.fitting.dataset import Dataset, simulated
 from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
 from hw.model_files import open_model
 from tests.checks.model.units_model import NOMINAL
 
@@ -31,11 +32,12 @@ class Drawn:
 
 
 def draw(model: Model, seed: int, dx_max: float = 100.0, dy_max: float = 350.0) -> Drawn:
-    """A strut with every uncertain parameter of the model drawn from its prior, its damping of either form, behind an
-    amplifier and a delay."""
+    """A strut with every uncertain parameter of the model but its modes drawn from its prior, its damping of either
+    form, behind an amplifier and a delay."""
     rng = np.random.default_rng(seed)
     dx, dy = rng.uniform(-dx_max, dx_max), rng.uniform(-dy_max, dy_max)
-    values = {n: abs(rng.normal(model.values[n], sd)) * np.sign(model.values[n]) for n, sd in model.sds.items()}
+    sds = {n: sd for n, sd in model.sds.items() if not is_mode_factor(n)}
+    values = {n: abs(rng.normal(model.values[n], sd)) * np.sign(model.values[n]) for n, sd in sds.items()}
     values |= {"misalignment.dx_um": dx, "misalignment.dy_um": dy}
     values |= {"amplifier.f_Hz": rng.uniform(3e3, 2e4), "delay.tau_us": rng.uniform(0.0, 200.0)}
     strut = replace(model, damping=str(rng.choice(["full", "modal"])))
@@ -67,8 +69,8 @@ def exact() -> Model:
 
 
 def sharp() -> Model:
-    """The built-in model as one that is right to 1 %: for data that are its own."""
-    return replace(builtin(), tolerance=0.01)
+    """The built-in model as one that is right to 1 % and knows its modes: for data that are its own."""
+    return replace(builtin(), sds={n: sd for n, sd in builtin().sds.items() if not is_mode_factor(n)})
 
 
 @lru_cache

@@ -17,7 +17,6 @@ from checks.cause import Cause
 from checks.errors import ModelError
 from checks.fitting.common_drive import DELAY, FALL, GAIN, Driven
 from checks.fitting.dataset import Dataset
-from checks.misalignment.apa_asymmetry import own_offsets
 from checks.misalignment.estimate import estimate
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
@@ -25,9 +24,7 @@ from checks.misalignment.table import MisalignmentTable
 from checks.model.dynamics.complex_modes import modal
 from checks.model.dynamics.modal_damping import modally_damped
 from checks.model.dynamics.real_modes import real_modal
-from checks.model.free_apa_modes import is_rough, names, softened
 from checks.model.model import Model
-from checks.picture import Image
 from hw.model_files import open_model
 from specs.spec import CheckSpec
 from tests.causes import causes, no_result
@@ -112,7 +109,7 @@ def test_a_mode_of_the_bench_gives_no_result(exact: Model, exact_table: Misalign
 
 @pytest.fixture(scope="module")
 def good(builtin: Model) -> Drawn:
-    return draw(builtin, 3)
+    return draw(builtin, 5)
 
 
 def given(
@@ -195,67 +192,22 @@ def test_a_slow_amplifier_is_gain_delay_and_fall() -> None:
     assert np.abs(A @ np.linalg.lstsq(A, y)[0] - y).max() < 2e-3
 
 
-def test_a_rough_model_has_its_modes_free(builtin: Model) -> None:
-    assert is_rough(builtin)
-    assert not is_rough(misaligned.sharp())
-    assert softened(misaligned.sharp()).sds == builtin.sds
-    soft = softened(builtin)
-    assert set(soft.sds) - set(builtin.sds) == set(names())
-    f = np.linspace(10.0, 700.0, 50)
-    assert np.allclose(soft.frf(f), builtin.frf(f), rtol=1e-9)
-    stiffer = soft.frf(f, dict.fromkeys(names(), 1.1))
-    assert not np.allclose(stiffer, builtin.frf(f), rtol=1e-2)
-
-
-def test_the_derivatives_by_free_modes_away_from_the_start(builtin: Model) -> None:
-    """What enters the stiffness in proportion has a derivative that is remembered, wherever the other values are."""
-    soft, f = softened(builtin), np.array([70.0, 150.0, 330.0, 600.0])
-    at = {"apa.mode_1": 1.08, "apa.mode_3": 0.93, "misalignment.dx_um": 60.0, "joint.kz_N_per_um": 80.0}
-    J = soft.jacobian(f, tuple(at), at, CHANNELS)
-    for i, name in enumerate(at):
-        h = 1e-4 * abs(at[name])
-        above, below = (soft.frf(f, {**at, name: at[name] + d}, CHANNELS) for d in (h, -h))
-        slope = (above - below) / (2 * h)
-        assert np.abs(J[i] - slope).max() < 1e-5 * np.abs(slope).max()  # the difference's own error
-
-
-def test_an_apa_is_lopsided_along_x_only(builtin: Model) -> None:
-    """Its stacks stand beside a spacer along x; a mirrored encoder and a straight start change nothing of that."""
-    dx, dy = own_offsets(builtin)
-    assert dy < 1e-6 * dx
-    assert own_offsets(builtin.with_values({"misalignment.dx_um": 80.0, "encoder.com_y_mm": -11.5}))[0] == dx
-
-
-def test_a_misalignment_of_that_size_undoes_it(builtin: Model) -> None:
-    """At minus that offset the second bending mode is not driven: its residue in de is gone."""
-    centred = builtin.with_values({"encoder.com_y_mm": 0.0})
-    residues = []
-    for dx in (0.0, -own_offsets(builtin)[0]):
-        form = centred.modal({"misalignment.dx_um": dx})
-        size = np.abs(form.residues[:, form.index("de")])[np.argsort(-np.abs(form.mu))]
-        residues.append(size[1:4])
-    # linear over 50 um but for the shapes, which turn a little: a coefficient half a per cent off leaves as much
-    assert (residues[1] / residues[0])[-1] < 0.02
-
-
-@needs_data
-def test_frame_and_finite_elements_are_as_lopsided(builtin: Model, exact: Model) -> None:
-    assert own_offsets(builtin)[0] == pytest.approx(own_offsets(exact)[0], rel=0.03)  # the frame's tolerance
-
-
 def test_the_pictures(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
-    drawn = panels(given(builtin, builtin_table, good.first, good.second))
+    found = given(builtin, builtin_table, good.first, good.second)
+    drawn = panels(found)
     assert set(drawn) == {"ratio", "ratio phase", "map"}
     image = drawn["map"].items[0]
     assert image.z.shape == (image.y.size, image.x.size)
+    least = np.unravel_index(np.argmin(image.z), image.z.shape)  # of the answer itself, not of a table's own minimum
+    assert image.x[least[1]] == pytest.approx(found.dx.value)
+    assert image.y[least[0]] == pytest.approx(found.dy.value)
 
 
 def test_the_pictures_of_no_result_show_no_place(builtin: Model, builtin_table: MisalignmentTable, good: Drawn) -> None:
     """The numbers of an estimate that is none stand on no picture, and nothing marks a place."""
     found = given(builtin, builtin_table, good.first, good.second)
     drawn = panels(replace(found, reason="the model does not explain de"))
-    assert [type(item) for item in drawn["map"].items] == [Image]
-    assert "no result" in drawn["map"].title
+    assert "map" not in drawn
     assert "no result" in drawn["ratio"].title
     assert "±" not in drawn["ratio"].title
 

@@ -147,7 +147,7 @@ class TestAgainstThePublishedMatrices:
         got, truth = open_model("strut"), open_model(str(NOMINAL))
         for roots in (lambda m: m.poles(at), lambda m: m.zeros("de", at)):
             f, f_true = (frequency_and_damping(roots(m))[0] for m in (got, truth))
-            assert f[f_true < 700] == pytest.approx(f_true[f_true < 700], rel=0.006)  # half the stiffnesses' 1 %
+            assert f[f < 705] == pytest.approx(f_true[f_true < 700], rel=0.006)  # half the stiffnesses' 1 %
         f = np.geomspace(10.0, 1000.0, 300)
         error = np.abs(got.frf(f, at) / truth.frf(f, at) - 1)
         assert (np.median(error, axis=0) < 0.015).all()  # Vs, de, da: the static figures' errors

@@ -9,7 +9,7 @@ import pytest
 from checks.model.build import build
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model, frequency_and_damping
-from checks.model.parameters import derivative_step, rule
+from checks.model.parameters import derivative_step, is_mode_factor, rule
 from hw.model_files import matrices_of, open_model
 from specs.model import load_model
 from tests.checks.model.units_model import NOMINAL, needs_data
@@ -21,13 +21,18 @@ UNREDUCED = 1e-3  # issue 4, part 3; measured 4e-5
 AREAS = {"misalignment.dx_um": 200.0, "misalignment.dy_um": 600.0}
 
 
+ROUNDING = {False: 1e-12, True: 5e-11}
+
+
 def drawn(model: Model, seed: int) -> dict[str, float]:
-    """All uncertain parameters at once, and a misalignment anywhere in the table's area."""
+    """All uncertain parameters at once, and a misalignment anywhere in the table's area. The factors on modes stay one:
+    a reduction has other modes than the whole, so theirs are not its factors."""
     rng = np.random.default_rng(seed)
     c = model.calibrated
     values = c.values + rng.standard_normal(len(c.values)) * c.sds
     lowest = np.array([0.1 * v if rule(n).lo == 0.0 else -np.inf for n, v in zip(c.names, c.values, strict=True)])
     changes = dict(zip(c.names, np.maximum(values, lowest).tolist(), strict=True))
+    changes = {n: v for n, v in changes.items() if not is_mode_factor(n)}
     return changes | {n: float(rng.uniform(-r, r)) for n, r in AREAS.items()}
 
 
@@ -132,6 +137,10 @@ class TestJacobian:
         scale = np.abs(better).max(axis=0)
         assert (np.abs(J - better).max(axis=0) <= 1e-4 * scale).all()
 
+    def slope(self, at: Model, name: str, h: float) -> np.ndarray:
+        up, down = (replace(at, values={**at.values, name: at.values[name] + d}).frf(self.F) for d in (h, -h))
+        return (up - down) / (2 * h)
+
     @pytest.mark.parametrize("held", [False, True])
     @pytest.mark.parametrize(
         ("name", "damping"),
@@ -146,14 +155,15 @@ class TestJacobian:
             changes = {"misalignment.dy_um": dy, "misalignment.dx_um": 0.3 * dy}
             quick = model.jacobian(self.F, names, changes)
             at = model.with_values(changes)
-            size = np.abs(at.frf(self.F)).max(axis=0)
+            size = np.maximum(np.abs(at.frf(self.F)).max(axis=0), 1e-18)  # m/V: of a payload that is held, rounding
             for n, J in zip(names, quick, strict=True):
                 h = derivative_step(n, at.values[n])
-                up, down = (replace(at, values={**at.values, n: at.values[n] + d}).frf(self.F) for d in (h, -h))
-                slow = (up - down) / (2 * h)
-                # Truncation of the slow way is 2e-4; where a channel hardly depends on a parameter, it shows the
-                # rounding of its two responses, 1e-12 of them, over 2 h.
-                allowed = 1e-3 * np.abs(slow).max(axis=0) + 1e-12 * size / (2 * h)
+                slow = self.slope(at, n, h)
+                if is_mode_factor(n):  # shapes of close modes turn quickly with it: Richardson's extrapolation
+                    slow = (4.0 * slow - self.slope(at, n, 2.0 * h)) / 3.0
+                # Where a channel hardly depends on a parameter, the slow way shows the rounding of its responses over
+                # the step: 1e-12 of them with 33 coordinates, more with the 74 of an APA with all its modes.
+                allowed = 1e-3 * np.abs(slow).max(axis=0) + ROUNDING[model.scatters] * size / (2 * h)
                 assert (np.abs(J - slow).max(axis=0) <= allowed).all(), n
 
     def test_order_shape_and_parameters_at_a_bound(self) -> None:

@@ -122,7 +122,7 @@ class TestLaws:
 
     def test_mirror(self, strut: Model) -> None:
         """The APA is its own mirror image in y: mirroring all that hangs on it changes nothing."""
-        names = ("misalignment.dy_um", "encoder.com_y_mm", "encoder.arm_y_mm")
+        names = ("misalignment.dy_um", "encoder.com_y_mm", "encoder.arm_y_mm", "encoder.ruler_arm_y_mm")
         here = {**{n: strut.values[n] for n in names}, "misalignment.dy_um": 150.0}
         there = {n: -v for n, v in here.items()}
         np.testing.assert_allclose(strut.frf(BAND, here), strut.frf(BAND, there), rtol=1e-7)  # round-off at zeros

@@ -1,0 +1,61 @@
+"""Where a fitted response and data contradict each other, band by band."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from checks.arrays import Complex
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import Fit
+from checks.fitting.goodness import gaps
+from checks.fitting.response import Response
+
+FALSE_ALARM = 1e-3  # over all bands and channels
+BANDS_HZ = (0.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0, 1400.0, 5000.0)  # about a strut's modes
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """The worst band of a channel: G and the chance p of one so large."""
+
+    channel: str
+    f_lo_Hz: float
+    f_hi_Hz: float
+    G: float
+    p: float
+
+
+def contradiction(response: Response, found: Fit, unseen: Dataset | None = None) -> Contradiction | None:
+    """The band and channel that noise, tolerance and what the fit leaves unknown explain least, where chance does not
+    explain it either. unseen: data that were not fitted, judged instead of the fitted ones, at the fit's tolerance."""
+    if unseen is None:
+        return _worst(found.datasets, found.residuals, found.told)
+    data = replace(unseen, tolerance=found.datasets[0].tolerance)
+    H = response.frf(data.f, found.at, data.channels)
+    expected = replace(data.around(H), cov=data.cov + predicted(response, found, data))
+    return _worst((expected,), (data.H - H,), 0.0)
+
+
+def predicted(response: Response, found: Fit, data: Dataset) -> Complex:
+    """(F, C, C) covariance of the prediction that the fit leaves."""
+    J = response.jacobian(data.f, found.names, found.at, data.channels)
+    p, F, C = J.shape
+    half = np.linalg.cholesky(found.cov + 1e-14 * np.diag(np.diag(found.cov))).T @ J.reshape(p, F * C)
+    half = half.reshape(p, F, C)
+    return np.asarray(np.einsum("pfc,pfd->fcd", half, half.conj()))
+
+
+def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], told: float) -> Contradiction | None:
+    bands = [(lo, hi) for lo, hi in pairwise(BANDS_HZ) if any(((s.f >= lo) & (s.f < hi)).any() for s in sets)]
+    looked = sum(len(s.channels) for s in sets[:1]) * len(bands)
+    worst = None
+    for lo, hi in bands:
+        inside = [(s.f >= lo) & (s.f < hi) for s in sets]
+        parts = [s.at(i) for s, i in zip(sets, inside, strict=True)]
+        left = [r[i] for r, i in zip(residuals, inside, strict=True)]
+        for channel, gap in gaps(parts, left, told / len(bands)).items():
+            if not gap.p > (FALSE_ALARM / looked if worst is None else worst.p):
+                worst = Contradiction(channel, lo, hi, gap.G, gap.p)
+    return worst

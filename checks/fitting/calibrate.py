@@ -1,0 +1,130 @@
+"""The calibration: a model's uncertain parameters as the data of a unit have them. Fit, misalignment and gap share it.
+
+A model whose APA may differ mode by mode need not be wrong for any strut, so what its file tolerates, an error too
+small to matter, is more than it needs: the tolerance falls as far as the data bear it, and the intervals with it. Where
+the data contradict, the tolerance stays where they did not.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.agreement import contradiction
+from checks.fitting.coordinates import Free
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import BEYOND_DOUBT, Fit, fit, free_of, resume
+from checks.fitting.prior import prior_rows
+from checks.fitting.response import Response
+from checks.model.model import Model
+
+FINER = (3e-3, 1e-3, 3e-4, 1e-4)  # tolerances; the reduction of an APA leaves 1e-4
+STEPS = 5  # towards the other form of damping
+ROUNDING = 1e-12
+OTHER = {"full": "modal", "modal": "full"}
+
+Wrap = Callable[[Model], Response]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """model: with the form of damping that the data ask for; response: of it, what was fitted; fit: of its free
+    parameters, at the finest tolerance that the data bear."""
+
+    model: Model
+    response: Response
+    fit: Fit
+
+
+def itself(model: Model) -> Response:
+    """A model as it is, behind nothing."""
+    return model
+
+
+def calibrate(
+    model: Model,
+    datasets: Dataset | Sequence[Dataset],
+    free: Sequence[Free] | None = None,
+    *,
+    wrap: Wrap = itself,
+    unseen: Dataset | None = None,
+    starts: int = 1,
+) -> Calibration:
+    """The model's uncertain parameters fitted. free: what is free, by default all that is uncertain; wrap: what is
+    fitted, made of the model; unseen: another realisation, to judge a tolerance by. Raises ModelError as `fit` does."""
+    free = free_of(model) if free is None else free
+    quick = of_damping(model, "modal") if model.scatters else None
+    first = quick or model
+    found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
+    return refined(found, wrap, unseen)
+
+
+def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
+    """A calibration with the form of damping that the data ask for beyond doubt and, for a model that scatters, with
+    the finest tolerance that the data bear."""
+    if not found.model.scatters:
+        return better_damped(found, wrap)
+    best = found
+    for tolerance in (t for t in FINER if found.model.least <= t < found.fit.datasets[0].tolerance):
+        sets = [replace(s, tolerance=tolerance) for s in best.fit.datasets]
+        finer = replace(best, fit=resume(best.response, best.fit, sets))
+        finer = better_damped(finer, wrap)
+        if contradiction(finer.response, finer.fit, unseen) is not None:
+            break
+        best = finer
+    return best if best is not found else better_damped(found, wrap)
+
+
+def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
+    """The calibration with the other form of damping where that is beyond doubt the likelier."""
+    other = of_damping(found.model, OTHER[found.model.damping])
+    if other is None:
+        return found
+    response, now = wrap(other), found.fit
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            x, cost = _stepped(found, response)
+    except ModelError:  # a step came to values with which nothing stands
+        return found
+    if not cost < now.cost:
+        return found
+    changed = resume(response, replace(now, values=x), now.datasets)
+    # One whitener for both: the tolerance's part of it depends on the model's response.
+    white = [s.whitener(r) for s, r in zip(now.datasets, changed.residuals, strict=True)]
+    cost = changed.prior_cost + 0.5 * sum(float(w @ w) for w in white)
+    return Calibration(other, response, changed) if now.cost - cost > BEYOND_DOUBT else found
+
+
+def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
+    """Best of some Gauss-Newton steps for the other form of damping with the derivatives of this one, which differ by
+    little: values (p,) and cost. Where no step helps, the search for the other form is spared."""
+    now, x = found.fit, found.fit.values
+    unit, W = np.array([p.unit for p in now.free]), prior_rows(now.free, now.joint)
+    lo, hi, prior = (np.array([getattr(p, k) for p in now.free]) for k in ("lo", "hi", "prior"))
+    J = np.hstack([s.whitener(found.response.jacobian(s.f, now.names, now.at, s.channels)) for s in now.datasets])
+    J = np.vstack([J.T, -W]) * unit
+    A = linalg.cho_factor(J.T @ J + ROUNDING * np.diag(np.sum(J * J, axis=0)))
+    best = x, np.inf
+    for _ in range(STEPS):
+        at = dict(zip(now.names, (float(v) for v in x), strict=True))
+        white = [s.whitener(s.H - other.frf(s.f, at, s.channels)) for s in now.datasets]
+        r = np.concatenate([*white, W @ (x - prior)])
+        cost = 0.5 * float(r @ r)
+        if not cost < best[1]:
+            break
+        best = x, cost
+        x = np.clip(x + unit * linalg.cho_solve(A, J.T @ r), lo, hi)
+    return best
+
+
+def of_damping(model: Model, damping: str) -> Model | None:
+    """The model with another form of damping, or None where it cannot have it."""
+    other = model if model.damping == damping else replace(model, damping=damping)
+    try:
+        other.modal()
+    except ModelError:
+        return None
+    return other

@@ -1,0 +1,91 @@
+"""Least squares by Levenberg's damped Gauss-Newton steps, on normal equations, inside bounds.
+
+x counts in prior standard deviations, so a damping of one is what another prior would do: it holds what the data hardly
+tell and leaves alone what they tell well. Such problems are sloppy, their valleys long and bent, and damping in
+proportion to the curvature (Marquardt) lets steps run far along them (Transtrum and Sethna, arXiv:1201.5885). Damping
+by Nielsen's rule (Madsen, Nielsen, Tingleff: Methods for non-linear least squares problems, DTU 2004, 3.2). The priors
+keep the normal matrix well conditioned, so a step costs a small factor and not the decomposition of the Jacobian.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy import linalg
+
+from checks.arrays import Array
+
+FIRST = 1e-3  # damping, beside priors of one
+ROUNDING = 1e-13
+MOST = 1e8  # no step is as short
+NEAR = 0.01  # of half a squared standard deviation: the place is known to a seventh of its uncertainty
+SETTLED = 1e-6  # of that: round-off
+STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost tells nothing any more
+
+
+class Residuals(Protocol):
+    """residual (n,) and jacobian (n, p) at x (p,), within bounds lo, hi (p,). A residual that is not finite says that x
+    cannot be."""
+
+    def residual(self, x: Array) -> Array: ...
+
+    def jacobian(self, x: Array) -> Array: ...
+
+    def bounds(self) -> tuple[Array, Array]: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """x (p,), cost (half the sum of squares), normal (p, p) J'J at x. settled: no step leads further down."""
+
+    x: Array
+    cost: float
+    normal: Array
+    settled: bool
+    steps: int
+
+
+def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Descent:
+    """At most so many steps from x to where the cost would fall by less than `near`, and as far beyond as it goes
+    without a detour."""
+    lo, hi = problem.bounds()
+    x = np.clip(x, lo, hi)
+    r = problem.residual(x)
+    cost, damping, growth = 0.5 * float(r @ r), FIRST, 2.0
+    A, g = _normal(problem, x, r)
+    settled = False
+    for taken in range(steps):
+        new, expected = _step(A, g, x, damping, lo, hi)
+        settled = settled or _step(A, g, x, FIRST, lo, hi)[1] < near
+        if expected < SETTLED * near:
+            return Descent(x, cost, A, settled, taken)
+        trial = problem.residual(new)
+        lower = 0.5 * float(trial @ trial)
+        gain = (cost - lower) / expected if np.isfinite(lower) else -1.0
+        if gain > 0.0:
+            x, r, cost = new, trial, lower
+            damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
+            A, g = _normal(problem, x, r)
+        else:
+            damping, growth = damping * growth, 2.0 * growth
+        if (settled and gain < STRAIGHT) or damping > MOST:
+            return Descent(x, cost, A, settled, taken + 1)
+    return Descent(x, cost, A, settled, steps)
+
+
+def _normal(problem: Residuals, x: Array, r: Array) -> tuple[Array, Array]:
+    J = problem.jacobian(x)
+    return J.T @ J, J.T @ r
+
+
+def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:
+    """The next x, inside the bounds, and by how much the cost should fall on the way. What lies on a bound and would
+    leave it stays there."""
+    free = ~(((x <= lo) & (g > 0.0)) | ((x >= hi) & (g < 0.0)))
+    part = A[np.ix_(free, free)]
+    held = part + np.diag(damping + ROUNDING * np.diag(part))
+    move = np.zeros_like(x)
+    move[free] = linalg.solve(held, -g[free], assume_a="pos", check_finite=False)
+    new = np.clip(x + move, lo, hi)
+    moved = new - x
+    return new, -float(g @ moved + 0.5 * moved @ A @ moved)

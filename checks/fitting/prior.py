@@ -1,0 +1,22 @@
+"""What is known of free parameters before any data: of each by itself, or of some of them together."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import linalg
+
+from checks.arrays import Array
+from checks.fitting.coordinates import Free
+from checks.model.joint_prior import JointPrior
+
+
+def prior_rows(free: Sequence[Free], joint: JointPrior | None = None) -> Array:
+    """W (p, p): W (values - priors) is standard normal before any data; a row of zeros where nothing is known."""
+    W = np.diag([1.0 / p.sd for p in free])
+    known = [] if joint is None else [i for i, p in enumerate(free) if p.name in joint.names and np.isfinite(p.sd)]
+    if joint is None or not known:
+        return W
+    at = [joint.names.index(free[i].name) for i in known]
+    L = linalg.cholesky(joint.covariance[np.ix_(at, at)], lower=True)
+    W[np.ix_(known, known)] = linalg.solve_triangular(L, np.eye(len(at)), lower=True)
+    return W

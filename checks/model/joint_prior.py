@@ -1,0 +1,37 @@
+"""What is known of several of a model's uncertain parameters together."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from checks.arrays import Array
+from checks.errors import ModelError
+
+
+@dataclass(frozen=True, eq=False)
+class JointPrior:
+    """mean (p,) and covariance (p, p) of named parameters, in the names' units: of a batch, whose members tell
+    combinations of parameters far better than each of them."""
+
+    names: tuple[str, ...]
+    mean: Array
+    covariance: Array
+
+    def __post_init__(self) -> None:
+        """Raises ModelError for a covariance that is none."""
+        p = len(self.names)
+        if self.mean.shape != (p,) or self.covariance.shape != (p, p):
+            raise ModelError(
+                f"joint prior of {p} parameters has a mean of {self.mean.shape}, a covariance of "
+                f"{self.covariance.shape}; expected ({p},) and ({p}, {p})"
+            )
+        try:
+            linalg.cholesky(self.covariance)
+        except (linalg.LinAlgError, ValueError) as e:
+            raise ModelError(f"joint prior: its covariance is not positive definite: {e}") from e
+
+    @property
+    def sds(self) -> dict[str, float]:
+        """Name -> standard deviation."""
+        return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))
