@@ -6,15 +6,19 @@ from checks.errors import ModelError
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Inputs, Prepared
+from checks.gap.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
-from checks.gap.search.forward import Candidate, Say, Search
+from checks.gap.search.forward import COARSE_BINS, Candidate, Say, Search
+from checks.gap.search.levenberg_marquardt import annealed, go_on
 from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
+HALF = 0.5  # of the misfit
+WORTH = 100.0  # of log-likelihood: a fault of the records is no small thing
+FEW_STEPS = 10
 SECOND = {"full": "modal", "modal": "full"}
 
 
@@ -42,6 +46,20 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
     except ModelError:
         return own
     return other if other.cost < own.cost - BEYOND_DOUBT else own
+
+
+def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:
+    """Records in which another sign of a channel, or two channels exchanged, leaves less than half of what is missing:
+    the model had bent itself to what no value of it means. None where nothing does."""
+    best, least = None, HALF * base.cost
+    for fault in possible_faults(p):
+        other = with_fault(p, fault)
+        A = other.A.select(search.A.channels).thinned(COARSE_BINS)
+        again = go_on(annealed(base.response, A, {}), FEW_STEPS)
+        cost = again.cost * search.A.f.size / A.f.size
+        if cost < least and base.cost - cost > WORTH:
+            best, least = other, cost
+    return best
 
 
 def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:

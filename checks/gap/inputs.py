@@ -1,7 +1,9 @@
 """What the workflow works on: records that are those of one unit, turned the right way round before any search."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import combinations
 
 import numpy as np
 
@@ -74,26 +76,60 @@ def same_unit(A: Dataset, B: Dataset) -> None:
 
 def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
     A, B, model = inputs.A, inputs.B, inputs.model
-    found: list[Early] = []
+    silent = early_checks.dead(A, model)
+    alive = tuple(c for c in A.channels if c not in silent)
+    if not alive:
+        raise GapRefused("no channel answers the drive: is the amplifier on, and are these the right records?")
+    A, B = A.select(alive), B.select(alive)
+    without = [Early("dead_channel", (c,), {}, f"{c} does not answer the drive.") for c in silent]
     pair = early_checks.exchanged(A, model)
-    if pair is not None:
-        found.append(Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged."))
-        A, B = (early_checks.with_names(d, pair) for d in (A, B))
-    turned = early_checks.turned(A, model)
-    known = {e.channels: e for e in EFFECTS.values() if e.turns}
-    for channel in turned:
-        effect = known.get((channel,))
-        name = effect.name if effect else f"polarity_{channel}"
-        if name not in inputs.without:
-            words = effect.sentence if effect else f"{channel} has the wrong sign."
-            found.append(Early(name, (channel,), {}, words))
-            A, B = (early_checks.with_signs(d, (channel,)) for d in (A, B))
+    found = [swapped(pair)] if pair is not None else []
+    A, B = (_mended(d, found) for d in (A, B))
+    signs = [fault for c in early_checks.turned(A, model) if (fault := opposed(c)).effect not in inputs.without]
+    A, B = (_mended(d, signs) for d in (A, B))
     late = early_checks.offsets(A, model, inputs.fs)
-    for channel, n in late.items():
-        found.append(Early("sample_offset", (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late."))
-    if late:
-        A, B = (early_checks.with_offsets(d, late, inputs.fs) for d in (A, B))
-    return tuple(found), A, B
+    A, B = (early_checks.with_offsets(d, late, inputs.fs) for d in (A, B))
+    offsets = [
+        Early("sample_offset", (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
+        for channel, n in late.items()
+    ]
+    return (*without, *found, *signs, *offsets), A, B
+
+
+def raw(p: Prepared) -> Dataset:
+    """B as it was measured, the channels that say something."""
+    return p.inputs.B.select(p.B.channels)
+
+
+def _mended(data: Dataset, faults: Sequence[Early]) -> Dataset:
+    return reduce(early_checks.mended, faults, data)
+
+
+def opposed(channel: str) -> Early:
+    """A channel of the wrong sign: an effect of the library where it has one for this channel."""
+    effect = next((e for e in EFFECTS.values() if e.turns and e.channels == (channel,)), None)
+    if effect is None:
+        return Early(f"polarity_{channel}", (channel,), {}, f"{channel} has the wrong sign.")
+    return Early(effect.name, (channel,), {}, effect.sentence)
+
+
+def swapped(pair: tuple[str, str]) -> Early:
+    """Two channels exchanged."""
+    return Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged.", exchanges=True)
+
+
+def possible_faults(p: Prepared) -> list[Early]:
+    """Faults of sign and of channels that were not found yet, each alone."""
+    channels = p.A.channels
+    every = [*map(opposed, channels), *(swapped(pair) for pair in combinations(channels, 2))]
+    known = {(e.effect, e.channels) for e in p.early}
+    return [e for e in every if e.effect not in p.inputs.without and (e.effect, e.channels) not in known]
+
+
+def with_fault(p: Prepared, fault: Early) -> Prepared:
+    """The same with one more fault taken out of the records."""
+    A, B = (early_checks.mended(d, fault) for d in (p.A, p.B))
+    return replace(p, A=A, B=B, early=(*p.early, fault))
 
 
 def _in_slow(slow: Slow | None, inputs: Inputs, table: Thresholds) -> dict[Effect, SlowFinding]:

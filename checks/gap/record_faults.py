@@ -14,8 +14,10 @@ from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
 
-STATIC_HZ = 60.0  # below: no resonance of the strut
-AGREED = 0.6  # share of bins that must have the sign, or whose phases an offset must explain
+SIGN_HZ = 150.0  # below, delays turn no phase round and few of the strut's modes lie
+OPPOSED = -0.5  # mean cosine of the phase against the model: zeros and poles elsewhere turn some bins, not most
+DEAD = 30.0  # times too small: no scale and no filter of the library takes so much
+AGREED = 0.6  # share of bins whose phases an offset must explain
 FAR = 0.5  # of ln |H|: a mean distance by which a channel is not what its name says
 BETTER = 0.4  # of the distance that is left when channels are exchanged
 WHOLE = 0.2  # samples: how near to a whole number an offset is
@@ -31,6 +33,7 @@ class Early:
     channels: tuple[str, ...]
     parameters: Mapping[str, float]
     words: str
+    exchanges: bool = False  # two channels with each other
 
 
 def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
@@ -46,15 +49,31 @@ def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
 
 
 def turned(data: Dataset, model: Model) -> tuple[str, ...]:
-    """Channels whose sign is opposite to the model's where nothing resonates."""
-    low = data.f < STATIC_HZ
+    """Channels whose phase is opposite to the model's in most bins that are not noise."""
+    low = data.f < SIGN_HZ
     if low.sum() < 5:
         low = np.arange(data.f.size) < 20
     H = model.frf(data.f[low], channels=data.channels)
-    away = _far_from_zeros(H)
-    sign = np.sign((data.H[low] * H.conj()).real) * away
-    return tuple(
-        c for c, s, n in zip(data.channels, sign.sum(axis=0), away.sum(axis=0), strict=True) if s < -AGREED * n
+    measured, noise = data.H[low], data.noise[low]
+    cosine = _direction(measured * H.conj()).real
+    trust = np.abs(measured) ** 2 > 9.0 * noise
+    mean = np.sum(cosine * trust, axis=0) / np.maximum(trust.sum(axis=0), 1)
+    return tuple(c for c, m in zip(data.channels, mean, strict=True) if m < OPPOSED)
+
+
+def dead(data: Dataset, model: Model) -> tuple[str, ...]:
+    """Channels that answer the drive with next to nothing of what the model says in most bins."""
+    H = model.frf(data.f, channels=data.channels)
+    median = np.median(_log_ratio(data.H, H), axis=0)
+    return tuple(c for c, m in zip(data.channels, median, strict=True) if m < -np.log(DEAD))
+
+
+def mended(data: Dataset, fault: Early) -> Dataset:
+    """The data without a fault of sign or of channels."""
+    return (
+        with_names(data, (fault.channels[0], fault.channels[1]))
+        if fault.exchanges
+        else with_signs(data, fault.channels)
     )
 
 
@@ -117,8 +136,3 @@ def with_offsets(data: Dataset, samples: Mapping[str, int], fs: float) -> Datase
 
 def _log_ratio(a: Complex, b: Complex) -> Array:
     return np.asarray(np.log(np.maximum(np.abs(a), 1e-300)) - np.log(np.maximum(np.abs(b), 1e-300)))
-
-
-def _far_from_zeros(H: Complex) -> Array:
-    """(F, C) 1 where |H| is above a third of its median, else 0."""
-    return (np.abs(H) > np.median(np.abs(H), axis=0) / 3.0).astype(float)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from checks.gap.calibrate import calibrated, searching
+from checks.gap.calibrate import calibrated, searching, turned_right
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
 from checks.gap.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
@@ -18,6 +18,9 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     search = searching(p, p.A.channels, say)
     say("calibrating the model")
     base = calibrated(search, p)
+    if not base.adequate and (mended := turned_right(search, base, p)) is not None:
+        p, search = mended, searching(mended, p.A.channels, say)
+        base = calibrated(search, p)
     whole = replace(base, unseen=p.B)
     if whole.adequate:
         return answer(p, search, SearchResult(base, base, (), ()), whole)

@@ -1,25 +1,22 @@
 """The answer put together: the last fit on all bins, gates, verdict, and the gap before and after."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import fit
-from checks.fitting.goodness import gaps, overall
 from checks.gap.decision.detection_limits import detection_limits
-from checks.gap.decision.gates import Claim, claims, from_window, kept, nameless
-from checks.gap.decision.result import NO_MISSING, Gaps, ModeGap, Result, Tried
+from checks.gap.decision.gates import claims, from_window, kept, nameless
+from checks.gap.decision.never_worse import gaps_of, never_worse
+from checks.gap.decision.result import NO_MISSING, Result, Tried
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Prepared
+from checks.gap.inputs import Prepared, raw
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.forward import Candidate, Search, SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
-
-ABOUT_MODE_HZ = 5.0
 
 
 def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -> Result:
@@ -31,21 +28,22 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     final = fit(best.response, p.A.select(told), best.response.free(best.at))
     full = Candidate(best.response, final.at, final.cost, p.B.select(told), table)
     made = claims(search, found, final, full, slow, left_out) if best is not base else ()
+    everything = replace(full, unseen=p.B)
+    shown = never_worse([whole, *_at_other_values(base, full, p.B)], everything, made)
+    made = shown.made
     good = kept(made)
     rivals = (*not_told_apart(found, good, table), *imitated(full, good))
     named = named_effects(good, final, p.early, p.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
-    everything = replace(full, unseen=p.B)
     missing = (*missing, *(from_window(everything, c, False) for c in left_out), *bent(slow, table))
-    after = _named_only(everything, good)
     before = _without_members(base, full, p.B) if best.response.counted and full.adequate else whole.seen
     verdict = word(full.adequate, named, rivals, missing)
     return Result(
         model=p.inputs.model.name,
         verdict=verdict,
-        gap_before=_least([whole, *_at_other_values(base, full, p.B)]),
-        gap_after=_gaps(after),
+        gap_before=gaps_of(replace(shown.before, unseen=raw(p)) if p.early else shown.before),
+        gap_after=gaps_of(shown.after),
         where=judge(before, table.p_global).windows,
         named=named,
         ambiguous=rivals,
@@ -53,7 +51,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         detection_limits=_limits(p, search, base) if verdict == NO_MISSING else {},
         tried=_tried(found),
         before=before,
-        after=after.seen,
+        after=shown.after.seen,
         fit=final,
         p_before=whole.adequacy.p,
         p_after=everything.adequacy.p,
@@ -71,9 +69,15 @@ def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
 
 
 def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candidate]:
-    """The base model as it was given, and with the calibration of the whole explanation."""
+    """The base model as it was given, and with the calibration (and the damping) of the whole explanation."""
     begin = {q.name: q.begin for q in base.response.free()}
-    return [replace(base, at=at, unseen=B) for at in (begin, _values(base.response, full))]
+    model = full.response.model
+    bare = replace(base.response, model=model)
+    return [
+        replace(base, at=begin, unseen=B),
+        replace(base, at=_values(base.response, full), unseen=B),
+        replace(base, response=bare, at=_values(bare, full), unseen=B),
+    ]
 
 
 def _values(response: Augmented, full: Candidate) -> dict[str, float]:
@@ -81,47 +85,10 @@ def _values(response: Augmented, full: Candidate) -> dict[str, float]:
     return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
-def _least(models: Sequence[Candidate]) -> Gaps:
-    """The gap of the one that is nearest: what an effect is said to close is never widened by a calibration that went
-    astray after it."""
-    return min(map(_gaps, models), key=lambda gap: gap.G)
-
-
 def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str, float]]:
     search.say("detection limits")
     effects = [e for e in EFFECTS.values() if e.name not in p.inputs.without]
     return detection_limits(base.seen, effects, p.slow, p.table)
-
-
-def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
-    """The model as it will be written: without stand-ins and without what was not named, at the values of the joint
-    fit."""
-    names = {c.effect.name for c in good}
-    response = full.response
-    for m in response.counted:
-        if m.name not in names:
-            response = response.without(m.name)
-    return replace(full, response=response, at=_values(response, full))
-
-
-def _gaps(c: Candidate) -> Gaps:
-    data, model = c.unseen, c.response.frf(c.unseen.f, c.at, c.unseen.channels)
-    data = data.around(model)
-    residual = data.H - model
-    found = gaps([data], [residual])
-    about = []
-    for f0 in _modes(c, data):
-        near = np.abs(data.f - f0) <= ABOUT_MODE_HZ
-        if near.any():
-            G = overall(gaps([data.at(near)], [residual[near]])).G
-            about.append(ModeGap(f0, G))
-    return Gaps(overall(found).G, found, tuple(about))
-
-
-def _modes(c: Candidate, data: Dataset) -> list[float]:
-    """Frequencies [Hz] of the model's modes within the data."""
-    poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)
-    return [float(f) for f in poles if data.f[0] <= f <= data.f[-1]]
 
 
 def _tried(found: SearchResult) -> tuple[Tried, ...]:

@@ -1,0 +1,82 @@
+"""The gap before and after, of a pair of models that says so: no channel is worse for what was named."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from checks.fitting.dataset import Dataset
+from checks.fitting.goodness import gaps, overall
+from checks.gap.decision.gates import Claim, kept
+from checks.gap.decision.result import Gaps, ModeGap
+from checks.gap.search.forward import Candidate
+
+ABOUT_MODE_HZ = 5.0
+AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance
+SLACK = 1.05  # of G: the calibration with an effect and the one without are not the same
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """before, after: models with the gap to show; made: the claims, those refused that would widen a channel's gap."""
+
+    before: Candidate
+    after: Candidate
+    made: tuple[Claim, ...]
+
+
+def never_worse(without: Sequence[Candidate], full: Candidate, made: Sequence[Claim]) -> Shown:
+    """without: the model without effects, at every calibration that there is; full: with all that was found.
+
+    Names are taken back, the one that explains least first, until no channel's gap grows by the others; with none left,
+    nothing was gained and both gaps are that of the nearest model."""
+    nearest = min(without, key=lambda c: gaps_of(c).G)
+    claims = list(made)
+    while good := kept(claims):
+        after = _named_only(full, good)
+        beside = [c for c in without if not _grown(c, after)] or [c for c in without if not _grown(c, after, AGREES)]
+        worse = _grown(nearest, after, AGREES, SLACK)
+        if beside and not worse:
+            return Shown(min(beside, key=lambda c: gaps_of(c).G), after, tuple(claims))
+        least = min(good, key=lambda c: c.delta_lnL)
+        words = f"would leave {' and '.join(worse) or 'a channel'} worse explained than without it"
+        claims[claims.index(least)] = replace(least, reasons=(words,))
+    return Shown(nearest, nearest, tuple(claims))
+
+
+def _grown(before: Candidate, after: Candidate, agrees: float = 0.0, slack: float = 1.0) -> list[str]:
+    """Channels that are worse explained after than before, beyond agreement."""
+    old, new = gaps_of(before).channels, gaps_of(after).channels
+    return [c for c in new if new[c].G > max(agrees, slack * old[c].G)]
+
+
+def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
+    """The model as it will be written: without stand-ins and without what was not named, at the values of the joint
+    fit."""
+    names = {c.effect.name for c in good}
+    response = full.response
+    for m in response.counted:
+        if m.name not in names:
+            response = response.without(m.name)
+    return replace(full, response=response, at={q.name: full.at.get(q.name, q.begin) for q in response.free()})
+
+
+def gaps_of(c: Candidate) -> Gaps:
+    """The gap of a model on its unseen records."""
+    data, model = c.unseen, c.response.frf(c.unseen.f, c.at, c.unseen.channels)
+    data = data.around(model)
+    residual = data.H - model
+    found = gaps([data], [residual])
+    about = []
+    for f0 in _modes(c, data):
+        near = np.abs(data.f - f0) <= ABOUT_MODE_HZ
+        if near.any():
+            G = overall(gaps([data.at(near)], [residual[near]])).G
+            about.append(ModeGap(f0, G))
+    return Gaps(overall(found).G, found, tuple(about))
+
+
+def _modes(c: Candidate, data: Dataset) -> list[float]:
+    """Frequencies [Hz] of the model's modes within the data."""
+    poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)
+    return [float(f) for f in poles if data.f[0] <= f <= data.f[-1]]
