@@ -30,6 +30,7 @@ Say = Callable[[str], None]
 PAUSES_S = (0.3, 2.0)  # before another attempt: a disturbed line is soon silent, a plug takes a moment to be found
 REPEATS = 3
 MAX_SPREAD_UM = 3.0  # of repeats at one probe point: more is a probe that was not seated, or moved
+MAX_OPEN_LOOP = 0.3  # of a stroke that may be left back at the first voltage: a loop is 10 to 15 % wide, creep less
 GROUPS = {"sensor_uF": "sensor", "actuator_uF": "actuator"}
 STROKES = {"one_stack": "stroke_one_stack.mat", "two_stacks": "stroke_two_stacks.mat"}
 POINTS_MM = [(float(x), float(y)) for x, y in np.array(POSITIONS_MM, dtype=float)]
@@ -71,7 +72,7 @@ def capture(section: str, run: Run) -> Captured:
                 run.say(reminder)
             run.instrument.connect()
             captured = CAPTURES[section](run, lambda what: _patiently(run, journal, what))
-            run.instrument.connect()  # still the instrument that it was at the beginning
+            run.instrument.confirm()  # still the instrument that it was, set as it was, before anything is set
         except InstrumentError as e:
             _event("capture_failed", serial, section, run, journal, {"reason": str(e)})
             raise
@@ -105,6 +106,7 @@ def _event(what: str, serial: str, section: str, run: Run, journal: Journal, mor
         "calibration": None
         if calibration is None
         else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
+        "settings": dict(run.instrument.asked),
         "readings": journal.lines,
         "journal": journal.path.name,
         "transcript": [] if link is None else [t.to_json() for t in link.take_transcript()],
@@ -142,6 +144,10 @@ def flatness(run: Run, take: Take) -> Captured:
         if max(heights) - min(heights) > MAX_SPREAD_UM:
             words = ", ".join(f"{z:.1f}" for z in heights)
             raise Implausible(f"point {point}: its repeats are {words} um, more than {MAX_SPREAD_UM:g} um apart")
+    if len({z for heights in rounds for z in heights}) == 1:
+        raise Implausible(
+            f"all {REPEATS * len(rounds)} heights are {rounds[0][0]:g} um: the display stands still; is it on hold?"
+        )
     scatter = math.sqrt(statistics.fmean(statistics.variance(heights) for heights in rounds))
     run.say(f"scatter of the repeats: {scatter:.2f} um (standard deviation of one reading)")
     x_mm, y_mm = np.transpose(POINTS_MM)
@@ -171,9 +177,20 @@ def _stroke_record(run: Run, take: Take, group: str, steps: Sequence[float]) -> 
         reading = take(f"{group} at {V:g} V")
         d.append(reading.value)
         t_read.append(reading.t)
+    _must_follow(group, d)
     when = np.array(t_read) - t_read[0]
     t = np.linspace(0.0, max(when[-1], 1e-3 * len(steps)), len(steps))
     return records.mat_bytes({"t": t, "V": np.array(steps), "d": np.array(d), "t_read": when})
+
+
+def _must_follow(group: str, d: Sequence[float]) -> None:
+    """Raises Implausible for a display that does not go back with the voltage: held, or on its maximum."""
+    span = max(d) - min(d)
+    if span == 0.0 or abs(d[-1] - d[0]) > MAX_OPEN_LOOP * span:
+        raise Implausible(
+            f"{group}: it begins at {d[0] / UM:.2f} um, spans {span / UM:.2f} um and ends, at the same voltage, at "
+            f"{d[-1] / UM:.2f} um: the display does not follow; is it on hold, MAX or MIN, or was it set to zero?"
+        )
 
 
 def voltages(cycles: int = 2) -> list[float]:

@@ -39,6 +39,7 @@ class Journal:
             "unit": reading.unit,
             "t": reading.t,
             "more": dict(reading.more),
+            "settings": dict(reading.settings),
             "raw": [raw.decode("latin-1") for raw in reading.raw],
         }
         self._file.write(json.dumps(line).encode() + b"\n")

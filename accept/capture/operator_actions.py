@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
+from hw.errors import Implausible
 from hw.simulated.world import Stage, StageFile
 
 Ask = Callable[[str], str]
@@ -69,9 +70,14 @@ class Player(Person):
         self._start, self._step = self._clock(), 0
 
     def voltage(self, _: float) -> None:
-        due = self._start + self._step * self._dwell_s + self._settle_s
+        begins = self._start + self._step * self._dwell_s
+        if self._clock() > begins + self._settle_s:
+            raise Implausible(
+                f"step {self._step + 1}: the reading before it took until after this step had settled, and at which "
+                f"voltage it was taken is not known; let the rig dwell longer than {self._dwell_s:g} s"
+            )
         self._step += 1
-        time.sleep(max(0.0, due - self._clock()))
+        time.sleep(max(0.0, begins + self._settle_s - self._clock()))
 
 
 class Staged:

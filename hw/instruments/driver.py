@@ -1,6 +1,6 @@
 """What a driver is: its names in a bench file, and how it is made of an entry there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -18,18 +18,21 @@ S = TypeVar("S", bound=Strict)
 
 
 class Instrument(Protocol):
-    """What capture and `accept hw test` need of any driver. link: None where there is no wire."""
+    """What capture and `accept hw test` need of any driver. link: None where there is no wire. asked: what it said that
+    it is set to since `connect`. confirm: at the end of a run, whether it is still the same."""
 
     name: str
     model: str | None
     serial: str | None
     unit: str
     reminders: tuple[str, ...]
+    asked: Mapping[str, str]
 
     @property
     def link(self) -> Link | None: ...
     def connect(self) -> Identity: ...
     def read(self) -> Reading: ...
+    def confirm(self) -> Identity: ...
     def close(self) -> None: ...
 
 

@@ -1,10 +1,12 @@
-"""What instruments that read a length have in common: settings, agreement of two readings, the plausible range."""
+"""What instruments that read a length have in common: settings, agreement of two readings, resolution, the plausible
+range."""
 
 from typing import Annotated, TypeVar
 
 from pydantic import Field
 
 from hw.errors import Implausible
+from hw.instruments.reading import Reading
 from hw.instruments.serial_instrument import SerialInstrument, SerialSettings
 from specs.strict import Positive
 
@@ -12,10 +14,12 @@ METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
 
 
 class LengthSettings(SerialSettings):
-    """range_mm : plausible readings. agreement_um : how far two answers in a row may differ."""
+    """range_mm : plausible readings. agreement_um : how far two answers in a row may differ. resolution_um : the
+    coarsest last digit that the display may have."""
 
     range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
     agreement_um: Positive = 0.5
+    resolution_um: Positive = 1.0
 
     def plausible(self, who: str, line: bytes, metres: float) -> float:
         """The length, when it is within the range. Raises Implausible."""
@@ -23,6 +27,15 @@ class LengthSettings(SerialSettings):
         if not lo <= metres * 1e3 <= hi:
             raise Implausible(f"{who}: {line!r} is outside {lo:g} to {hi:g} mm, the range in the bench file")
         return metres
+
+    def fine_enough(self, who: str, line: bytes, unit: str, decimals: int) -> None:
+        """Raises Implausible for a display whose last digit is coarser than `resolution_um`."""
+        step_um = METRES[unit] * 1e6 * 10.0**-decimals
+        if step_um > self.resolution_um * (1 + 1e-9):
+            raise Implausible(
+                f"{who}: {line!r} shows steps of {step_um:g} um, the bench file allows {self.resolution_um:g} um; "
+                "set the display to a finer resolution"
+            )
 
 
 L = TypeVar("L", bound=LengthSettings)
@@ -33,6 +46,5 @@ class LengthInstrument(SerialInstrument[L]):
 
     unit = "m"
 
-    @property
-    def _within(self) -> float:
+    def _within(self, _: Reading) -> float:
         return self.settings.agreement_um * 1e-6

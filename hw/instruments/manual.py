@@ -5,7 +5,8 @@ Known and assumed: nothing about any instrument; the typed text must hold a numb
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -36,6 +37,7 @@ class Manual:
 
     reminders: tuple[str, ...] = ()
     link = None
+    asked: Mapping[str, str] = MappingProxyType({})
 
     def __init__(
         self,
@@ -60,6 +62,10 @@ class Manual:
         typed = self._ask(f"{self.name}: reading with its unit, such as 4.99 {self.settings.unit}: ")
         value = parse_typed(self.name, typed, self.settings, self.unit)
         return Reading(value, self.unit, time.time(), (typed.encode("utf-8"),))
+
+    def confirm(self) -> Identity:
+        """Nobody to ask."""
+        return Identity()
 
     def close(self) -> None:
         """Nothing is open."""

@@ -1,44 +1,48 @@
 """Mahr Millimar by M1240.
 
-Known from [MILLIMAR] (page 67): messages and replies end CR; `I` -> `I,MAHRGMBH,C1208,Vn.nn`; `F1`, `F2` start and `F3`
-ends a measurement, `R` resets, each echoed; `Z` starts a two-point master measurement, which a key ends; `P86,1`
-`P86,2` `P86,3` set mm, inch, micrometre; `M` -> `M1, xxx.xxx` without unit; `M70` -> stored values, which reading
-deletes. "A command can be acknowledged with CR." Known from a sibling (C1245): `I, MAHR GMBH` with blanks. Both forms
-are taken. Assumed: whether `P86` is answered (`acknowledged`: "cr", "echo" or "none"). The unit cannot be read back, so
-it is set again before every value: someone may have changed it at the instrument.
+Known from [MILLIMAR] (page 67): messages and replies end CR; `I` -> `I,MAHRGMBH,C1208,Vn.nn`, printed with a blank
+before CR; `P86,1` `P86,2` `P86,3` set mm, inch, micrometre; `M` -> `M1, xxx.xxx`, the current value(s), without unit.
+"A command can be acknowledged with CR."
+Known from a sibling (C1245): `I, MAHR GMBH` with blanks. Both forms are taken.
+Assumed: whether `P86` is answered (`acknowledged`: "cr", "echo" or "none"); that several features come as a line each
+(`features`). The unit cannot be read back, so every value is taken in two units: numbers that do not differ as the
+units do show a display that did not obey. Formula and factor cannot be asked at all: prefer OPTORSD.
 """
 
+import math
 import re
-from typing import ClassVar, Literal
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
 
-from hw.errors import Garbled, InstrumentRefused, NoReply
+from pydantic import Field
+
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply
+from hw.instruments.length import METRES
 from hw.instruments.millimar import Millimar, MillimarSettings, parse_bare
-from hw.instruments.reading import Identity, Reading
+from hw.instruments.reading import Identity, Reading, agreed, no_value
 from hw.instruments.serial_instrument import text_of
 from hw.link import Deadline
 
 END = b"\r"
 UNIT_CODES = {"mm": "P86,1", "in": "P86,2", "um": "P86,3"}
-IDENTITY = re.compile(r"I, ?MAHR ?GMBH, ?(?P<model>[A-Z]?\d+),(?P<version>V\d+\.\d+)")
-VALUE = re.compile(r"M1, (?P<number>[-+ \d.]+)")
-STORED = re.compile(r"(?P<feature>\d{1,5}), ?(?P<number>[-+ \d.]+)")
-MAX_STORED = 400
+OTHER_UNIT = {"mm": "um", "in": "um", "um": "mm"}
+IDENTITY = re.compile(r"I, ?MAHR ?GMBH, ?(?P<model>[A-Z]?\d+), ?(?P<version>V\d+\.\d+) *")
+VALUE = re.compile(r"M(?P<feature>\d+), *(?P<number>[-+ ]*\d+\.\d+) *")
+APART = 3.0  # tolerances by which a number must differ from itself in the other unit, to show which unit it has
 
 
 class M1240Settings(MillimarSettings):
-    """acknowledged : how setting the unit is answered."""
+    """acknowledged : how setting the unit is answered. features : how many values `M` returns; the first is taken."""
 
     protocol: Literal["M1240"]
     acknowledged: Literal["cr", "echo", "none"] = "cr"
+    features: Annotated[int, Field(ge=1, le=16)] = 1
 
 
 class MillimarM1240(Millimar[M1240Settings]):
     """Displacement [m] of a Millimar."""
 
     end: ClassVar[bytes] = END
-
-    def _begin(self, deadline: Deadline) -> None:
-        """Nothing lasts: the unit is set before every value."""
 
     def _identify(self, deadline: Deadline) -> Identity:
         said = self._text("I", deadline)
@@ -47,63 +51,55 @@ class MillimarM1240(Millimar[M1240Settings]):
             raise Garbled(f"{self.name}: I gave {said!r}, expected I,MAHRGMBH,model,version")
         return Identity(found["model"], None, found["version"])
 
-    def _measure(self, deadline: Deadline) -> Reading:
-        self._set_unit(deadline)
-        line = self._text("M", deadline)
-        found = VALUE.fullmatch(line)
-        if not found:
-            raise Garbled(f"{self.name}: M gave {line!r}, expected 'M1, ' and a number")
-        value = parse_bare(self.name, found["number"].lstrip(), self.settings)
-        return Reading(value, self.unit, self._now(), (line.encode("ascii"),))
+    def _agreed(self, deadline: Deadline) -> Reading:
+        """In the bench file's unit, in another one, and again: the display is left in its own."""
+        ours = self.settings.unit
+        other = OTHER_UNIT[ours]
+        (first, step), (check, check_step) = self._in_unit(ours, deadline), self._in_unit(other, deadline)
+        again, _ = self._in_unit(ours, deadline)
+        within = self._within(first) + (step + check_step) / 2
+        value = agreed(self.name, (first, again), self._within(first)).value
+        both = agreed(self.name, (first, check, again), within)
+        same_format = math.isclose(step / METRES[ours], check_step / METRES[other])
+        if same_format and abs(value / METRES[ours] * METRES[other] - value) <= APART * within:
+            raise Implausible(
+                f"{self.name}: {both.raw!r}: so near to zero nothing shows whether the display is in {ours}; move the "
+                "probe a little off zero"
+            )
+        return replace(both, value=value, settings={"decimals": str(round(-math.log10(step / METRES[ours])))})
 
-    def _set_unit(self, deadline: Deadline) -> None:
-        code = UNIT_CODES[self.settings.unit]
-        if self.settings.acknowledged == "none":
+    def _measure(self, deadline: Deadline) -> Reading:
+        return self._in_unit(self.settings.unit, deadline)[0]
+
+    def _in_unit(self, unit: str, deadline: Deadline) -> tuple[Reading, float]:
+        """A reading in a unit, and its last digit [m]."""
+        self._set_unit(unit, deadline)
+        lines = [self._text("M", deadline)]
+        while len(lines) < self.settings.features:
+            rest = self.link.read_until(END, deadline.within(self.settings.timeout_s)).removesuffix(END)
+            lines.append(text_of(self.name, rest))
+        for number, line in enumerate(lines, 1):
+            found = VALUE.fullmatch(line)
+            if not found or int(found["feature"]) != number:
+                words = f"'M{number}, ' and a number (features = {self.settings.features} in the bench file)"
+                raise no_value(self.name, line.encode("ascii"), words)
+        first = VALUE.fullmatch(lines[0])
+        metres, decimals = parse_bare(self.name, first["number"] if first else "", unit, self.settings)
+        raw = tuple(line.encode("ascii") for line in lines)
+        return Reading(metres, self.unit, self._now(), raw), METRES[unit] * 10.0**-decimals
+
+    def _set_unit(self, unit: str, deadline: Deadline) -> None:
+        code, how = UNIT_CODES[unit], self.settings.acknowledged
+        if how == "none":
             self._say(code.encode("ascii") + END)
             return
-        expected = "" if self.settings.acknowledged == "cr" else code
-        if (said := self._text(code, deadline)) != expected:
+        try:
+            said = self._text(code, deadline)
+        except NoReply as e:
+            raise NoReply(f"{e}; if it never answers {code}, the bench file needs acknowledged = 'none'") from e
+        expected = "" if how == "cr" else code
+        if said.strip() != expected:
             raise InstrumentRefused(
-                f"{self.name}: {code} was answered {said!r}, expected {expected!r}: the unit is not known"
+                f"{self.name}: {code} was answered {said!r}, expected {expected!r} (acknowledged = {how!r} in the "
+                "bench file): the unit is not known"
             )
-
-    def start(self, timed: bool = False) -> None:
-        """Start a measurement, with the set period (T-TIMER) where `timed`. Raises InstrumentError."""
-        self._echoed("F1" if timed else "F2")
-
-    def stop(self) -> None:
-        """End a measurement. Raises InstrumentError."""
-        self._echoed("F3")
-
-    def reset(self) -> None:
-        """Reset to the basic state. Raises InstrumentError."""
-        self._echoed("R")
-
-    def master(self) -> None:
-        """Start the two-point master measurement, which a key at the instrument ends; until then it is silent."""
-        self._echoed("Z")
-
-    def stored(self) -> list[tuple[int, float, bytes]]:
-        """Stored values: feature, metres, reply. Reading deletes them in the instrument, so the replies are kept in the
-        transcript whatever happens. Raises InstrumentError when any line is damaged."""
-        deadline = self.link.deadline(self.deadline_s)
-        self._say(b"M70" + END)
-        lines: list[bytes] = []
-        while len(lines) < MAX_STORED:
-            try:
-                lines.append(self.link.read_until(END, deadline.within(self.settings.timeout_s)))
-            except NoReply as e:
-                if "nothing came" in str(e):
-                    break
-                raise Garbled(f"{self.name}: the last stored value is cut short ({e})") from e
-        return [self._stored_value(line) for line in lines]
-
-    def _stored_value(self, line: bytes) -> tuple[int, float, bytes]:
-        found = STORED.fullmatch(text_of(self.name, line.removesuffix(END)))
-        if not found:
-            raise Garbled(f"{self.name}: {line!r} is no stored value; the transcript has all of them")
-        return int(found["feature"]), parse_bare(self.name, found["number"].lstrip(), self.settings), line
-
-    def _echoed(self, command: str) -> None:
-        if (said := self._text(command, self.link.deadline(self.deadline_s))) != command:
-            raise InstrumentRefused(f"{self.name}: {command} was answered {said!r}, expected its echo")

@@ -1,89 +1,92 @@
 """Mahr Millimar by OPTORSD (questions and settings) or OPTORSS (one question).
 
-Known from [MILLIMAR] (pages 69, 70): messages end CR, replies CR LF; `?` -> value with unit; `ID?`, `VER?`, `UNI?`,
-`SER?`, `CHA?`, printed with a blank (or `_`) before CR; settings `mm`, `in`, `um`, `CHA...`, `DIS text` (7 characters)
-are acknowledged. OPTORSS knows `?` only. Assumed: the text of the acknowledgement is not printed. Any one line but an
-error is taken for one, or none within the timeout (`acknowledged = false`: none is waited for); what was set is read
-back, so nothing rests on it.
+Known from [MILLIMAR] (pages 69, 70): messages end CR, replies CR LF; `?` -> value with unit; `ID?`, `UNI?`, `SER?`,
+`CHA?`, printed with a blank (or `_`) before CR; settings `mm`, `in`, `um` and `CHA...` are acknowledged. OPTORSS knows
+`?` only: neither unit setting nor formula nor instrument can be asked there.
+Assumed: the text of the acknowledgement is not printed. Any one line but an error is taken for one, or none within the
+timeout (`acknowledged = false`: none is waited for); what was set is read back, so nothing rests on it.
 """
 
 import re
+from collections.abc import Mapping
 from typing import ClassVar, Literal
+
+from pydantic import model_validator
 
 from hw.errors import Garbled, Implausible
 from hw.instruments.millimar import Millimar, MillimarSettings, check_error, parse_value
 from hw.instruments.reading import Identity, Reading
 from hw.link import Deadline
 
-MAX_DISPLAY = 7
-
 
 class OptorsSettings(MillimarSettings):
-    """acknowledged : whether a setting is answered by a line."""
+    """formula : connection formula to hold it to (`+1`, `-1-2`...), required of OPTORSD: another one doubles or turns
+    the displacement. acknowledged : whether a setting is answered by a line."""
 
     protocol: Literal["OPTORSD", "OPTORSS"]
+    formula: Literal["+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2"] | None = None
     acknowledged: bool = True
+
+    @model_validator(mode="after")
+    def _formula_of_a_duplex_line(self) -> "OptorsSettings":
+        if self.protocol == "OPTORSD" and self.formula is None:
+            raise ValueError("formula is missing: the connection formula of the display, such as '+1'")
+        return self
 
 
 class MillimarOptors(Millimar[OptorsSettings]):
     """Displacement [m] of a Millimar."""
 
     end: ClassVar[bytes] = b"\r\n"
+    answers = 3  # a sign that was lost shows in no width, as it would in a frame of fixed length
 
     @property
     def _duplex(self) -> bool:
         return self.settings.protocol == "OPTORSD"
 
-    def _begin(self, deadline: Deadline) -> None:
-        if not self._duplex:
-            return
-        self._set(self.settings.unit, deadline)
-        if (found := self.question("UNI?", deadline)) != self._spelled:
-            raise Implausible(f"{self.name}: the display is in {found!r} and did not change to {self._spelled!r}")
-        if self.settings.formula is not None:
-            self._set(f"CHA{self.settings.formula}", deadline)
-            self._check_formula(self.settings.formula, deadline)
-
-    @property
-    def _spelled(self) -> str:
-        return self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
-
-    def _check_formula(self, wanted: str, deadline: Deadline) -> None:
-        """`CHA-1-2` reads back as `-C1-C2`; a leading + may be missing (assumed)."""
-        expected = re.sub(r"([+-])", r"\1C", wanted)
-        found = self.question("CHA?", deadline)
-        if found.lstrip("+") != expected.lstrip("+"):
-            raise Implausible(f"{self.name}: its formula is {found!r} and did not change to {expected!r}")
+    def _set_up(self, deadline: Deadline) -> None:
+        for message in (self.settings.unit, f"CHA{self.settings.formula}") if self._duplex else ():
+            if self.settings.acknowledged:
+                check_error(self.name, self._line(message, deadline))
+            else:
+                self._say(message.encode("ascii") + b"\r")
 
     def _identify(self, deadline: Deadline) -> Identity:
         if not self._duplex:
             return Identity()
-        said = self.question("ID?", deadline)
+        said = self._question("ID?", deadline)
         maker, comma, model = said.partition(",")
         if maker != "MAHR GMBH" or not comma:
             raise Garbled(f"{self.name}: ID? gave {said!r}, expected 'MAHR GMBH,' and a model")
-        return Identity(model.strip(), self.question("SER?", deadline))
+        return Identity(model.strip(), self._question("SER?", deadline))
 
-    def version(self) -> str:
-        """Firmware version. Raises InstrumentError."""
-        return self.question("VER?", self.link.deadline(self.deadline_s))
+    def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
+        """Unit and formula; `CHA-1-2` reads back as `-C1-C2`, where a leading + may be missing (assumed)."""
+        if not self._duplex:
+            return self._silence(deadline)
+        spelled = self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
+        formula = re.sub(r"([+-])", r"\1C", str(self.settings.formula)).lstrip("+")
+        unit, said = self._question("UNI?", deadline), self._question("CHA?", deadline)
+        if unit != spelled:
+            raise Implausible(f"{self.name}: its unit is {unit!r}, the bench file has {spelled!r}; was it changed?")
+        if said.lstrip("+") != formula:
+            raise Implausible(
+                f"{self.name}: its formula is {said!r}, the bench file has {formula!r}; was it changed at the gauge? "
+                "With two features only FEAT. 1 can be changed"
+            )
+        return {"unit": unit, "formula": said}
 
-    def show(self, text: str) -> None:
-        """Text on line 1 of its display, at most 7 characters. Raises ValueError, InstrumentError."""
-        if len(text) > MAX_DISPLAY or not text.isascii() or not text.isprintable():
-            raise ValueError(f"{text!r} is no text of at most {MAX_DISPLAY} printable characters; nothing sent")
-        self._set(f"DIS {text}", self.link.deadline(self.deadline_s))
+    def _silence(self, deadline: Deadline) -> Mapping[str, str]:
+        """Where nothing can be asked, nothing more may come either: an answer too many is one that was late."""
+        if came := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
+            raise Garbled(f"{self.name}: {came[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
+        return {}
 
-    def question(self, message: str, deadline: Deadline) -> str:
+    def _question(self, message: str, deadline: Deadline) -> str:
         """The reply to `ID?` and its like, without blanks. Raises InstrumentError."""
         return self._text(message, deadline).strip(" _")
 
     def _measure(self, deadline: Deadline) -> Reading:
         line = self._line("?", deadline)
-        return Reading(parse_value(self.name, line, self.settings), self.unit, self._now(), (line,))
-
-    def _set(self, message: str, deadline: Deadline) -> None:
-        if self.settings.acknowledged:
-            check_error(self.name, self._line(message, deadline))
-        else:
-            self._say(message.encode("ascii") + b"\r")
+        metres, decimals = parse_value(self.name, line, self.settings)
+        return Reading(metres, self.unit, self._now(), (line,), settings={"decimals": str(decimals)})

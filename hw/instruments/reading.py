@@ -1,30 +1,36 @@
-"""What an instrument tells: a reading in SI, and who it says it is."""
+"""What an instrument tells: a reading in SI, who it says it is, and what it says it is set to."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import re
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from hw.errors import Implausible, WrongInstrument
+from hw.errors import Garbled, Implausible, InstrumentError, OverRange, WrongInstrument
 
 
 @dataclass(frozen=True)
 class Reading:
     """value in `unit` (SI: "m", "F"); t: when it came [s since 1970]; raw: the replies it was read from, in order;
-    more: what came with it (D of a capacitance), dimensionless."""
+    more: what came with it (D of a capacitance), dimensionless; settings: what the instrument said it was set to before
+    and after it."""
 
     value: float
     unit: str
     t: float
     raw: tuple[bytes, ...]
     more: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Identity:
-    """What the instrument says it is; None: its protocol does not tell, or it was not asked."""
+    """What the instrument says it is; None: its protocol does not tell, or it was not asked. identification: words
+    without fixed fields."""
 
     model: str | None = None
     serial: str | None = None
     firmware: str | None = None
+    identification: str | None = None
 
 
 def check_identity(who: str, said: Identity, model: str | None, serial: str | None) -> None:
@@ -35,16 +41,48 @@ def check_identity(who: str, said: Identity, model: str | None, serial: str | No
             raise WrongInstrument(f"{who}: the instrument says {name} {found!r}, the bench file {expected!r}; {words}")
 
 
-def agreed(who: str, first: Reading, second: Reading, within: float) -> Reading:
-    """Their mean, at the time of the second. Raises Implausible when they differ by more than `within` [SI].
+def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str]) -> None:
+    """Raises Implausible where the instrument says other settings than before."""
+    changed = [
+        f"{key} was {before[key]!r} and is {now[key]!r}"
+        for key in before.keys() & now.keys()
+        if before[key] != now[key]
+    ]
+    if changed:
+        words = "was it changed at the instrument? Set it back and measure again from the start"
+        raise Implausible(f"{who}: {'; '.join(sorted(changed))}: {words}")
+
+
+def agreed(who: str, readings: Sequence[Reading], within: float, more_within: float = 0.0) -> Reading:
+    """Their mean, at the time of the last. Raises Implausible when two of them differ by more than `within` [SI], when
+    what came with them differs by more than `more_within`, or when they came under different settings.
 
     A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can.
     """
-    difference = abs(first.value - second.value)
-    if not difference <= within:
-        raise Implausible(
-            f"{who}: two readings in a row differ by {difference:.3g} {first.unit} ({first.raw[-1]!r}, "
-            f"{second.raw[-1]!r}), at most {within:.3g} are allowed; is something moving, or the line disturbed?"
-        )
-    mean = (first.value + second.value) / 2
-    return Reading(mean, first.unit, second.t, first.raw + second.raw, second.more)
+    last = readings[-1]
+    columns = [(last.unit, [reading.value for reading in readings], within)]
+    columns += [(key, [reading.more[key] for reading in readings], more_within) for key in last.more]
+    raw = tuple(line for reading in readings for line in reading.raw)
+    for name, values, most in columns:
+        apart = max(values) - min(values)
+        if not apart <= most:
+            raise Implausible(
+                f"{who}: readings in a row differ by {apart:.3g} {name} ({raw!r}), at most {most:.3g} are allowed; is "
+                "something moving, or the line disturbed?"
+            )
+    for reading in readings:
+        check_unchanged(who, reading.settings, last.settings)
+    (_, values, _), *more = columns
+    means = {name: statistics.fmean(column) for name, column, _ in more}
+    return replace(last, value=statistics.fmean(values), raw=raw, more=means)
+
+
+def no_value(who: str, line: bytes, expected: str) -> InstrumentError:
+    """What to say of a reply that is no value, by its look."""
+    if re.search(rb"-{3,}|_{3,}|OVER|^\s*OV|\bOL\b", line):
+        return OverRange(f"{who}: it is over range, or has no probe ({line!r})")
+    if re.search(rb"\d,\d", line):
+        return Garbled(f"{who}: {line!r} has a decimal comma: set the instrument to a decimal point")
+    if b"\x13" in line or b"\x11" in line:
+        return Garbled(f"{who}: {line!r} holds XON or XOFF: the bench file needs handshake = 'xonxoff'")
+    return Garbled(f"{who}: {line!r}, expected {expected}")

@@ -1,15 +1,17 @@
-"""What all serial drivers do alike: connect when needed, ask only on a silent line, read twice, bound everything."""
+"""What all serial drivers do alike: connect when needed, ask only on a silent line, ask before and after every reading
+who answers and what it is set to, read more than once, bound everything."""
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Annotated, Generic, TypeVar
+from dataclasses import asdict, replace
+from typing import Annotated, ClassVar, Generic, TypeVar
 
 from pydantic import Field
 
 from hw.errors import Garbled, InstrumentError
-from hw.instruments.reading import Identity, Reading, agreed, check_identity
+from hw.instruments.reading import Identity, Reading, agreed, check_identity, check_unchanged
 from hw.link import Deadline, Link
 from specs.strict import Strict
 
@@ -34,14 +36,18 @@ S = TypeVar("S", bound=SerialSettings)
 class SerialInstrument(ABC, Generic[S]):
     """A driver: `read` gives a value or raises InstrumentError within `deadline_s` (plus one look at the port).
 
-    After any error the next reading starts a new session: silent line, identity, settings.
+    After any error the next reading starts a new session: silent line, settings. What the instrument said it was set to
+    at the first reading since `connect` holds until `close`, over all sessions: a change in between is an error.
     """
 
     unit: str
+    answers: ClassVar[int] = 2
     reminders: tuple[str, ...] = ()
+    asked: Mapping[str, str]
 
     def __init__(self, name: str, link: Link, settings: S, model: str | None = None, serial: str | None = None) -> None:
         self.name, self.link, self.settings, self.model, self.serial = name, link, settings, model, serial
+        self.asked = {}
         self._session = 0  # value of link.opened when the session began; 0: none
 
     @property
@@ -49,34 +55,65 @@ class SerialInstrument(ABC, Generic[S]):
         return self.settings.deadline_s
 
     def connect(self) -> Identity:
-        """Start a session; who answers. Raises InstrumentError."""
+        """Start a run: everything is set, and holds from now on; who answers. Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
+        self.asked = {}
         with self._session_ends_on_error():
             self._start(deadline)
-            return self._who(deadline)
+            return self._state(deadline)[0]
 
     def read(self) -> Reading:
         """One reading that two answers agree on. Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
-            if self._session == 0 or self._session != self.link.opened:
+            if not self._in_session:
                 self._start(deadline)
-            self._who(deadline)
-            return agreed(self.name, self._measure(deadline), self._measure(deadline), self._within)
+            _, before = self._state(deadline)  # nothing is measured by another instrument, or with a bias on
+            reading = self._agreed(deadline)
+            _, after = self._state(deadline)  # it was all that time what it was before
+            check_unchanged(self.name, before, after)
+            settings = {**after, **reading.settings}
+            check_unchanged(self.name, self.asked, settings)
+            self.asked = {**self.asked, **settings}
+            return replace(reading, settings=settings)
+
+    def confirm(self) -> Identity:
+        """End a run: still the same instrument, set as it was; asked before anything is set. Raises InstrumentError."""
+        deadline = self.link.deadline(self.deadline_s)
+        with self._session_ends_on_error():
+            if not self._in_session:
+                self.link.drop_until_quiet(self.settings.quiet_s, deadline)
+                self._open(deadline)
+            identity, now = self._state(deadline)
+            check_unchanged(self.name, self.asked, now)
+            return identity
 
     def close(self) -> None:
-        self._session = 0
+        """Close the line; what was asked is forgotten."""
+        self._session, self.asked = 0, {}
         self.link.close()
+
+    @property
+    def _in_session(self) -> bool:
+        return self._session != 0 and self._session == self.link.opened
 
     def _start(self, deadline: Deadline) -> None:
         self.link.drop_until_quiet(self.settings.quiet_s, deadline)
-        self._begin(deadline)
+        self._open(deadline)
+        self._set_up(deadline)
         self._session = self.link.opened
 
-    def _who(self, deadline: Deadline) -> Identity:
-        said = self._identify(deadline)
-        check_identity(self.name, said, self.model, self.serial)
-        return said
+    def _state(self, deadline: Deadline) -> tuple[Identity, dict[str, str]]:
+        """Who answers, as the bench file wants it, and all that it says of itself."""
+        identity = self._identify(deadline)
+        check_identity(self.name, identity, self.model, self.serial)
+        said = {key: value for key, value in asdict(identity).items() if value is not None}
+        return identity, said | dict(self._ask_settings(deadline))
+
+    def _agreed(self, deadline: Deadline) -> Reading:
+        """As many answers as it takes to believe them, where they agree."""
+        readings = [self._measure(deadline) for _ in range(self.answers)]
+        return agreed(self.name, readings, self._within(readings[0]), self._more_within)
 
     @contextmanager
     def _session_ends_on_error(self) -> Iterator[None]:
@@ -87,30 +124,41 @@ class SerialInstrument(ABC, Generic[S]):
             self.link.note(f"{type(e).__name__}: {e}")
             raise
 
-    @property
     @abstractmethod
-    def _within(self) -> float:
+    def _within(self, first: Reading) -> float:
         """How far two answers in a row may differ [SI]."""
 
-    @abstractmethod
-    def _begin(self, deadline: Deadline) -> None:
-        """Make the session: everything that must be set before a value means what it should."""
+    @property
+    def _more_within(self) -> float:
+        """How far what comes with them may differ."""
+        return 0.0
 
-    @abstractmethod
-    def _identify(self, deadline: Deadline) -> Identity:
+    def _open(self, deadline: Deadline) -> None:
+        """Make it answer, where it does not by itself; sets nothing that a value depends on."""
+
+    def _set_up(self, deadline: Deadline) -> None:
+        """Set everything that must be set before a value means what it should; by itself it sets nothing."""
+
+    def _identify(self, _: Deadline) -> Identity:
         """Ask who it is, as far as the protocol has it."""
+        return Identity()
+
+    def _ask_settings(self, _: Deadline) -> Mapping[str, str]:
+        """What it says it is set to, when that is as the bench file wants it; nothing where the protocol has no
+        question. Raises InstrumentError."""
+        return {}
 
     @abstractmethod
     def _measure(self, deadline: Deadline) -> Reading:
         """Ask for one value."""
 
-    def _ask(self, message: bytes, end: bytes, deadline: Deadline, harmless: bytes = b"") -> bytes:
+    def _ask(self, message: bytes, end: bytes, deadline: Deadline, harmless: bytes = b"\r\n") -> bytes:
         """Send a message and return the reply with its end. Raises Garbled when bytes lay on the line before it: they
         could be taken for the answer. harmless : bytes that an instrument may leave behind."""
         self._say(message, harmless)
         return self.link.read_until(end, deadline.within(self.settings.timeout_s))
 
-    def _say(self, message: bytes, harmless: bytes = b"") -> None:
+    def _say(self, message: bytes, harmless: bytes = b"\r\n") -> None:
         if left := self.link.drop().strip(harmless):
             raise Garbled(f"{self.name}: {left[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
         self.link.send(message)
@@ -121,6 +169,8 @@ class SerialInstrument(ABC, Generic[S]):
 
 def text_of(who: str, line: bytes) -> str:
     """A reply as text. Raises Garbled for any byte that is not printable ASCII."""
+    if b"\x13" in line or b"\x11" in line:
+        raise Garbled(f"{who}: {line!r} holds XON or XOFF: the bench file needs handshake = 'xonxoff'")
     if any(not 0x20 <= byte < 0x7F for byte in line):
         raise Garbled(f"{who}: {line!r} holds bytes that are no text; check baud rate, data bits and parity")
     return line.decode("ascii")

@@ -22,7 +22,7 @@ measures = ["stroke"]
 model = "C1216"
 serial = "SIM-GAUGE"
 link = {{ port = "{folder}/gauge", baud = 4800, data_bits = 7, parity = "even", stop_bits = 2, handshake = "none" }}
-settings = {{ protocol = "OPTORSD", unit = "um", range_mm = [-1.0, 1.0], decimals = 3, timeout_s = {timeout} }}
+settings = {{ protocol = "OPTORSD", unit = "um", formula = "+1", range_mm = [-1.0, 1.0], timeout_s = {timeout} }}
 calibration = {{ certificate = "SIM-1", due = {due} }}
 
 [instruments.lcr]
@@ -40,9 +40,14 @@ driver = "nd287"
 measures = ["flatness"]
 model = "ND 287"
 serial = "SIM-PROBE"
-link = {{ port = "{folder}/probe", baud = 9600, data_bits = 7, parity = "even", stop_bits = 2, handshake = "none" }}
-settings = {{ range_mm = [-1.0, 1.0], agreement_um = 1.0, identification = "ND 287", timeout_s = {timeout} }}
 calibration = {{ certificate = "SIM-3", due = {due} }}
+link = {{ port = "{folder}/probe", baud = 9600, data_bits = 7, parity = "even", stop_bits = 2, handshake = "none" }}
+[instruments.probe.settings]
+range_mm = [-1.0, 1.0]
+agreement_um = 1.0
+axis = "single"
+identification = "ND-287"
+timeout_s = {timeout}
 
 [instruments.scale]
 driver = "offline"

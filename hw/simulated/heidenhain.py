@@ -12,7 +12,7 @@ KNOWN |= {f"T000{d}".encode("ascii") for d in range(10)}
 class HeidenhainDevice(Device):
     """source: position of the probe [m]. blank_lines: sent after each value, as its parameter sets."""
 
-    def __init__(self, source: Source, *, model: str = "ND 287", unit: str = " ", blank_lines: int = 0) -> None:
+    def __init__(self, source: Source, *, model: str = "ND-287", unit: str = " ", blank_lines: int = 0) -> None:
         super().__init__(source)
         self.model, self.unit, self.blank_lines = model, unit, blank_lines
         self.series, self._held, self._held_back = "A", False, list[bytes]()

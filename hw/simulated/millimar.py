@@ -2,7 +2,7 @@
 printed there).
 
 Assumed, and a parameter: the acknowledgement `OK`, `ERR1` for an unknown command, `ERR5` without a probe, `ERR3` out of
-range, and that the display keeps three decimals in every unit.
+range, and that the display has steps of 0.1 um, 0.0001 mm or 0.00001 inch.
 """
 
 import re
@@ -11,6 +11,7 @@ from abc import abstractmethod
 from hw.simulated.device import Device, Source
 
 UNITS = {"mm": 1e3, "in": 1 / 25.4e-3, "um": 1e6}
+DECIMALS = {"mm": 4, "in": 5, "um": 1}  # one resolution, as a display of 0.1 um has it
 FORMULAS = {f: re.sub(r"([+-])", r"\1C", f) for f in ("+1", "-1", "+2", "-2", "+1+2", "+1-2", "+2-1", "-1-2")}
 
 
@@ -38,7 +39,8 @@ class MillimarDevice(Device):
         metres = self.source()
         if metres is None:
             return b"ERR5"
-        return self._of_number(f"{metres * UNITS[self.shown_unit]:.3f}").encode("ascii")
+        number = f"{metres * UNITS[self.shown_unit]:.{DECIMALS[self.shown_unit]}f}"
+        return self._of_number(number).encode("ascii")
 
     @abstractmethod
     def _of_number(self, number: str) -> str:

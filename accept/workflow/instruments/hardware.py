@@ -19,7 +19,7 @@ from hw.link import Traffic
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 
 BY_HAND = (OFFLINE, "manual")  # what a person reads is typed into its field anyway
-MOST_TRAFFIC = 400  # entries beside one reading: some fifty looks; what was only looked at for longer counts no more
+MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only looked at for longer counts no more
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ class Wired:
             "calibration": None
             if calibration is None
             else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
+            "settings": dict(self.driver.asked),
             "transcript": [t.to_json() for t in bounded(traffic)],
         }
 

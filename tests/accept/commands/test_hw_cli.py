@@ -230,7 +230,7 @@ def test_every_driver_opens():
     settings = {
         "millimar": {"protocol": "M1240", "unit": "mm", "range_mm": [-1, 1]},
         "lcr800": {},
-        "nd287": {"range_mm": [-1, 1]},
+        "nd287": {"range_mm": [-1, 1], "axis": "single"},
         "nd281b": {"range_mm": [-1, 1]},
         "manual": {"measure": "capacitance", "unit": "uF", "range": [0, 10]},
     }

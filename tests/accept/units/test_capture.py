@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from accept.capture.capture import _must_follow
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
@@ -88,6 +89,26 @@ def test_a_probe_that_is_not_seated(tmp_path, monkeypatch):
         simulated.probe.device.source = lifted
         with pytest.raises(Implausible, match="point 3"):
             measure("flatness", new_unit(tmp_path / "U"), bench)
+
+
+def test_a_display_that_stands_still(tmp_path):
+    """On hold a readout answers as before, and never changes."""
+    with simulated_bench(tmp_path / "bench") as (simulated, bench):
+        simulated.probe.device.source = lambda: 12.3e-6
+        with pytest.raises(Implausible, match="stands still"):
+            measure("flatness", new_unit(tmp_path / "U"), bench)
+
+
+@pytest.mark.parametrize("display", ["hold", "max", "zeroed"])
+def test_a_displacement_that_does_not_follow_the_voltage(display):
+    up = np.linspace(0.0, 120e-6, 60)
+    d = np.concatenate([up, up[::-1]]) + np.random.default_rng(5).normal(0.0, 5e-8, 120)
+    _must_follow("one_stack", list(d))
+    if display == "zeroed":
+        d[40:] -= d[40]
+    shown = {"hold": np.full(120, 3e-6), "max": np.maximum.accumulate(d), "zeroed": d}[display]
+    with pytest.raises(Implausible, match="does not follow"):
+        _must_follow("one_stack", list(shown))
 
 
 def test_two_instruments_swapped_are_found(tmp_path):

@@ -10,6 +10,7 @@ from accept.capture.operator_actions import Person, Player
 from accept.judging import judge_unit
 from accept.store import open_store
 from accept.units import unit_folder
+from hw.errors import Implausible
 from hw.instruments import open_instrument
 from hw.simulated import Stage
 from tests.hw.instruments.simbench import new_unit, nobody, simulated_bench
@@ -43,9 +44,9 @@ def test_the_rig_plays_the_steps_and_only_the_start_is_asked(monkeypatch):
         moments.append(now[0])
         now[0] += 0.3  # a reading
     assert moments == pytest.approx([101.5, 103.5, 105.5])
-    now[0] = 120.0  # late: no waiting, and no step is skipped
-    player.voltage(40.0)
-    assert now[0] == 120.0
+    now[0] = 107.6  # the reading of the step before took into this one, which counts as reached from 107.5
+    with pytest.raises(Implausible, match="at which voltage"):
+        player.voltage(40.0)
     assert len(asked) == 1
 
 

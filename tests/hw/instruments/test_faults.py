@@ -15,7 +15,7 @@ import pytest
 
 from hw.errors import InstrumentError
 from hw.instruments import Heidenhain, Lcr800, MillimarM1240, MillimarOptors
-from hw.instruments.heidenhain import HeidenhainSettings
+from hw.instruments.heidenhain import Nd287Settings
 from hw.instruments.lcr800 import Lcr800Settings
 from hw.instruments.millimar_m1240 import M1240Settings
 from hw.instruments.millimar_optors import OptorsSettings
@@ -39,24 +39,24 @@ class Bench:
     def __init__(self, kind, folder):
         self.truth = 0.0
         # Two readings may differ by 0.5 um and the mean is taken; half a digit of the display comes on top.
-        self.tolerance, device, other = 0.251e-6, None, HeidenhainDevice(lambda: 1e-3)
+        self.tolerance, device, other = 0.31e-6, None, HeidenhainDevice(lambda: 1e-3)
         line = LineSettings(str(folder / "port"), 9600, 7, "even", 2, "none")
         link = Link(line)
         if kind in ("OPTORSD", "OPTORSS"):
             device = OptorsDevice(self.source, serial="1234/56", unit="um", duplex=kind == "OPTORSD")
-            settings = OptorsSettings(protocol=kind, unit="um", range_mm=[-1.0, 1.0], decimals=3, **TIMES)
+            settings = OptorsSettings(protocol=kind, unit="um", formula="+1", range_mm=[-1.0, 1.0], **TIMES)
             self.driver = MillimarOptors("gauge", link, settings, "C1216", "1234/56")
         elif kind == "M1240":
             device = M1240Device(self.source, unit="um")
-            settings = M1240Settings(protocol="M1240", unit="um", range_mm=[-1.0, 1.0], decimals=3, **TIMES)
+            settings = M1240Settings(protocol="M1240", unit="um", range_mm=[-1.0, 1.0], **TIMES)
             self.driver = MillimarM1240("gauge", link, settings, "C1216")
         elif kind == "LCR":
             device, other = Lcr800Device(self.source), OptorsDevice(lambda: 1e-3)
             self.tolerance = 6.1e-9  # in the same way half of 0.1 %, of at most 12 uF
-            self.driver = Lcr800("lcr", link, Lcr800Settings(result_s=0.12, **TIMES), "LCR-819")
+            self.driver = Lcr800("lcr", link, Lcr800Settings(result_s=0.12, **TIMES | {"deadline_s": 2.5}), "LCR-819")
         else:
             device, other = HeidenhainDevice(self.source), OptorsDevice(lambda: 1e-3)
-            settings = HeidenhainSettings(range_mm=[-1.0, 1.0], identification="ND 287", **TIMES)
+            settings = Nd287Settings(range_mm=[-1.0, 1.0], axis="single", identification="ND-287", **TIMES)
             self.driver = Heidenhain("probe", link, settings)
         self.capacitance = kind == "LCR"
         self.server, self.other = Server(device, folder / "port"), Server(other, folder / "other")

@@ -14,14 +14,30 @@ def echo(message: str) -> tuple[bytes, bytes]:
 
 
 SESSION = ((b"COMU?\n\r", b"COMU:ON..\n"), echo("COMU:OVER"))
-SETTINGS = tuple(
-    map(echo, ("MAIN:TRIG:MANU", "MAIN:MODE:CD", "MAIN:CIRC:SERI", "MAIN:FREQ 1.00000", "MAIN:VOLT 1.000"))
+SET = tuple(
+    f"MAIN:{words}"
+    for words in (
+        "TRIG:MANU",
+        "DISP:VALU",
+        "MODE:CD",
+        "R.H.:OFF.",
+        "CIRC:SERI",
+        "SPEE:SLOW",
+        "FREQ 1.00000",
+        "VOLT 1.000",
+    )
 )
-SPEED = (echo("MAIN:SPEE:SLOW"),)
-BIAS = ((b"MAIN:INTB?\n\r", b"MAIN:INTB:OFF.\n"), (b"MAIN:EXTB?\n\r", b"MAIN:EXTB:OFF.\n"))
-FREQUENCY = (b"MAIN:FREQ?\n\r", b"MAIN:FREQ 1.00000\n")
-CHECKED = (FREQUENCY, (b"MAIN:MODE?\n\r", b"MAIN:MODE:CD\n"))
-START = (*SESSION, *SETTINGS, *SPEED, *BIAS, *CHECKED)
+SETTINGS = tuple(map(echo, SET))
+
+
+def told(*answers: str) -> tuple[tuple[bytes, bytes], ...]:
+    """Each setting is asked and answered as it was set, or as `answers` say."""
+    said = {words[5:9]: words for words in (*SET, "MAIN:INTB:OFF.", "MAIN:EXTB:OFF.", *answers)}
+    return tuple((f"MAIN:{key}?\n\r".encode(), f"{words}\n".encode()) for key, words in said.items())
+
+
+CHECKED = told()
+START = (*SESSION, *SETTINGS, *CHECKED)
 GOOD = b"MAIN:PRIM  4.9900\nMAIN:SECO  .0145uF\n"
 
 
@@ -34,17 +50,21 @@ def lcr(link, **more):
 
 
 def test_a_reading_is_c_and_d_at_1_khz():
-    with dialogue(*START, star(GOOD), star(b"MAIN:PRIM  4.9902\nMAIN:SECO  .0145uF\n")) as link:
+    with dialogue(*START, star(GOOD), star(b"MAIN:PRIM  4.9902\nMAIN:SECO  .0147uF\n"), *CHECKED) as link:
         reading = lcr(link).read()
     assert reading.value == pytest.approx(4.9901e-6, rel=1e-12)
-    assert (reading.unit, reading.more) == ("F", {"D": 0.0145})
+    assert (reading.unit, reading.more["D"]) == ("F", pytest.approx(0.0146))
+    assert reading.settings == {
+        "TRIG": "MANU", "DISP": "VALU", "MODE": "CD", "R.H.": "OFF", "CIRC": "SERI", "SPEE": "SLOW", "FREQ": "1.00000",
+        "VOLT": "1.000", "INTB": "OFF", "EXTB": "OFF",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("primary", "unit", "farads"),
     [
         (b" 499.00", b"nF", 499e-9),
-        (b" 49900.", b"pF", 49.9e-9),
+        (b" 4990.0", b"nF", 4.99e-6),
         (b" 9.8500", b"uF", 9.85e-6),
         (b"9.8500", b"uF", 9.85e-6),
     ],
@@ -52,37 +72,38 @@ def test_a_reading_is_c_and_d_at_1_khz():
 def test_units_come_with_the_second_line(primary, unit, farads):
     """The last one as the manual prints its examples, without the blank of the sign."""
     once = star(b"MAIN:PRIM " + primary + b"\nMAIN:SECO .0145" + unit + b"\n")
-    with dialogue(*START, once, once) as link:
+    with dialogue(*START, once, once, *CHECKED) as link:
         assert lcr(link).read().value == pytest.approx(farads)
 
 
 def test_a_meter_that_triggers_itself_is_stopped():
     """AUTO streams results: they stand before the echo."""
     stop = (b"MAIN:TRIG:MANU\n\r", GOOD + b"MAIN:TRIG:MANU\n")
-    rest = (*SETTINGS[1:], *SPEED, *BIAS, *CHECKED)
-    with dialogue(*SESSION, stop, *rest, star(GOOD), star(GOOD)) as link:
+    with dialogue(*SESSION, stop, *SETTINGS[1:], *CHECKED, star(GOOD), star(GOOD), *CHECKED) as link:
         assert lcr(link).read().value == pytest.approx(4.99e-6)
 
 
 def test_a_meter_that_only_streams():
-    with dialogue(*SESSION, (b"MAIN:TRIG:MANU\n\r", GOOD * 15)) as link:
-        with pytest.raises(Garbled, match="only results"):
+    with dialogue(*SESSION, (b"MAIN:TRIG:MANU\n\r", GOOD * 25)) as link:
+        with pytest.raises(Garbled, match="results came unasked"):
             lcr(link).read()
         link.drop()
 
 
 def test_other_settings_and_a_new_session_after_the_voltage():
-    settings = (
-        echo("MAIN:TRIG:MANU"), echo("MAIN:MODE:CD"), echo("MAIN:CIRC:PARA"), echo("MAIN:FREQ 1.00000"),
-        echo("MAIN:VOLT 0.500"), echo("COMU:OFF."), *SESSION, echo("MAIN:SPEE:MEDI"),
-    )  # fmt: skip
-    with dialogue(*SESSION, *settings, *CHECKED) as link:
+    words = ("MAIN:CIRC:PARA", "MAIN:SPEE:MEDI", "MAIN:VOLT 0.500")
+    settings = [*SETTINGS[:4], *map(echo, words[:2]), SETTINGS[6], echo(words[2])]
+    with dialogue(*SESSION, *settings, echo("COMU:OFF."), *SESSION, *told(*words)[:-2]) as link:
         lcr(link, circuit="PARA", voltage_V=0.5, speed="MEDI", reopen_after_voltage=True, bias="allow").connect()
 
 
-def test_giving_the_meter_back():
-    with dialogue(echo("COMU:OFF.")) as link:
-        lcr(link).finish()
+def test_positive_numbers_with_a_blank_as_the_manual_prints_them():
+    """Page 89: a positive output starts with a blank instead of its sign."""
+    blank = ("MAIN:FREQ  1.00000", "MAIN:VOLT  1.000")
+    settings = [*SETTINGS[:6], *((SETTINGS[6 + n][0], f"{words}\n".encode()) for n, words in enumerate(blank))]
+    asked = told(*blank)
+    with dialogue(*SESSION, *settings, *asked, star(GOOD), star(GOOD), *asked) as link:
+        assert lcr(link).read().value == pytest.approx(4.99e-6)
 
 
 @pytest.mark.parametrize("reply", [b"COMU:OFF.\n", b"MAHR GMBH\n", b"COMU:ON.\n"])
@@ -91,7 +112,7 @@ def test_a_handshake_that_fails(reply):
         lcr(link).read()
 
 
-@pytest.mark.parametrize("n", range(5))
+@pytest.mark.parametrize("n", range(8))
 def test_no_setting_is_taken_for_granted(n):
     """A lost echo and a wrong one, of every setting."""
     message = SETTINGS[n][0]
@@ -103,23 +124,42 @@ def test_no_setting_is_taken_for_granted(n):
             lcr(link).read()
 
 
-@pytest.mark.parametrize("n", [0, 1])
-def test_a_bias_that_is_on(n):
-    on = (BIAS[n][0], BIAS[n][1].replace(b"OFF.", b"ON.."))
-    with dialogue(*SESSION, *SETTINGS, *SPEED, *BIAS[:n], on) as link, pytest.raises(InstrumentRefused, match="poled"):
+@pytest.mark.parametrize("source", ["INTB", "EXTB"])
+def test_a_bias_that_is_on_is_refused_before_anything_is_measured(source):
+    asked = told(f"MAIN:{source}:ON..")[: 9 if source == "INTB" else 10]
+    with dialogue(*SESSION, *SETTINGS, *asked) as link, pytest.raises(InstrumentRefused, match="poled"):
         lcr(link).read()
 
 
-@pytest.mark.parametrize(
-    ("answers", "error"),
-    [
-        (((b"MAIN:FREQ?\n\r", b"MAIN:FREQ 10.0000\n"),), Implausible),
-        (((b"MAIN:FREQ?\n\r", b"MAIN:FREQ 1.0x000\n"),), Garbled),
-        ((FREQUENCY, (b"MAIN:MODE?\n\r", b"MAIN:MODE:RQ\n")), Implausible),
-    ],
-)
-def test_another_frequency_or_mode_is_never_measured(answers, error):
-    with dialogue(*START[:-2], *answers) as link, pytest.raises(error):
+CHANGED = (
+    "MAIN:TRIG:AUTO", "MAIN:DISP:DELT", "MAIN:DISP:DELP", "MAIN:MODE:RQ", "MAIN:R.H.:ON..", "MAIN:CIRC:PARA",
+    "MAIN:SPEE:FAST", "MAIN:FREQ 10.0000", "MAIN:VOLT 0.005",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("changed", CHANGED)
+@pytest.mark.parametrize("moment", ["before", "during", "at the end"])
+def test_what_the_keys_change_is_never_measured(changed, moment):
+    """Asked before a value, after it, and at the end of a run before anything is set."""
+    until = [words[5:9] for words in SET].index(changed[5:9]) + 1
+    other, values = told(changed)[:until], (star(GOOD), star(GOOD))
+    steps = {
+        "before": other,
+        "during": (*CHECKED, *values, *other),
+        "at the end": (*CHECKED, *values, *CHECKED, *other),
+    }
+    with dialogue(*SESSION, *SETTINGS, *steps[moment]) as link:
+        meter = lcr(link)
+        if moment == "at the end":
+            meter.read()
+        with pytest.raises(Implausible, match=f"MAIN:{changed[5:9]} is"):
+            meter.confirm() if moment == "at the end" else meter.read()
+
+
+@pytest.mark.parametrize("answer", ["MAIN:TRIG", "MAIN:TRIG?", "MAIN:FREQ:CD", ""])
+def test_an_answer_to_another_question(answer):
+    asked = (b"MAIN:TRIG?\n\r", f"{answer}\n".encode())
+    with dialogue(*SESSION, *SETTINGS, asked) as link, pytest.raises(Garbled, match="expected MAIN:TRIG"):
         lcr(link).read()
 
 
@@ -138,6 +178,9 @@ def test_another_frequency_or_mode_is_never_measured(answers, error):
         (b"MAIN:PRIM  4.9900\nMAIN:SECO   .0145uF\n", Garbled, "6 characters"),
         (b"MAIN:PRIM  49.9000\nMAIN:SECO  .0145uF\n", Garbled, "5 digits"),
         (b"MAIN:PRIM  4.9900\nMAIN:SECO  .145uF\n", Garbled, "4 digits"),
+        (b"MAIN:PRIM  51000.\nMAIN:SECO  .0145nF\n", Garbled, "expected MAIN:PRIM"),  # the point was lost
+        (b"MAIN:PRIM  ------\nMAIN:SECO  .0145uF\n", OverRange, "over range"),
+        (b"MAIN:PRIM  4,9900\nMAIN:SECO  .0145uF\n", Garbled, "decimal comma"),
         (b"MAIN:PRIM  4.9\xb000\nMAIN:SECO  .0145uF\n", Garbled, "no text"),
         (b"MAIN:SECO  .0145uF\nMAIN:PRIM  4.9900\n", Garbled, "expected MAIN:PRIM"),
         (b"MAIN:PRIM  499.00\nMAIN:SECO  .0145uF\n", Implausible, "outside 0.01 to 100"),
@@ -157,9 +200,10 @@ def test_errors_and_damage_are_no_reading(reply, error, words):
 
 
 def test_two_results_that_disagree():
-    steps = (*START, star(GOOD), star(GOOD.replace(b"4.99", b"4.89")))
-    with dialogue(*steps) as link, pytest.raises(Implausible, match="two readings in a row"):
-        lcr(link).read()
+    for second in (GOOD.replace(b"4.99", b"4.89"), GOOD.replace(b".0145", b".0195")):  # C, and D
+        steps = (*START, star(GOOD), star(second))
+        with dialogue(*steps) as link, pytest.raises(Implausible, match="readings in a row differ"):
+            lcr(link).read()
 
 
 def test_the_reminder_of_the_bias():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.errors import InstrumentError
-from hw.instruments.heidenhain import Heidenhain, HeidenhainSettings, parse_frame
+from hw.instruments.heidenhain import Heidenhain, HeidenhainSettings, Nd287Settings, parse_frame
 from hw.instruments.lcr800 import Lcr800, Lcr800Settings, parse_results
 from hw.instruments.manual import ManualSettings, parse_typed
 from hw.instruments.millimar import MillimarSettings, parse_value
@@ -16,10 +16,9 @@ from hw.instruments.millimar_m1240 import M1240Settings, MillimarM1240
 from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
 from hw.link import Link
 from hw.simulated import HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice
-from tests.hw.instruments.dialogue import LINE, ScriptedPort
+from tests.hw.instruments.dialogue import LINE, DevicePort
 
-FAST = {"timeout_s": 0.02, "quiet_s": 0.001, "deadline_s": 0.5}
-TIMES = settings(max_examples=150, deadline=None)  # some examples wait for a timeout
+TIMES = settings(max_examples=150)
 METRES = st.floats(-0.9e-3, 0.9e-3)
 FARADS = st.floats(0.1e-6, 20e-6)
 DIGITS = st.sampled_from([bytes([b]) for b in b"0123456789.-+ "])
@@ -43,12 +42,12 @@ def damage(reply: bytes, changes) -> bytes:
     return bytes(data)
 
 
-class Damaged(ScriptedPort):
+class Damaged(DevicePort):
     """The line of a device that damages the replies from number `first` on, `count` of them."""
 
     def __init__(self, device, first, count, changes):
-        super().__init__(())
-        self.device, self.hit, self.changes, self.number = device, range(first, first + count), changes, 0
+        super().__init__(device)
+        self.hit, self.changes, self.number = range(first, first + count), changes, 0
 
     def write(self, data, /):
         for reply in self.device.feed(data):
@@ -59,24 +58,25 @@ class Damaged(ScriptedPort):
 
 def outcome(make, device, first, changes):
     """The reading, or None for a clear error. One reply of all that a reading takes is damaged."""
+    port = Damaged(device, first, 1, changes)
     with suppress(InstrumentError):
-        return make(Link(LINE, lambda _: Damaged(device, first, 1, changes))).read().value
+        return make(Link(LINE, lambda _: port, lambda: port.now)).read().value
     return None
 
 
 @TIMES
-@given(METRES, st.integers(0, 6), DAMAGE)
+@given(METRES, st.integers(0, 12), DAMAGE)
 def test_optorsd(truth, first, changes):
-    wanted = OptorsSettings(protocol="OPTORSD", unit="um", range_mm=[-1.0, 1.0], **FAST)
+    wanted = OptorsSettings(protocol="OPTORSD", unit="um", formula="+1", range_mm=[-1.0, 1.0])
     device = OptorsDevice(lambda: truth, unit="um", serial="1/2")
     found = outcome(lambda link: MillimarOptors("g", link, wanted, "C1216", "1/2"), device, first, changes)
     assert found is None or abs(found - truth) <= 0.251e-6  # half of the agreement, and of the last digit
 
 
 @TIMES
-@given(METRES, st.integers(0, 5), DAMAGE)
+@given(METRES, st.integers(0, 9), DAMAGE)
 def test_m1240(truth, first, changes):
-    wanted = M1240Settings(protocol="M1240", unit="um", range_mm=[-1.0, 1.0], **FAST)
+    wanted = M1240Settings(protocol="M1240", unit="um", range_mm=[-1.0, 1.0])
     device = M1240Device(lambda: truth, unit="um")
     found = outcome(lambda link: MillimarM1240("g", link, wanted, "C1216"), device, first, changes)
     assert found is None or abs(found - truth) <= 0.251e-6
@@ -85,15 +85,15 @@ def test_m1240(truth, first, changes):
 @TIMES
 @given(METRES, st.integers(0, 3), DAMAGE)
 def test_heidenhain(truth, first, changes):
-    wanted = HeidenhainSettings(range_mm=[-1.0, 1.0], identification="ND 287", **FAST)
+    wanted = Nd287Settings(range_mm=[-1.0, 1.0], axis="single", identification="ND-287")
     found = outcome(lambda link: Heidenhain("p", link, wanted), HeidenhainDevice(lambda: truth), first, changes)
     assert found is None or abs(found - truth) <= 0.31e-6  # its last digit is 0.1 um
 
 
 @TIMES
-@given(FARADS, st.integers(0, 20), DAMAGE)
+@given(FARADS, st.integers(0, 34), DAMAGE)
 def test_lcr800(truth, first, changes):
-    wanted = Lcr800Settings(result_s=0.02, **FAST)
+    wanted = Lcr800Settings()
     found = outcome(lambda link: Lcr800("l", link, wanted), Lcr800Device(lambda: truth), first, changes)
     assert found is None or abs(found - truth) <= 0.0007 * truth + 1e-12  # half of 0.1 %, and of the last of 5 digits
 
@@ -102,8 +102,10 @@ def test_lcr800(truth, first, changes):
 def test_only_a_number_with_its_unit_is_a_value(line):
     """What the parser takes is held against a grammar of its own."""
     with suppress(InstrumentError):
-        metres = parse_value("g", line, MillimarSettings(protocol="OPTORSD", unit="mm", range_mm=[-99.0, 99.0]))
-        found = re.fullmatch(rb"([+-]?) *(\d+\.\d+)mm", line)
+        metres, _ = parse_value(
+            "g", line, MillimarSettings(protocol="OPTORSD", unit="mm", range_mm=[-99.0, 99.0], resolution_um=1e3)
+        )
+        found = re.fullmatch(rb" *([+-]?) *(\d+\.\d+)mm *", line)
         assert found, line
         assert metres == float(found[1] + found[2]) * 1e-3
 
@@ -111,7 +113,7 @@ def test_only_a_number_with_its_unit_is_a_value(line):
 @given(st.binary(max_size=20) | st.from_regex(rb"[ +-] {0,6}\d{1,4}[. ]\d{2,5} [ \"?][<=>?][ASGD]", fullmatch=True))
 def test_only_whole_frames_are_values(line):
     with suppress(InstrumentError):
-        metres = parse_frame("p", line, HeidenhainSettings(range_mm=[-1e6, 1e6]))
+        metres, _ = parse_frame("p", line, HeidenhainSettings(range_mm=[-1e6, 1e6], resolution_um=1e6))
         assert len(line) == 15
         number = line[1:11].decode().strip()
         assert metres == float(number) * (-1 if line[:1] == b"-" else 1) * (25.4e-3 if line[12:13] == b'"' else 1e-3)

@@ -16,14 +16,14 @@ def said(device, message: bytes) -> bytes:
 @pytest.mark.parametrize(
     ("sent", "reply"),
     [
-        (b"?\r", b"-0.365mm\r\n"),
+        (b"?\r", b"-0.3650mm\r\n"),
         (b"ID?\r", b"MAHR GMBH,C1216 \r\n"),
         (b"VER?\r", b"1.02 \r\n"),
         (b"UNI?\r", b"mm \r\n"),
         (b"SER?\r", b"1234/56\r\n"),
         (b"CHA?\r", b"-C1-C2\r\n"),
         (b"um\r", b"OK\r\n"),
-        (b"um\r?\r", b"OK\r\n-365.000um\r\n"),
+        (b"um\r?\r", b"OK\r\n-365.0um\r\n"),
         (b"in\rUNI?\r", b"OK\r\nin \r\n"),
         (b"CHA+1\rCHA?\r", b"OK\r\n+C1\r\n"),
         (b"DIS APA-03\r", b"OK\r\n"),
@@ -39,7 +39,7 @@ def test_optorsd(sent, reply):
 
 def test_optorss_answers_one_question():
     device = OptorsDevice(lambda: 0.001e-3, duplex=False)
-    assert said(device, b"ID?\r?\r") == b"0.001mm\r\n"
+    assert said(device, b"ID?\r?\r") == b"0.0010mm\r\n"
 
 
 def test_a_message_in_pieces():
@@ -50,7 +50,7 @@ def test_a_message_in_pieces():
 def test_the_switches_of_a_millimar():
     device = OptorsDevice(lambda: 25.4e-3)
     device.other_unit = True
-    assert said(device, b"?\rUNI?\r") == b"1.000in\r\nin \r\n"
+    assert said(device, b"?\rUNI?\r") == b"1.00000in\r\nin \r\n"
     device.overrange = True
     assert said(device, b"?\r") == b"ERR3\r\n"
     device.silent = True
@@ -67,8 +67,8 @@ def test_the_switches_of_a_millimar():
         (b"F3\r", b"F3\r"),
         (b"R\r", b"R\r"),
         (b"P86,2\r", b"\r"),
-        (b"M\r", b"M1, -0.365\r"),
-        (b"P86,3\rM\r", b"\rM1, -365.000\r"),
+        (b"M\r", b"M1, -0.3650\r"),
+        (b"P86,3\rM\r", b"\rM1, -365.0\r"),
         (b"Z\rM\r", b"Z\r"),
         (b"M70\rM70\r", b"00001, -0.365\r00001, 1.000\r"),
         (b"Q\r", b"ERR1\r"),
@@ -82,7 +82,7 @@ def test_a_master_measurement_is_ended_by_a_key():
     device = M1240Device(lambda: 0.0)
     assert said(device, b"Z\rM\r") == b"Z\r"
     device.press_key()
-    assert said(device, b"M\r") == b"M1, 0.000\r"
+    assert said(device, b"M\r") == b"M1, 0.0000\r"
 
 
 def online(**more) -> Lcr800Device:
@@ -174,7 +174,7 @@ def test_heidenhain_commands():
     device = HeidenhainDevice(lambda: -3.5e-6, blank_lines=1)
     assert said(device, b"\x02") == b"-    0.0035  =A\r\n\r\n"
     identification = said(device, b"\x1bA0000\r")
-    assert identification == b"\x02ND 287    \r\n349797-01 \r\nID 0001   \r\n"
+    assert identification == b"\x02ND-287    \r\n349797-01 \r\nID 0001   \r\n"
     assert len(identification) == 37
     assert said(device, b"\x1bA0200\r") == b"\x02-000000035\r\n"
     assert said(device, b"\x1bF0000\r") == b"\x06"
@@ -205,5 +205,5 @@ def test_a_simulated_line_can_be_opened_again_and_again(tmp_path):
     with Server(OptorsDevice(lambda: 0.0), tmp_path / "port"):
         for _ in range(5):
             link.send(b"?\r")
-            assert link.read_until(b"\n", Deadline(2.0)) == b"0.000mm\r\n"
+            assert link.read_until(b"\n", Deadline(2.0)) == b"0.0000mm\r\n"
             link.close()

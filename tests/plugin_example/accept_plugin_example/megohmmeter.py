@@ -1,7 +1,9 @@
 """A megohmmeter that writes its last reading into a file, as its logger does."""
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from hw.errors import Garbled, NoReply
 from hw.instruments import Driver, Identity, Instrument, Reading, settings_of
@@ -22,6 +24,7 @@ class Megohmmeter:
 
     unit = "ohm"
     reminders: tuple[str, ...] = ("Discharge the stacks before you touch the leads.",)
+    asked: Mapping[str, str] = MappingProxyType({})
     link: Link | None = None
 
     def __init__(self, name: str, settings: MegohmmeterSettings, model: str | None, serial: str | None) -> None:
@@ -40,6 +43,10 @@ class Megohmmeter:
             return Reading(float(line), self.unit, time.time(), (line,))
         except ValueError as e:
             raise Garbled(f"{self.name}: {line[:40]!r} is no number") from e
+
+    def confirm(self) -> Identity:
+        """Still the one that it was."""
+        return self.connect()
 
     def close(self) -> None:
         """Nothing is open."""
