@@ -1,6 +1,7 @@
 """Pictures as data: a check says what to draw, each medium (PDF, PNG, terminal) draws it its own way."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from checks.arrays import Array
 
@@ -82,6 +83,16 @@ class Image:
 Item = Line | Band | Span | Mark | Text | Heights | Image
 
 
+class PanelKind(StrEnum):
+    """What a panel shows, for those who choose among panels: fleets compare responses and overlay curves."""
+
+    RESPONSE = "response"
+    PHASE = "phase"
+    COHERENCE = "coherence"
+    CURVE = "curve"
+    OTHER = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Panel:
     """One set of axes."""
@@ -95,3 +106,4 @@ class Panel:
     equal: bool = False  # same scale on both axes
     y_range: tuple[float, float] | None = None
     y_names: tuple[str, ...] = ()  # in place of the numbers 0, 1, ... of the y axis
+    kind: PanelKind = PanelKind.OTHER

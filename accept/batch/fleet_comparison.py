@@ -8,13 +8,12 @@ import numpy as np
 
 from accept.judging.result import UnitResult
 from checks.arrays import Array
-from checks.picture import Item, Line, Panel
+from checks.picture import Item, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR
 from checks.signals.outliers import MIN_UNITS, Scores, robust_scale, scores
 from specs.units import unit_of
 
-LIKE_FREQUENCY = " magnitude"  # panels of responses: compared in dB over a logarithmic axis
-OVERLAID = ("frf/", "hysteresis/", "stiffness/", "stroke/")
+OVERLAID = (PanelKind.RESPONSE, PanelKind.CURVE)
 COMPARED_HZ = (10.0, 2000.0)
 GRID = 400
 CURVE_U = 0.1  # relative standard uncertainty of a distance: two realisations of one unit differ as much
@@ -67,7 +66,7 @@ class Fleet:
 def compare(results: Sequence[UnitResult]) -> Fleet:
     """Comparison of units of one kind."""
     values = _values(results)
-    curves = {name: per for name, per in _curves(results).items() if name.endswith(LIKE_FREQUENCY)}
+    curves = _curves(results, (PanelKind.RESPONSE,))  # compared in dB over a logarithmic axis
     enough = {name: per for name, per in values.items() if len(per) >= MIN_UNITS}
     compared = [_quantity(name, per) for name, per in enough.items()]
     compared += [_curve(name, per) for name, per in curves.items() if len(per) >= MIN_UNITS]
@@ -100,12 +99,12 @@ def _comparison(
     return Comparison(name, unit, s.median, s.scale, members, curve)
 
 
-def _curves(results: Sequence[UnitResult]) -> dict[str, dict[str, Line]]:
-    """Panel -> serial -> the measured curve of it."""
+def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict[str, dict[str, Line]]:
+    """Panel of one of these kinds -> serial -> the measured curve of it."""
     found: dict[str, dict[str, Line]] = {}
     for r in results:
         for name, panel in r.panels.items():
-            if name.startswith(OVERLAID) and (line := measured_line(panel)) is not None:
+            if panel.kind in kinds and (line := measured_line(panel)) is not None:
                 found.setdefault(name, {})[r.serial] = line
     return found
 
@@ -145,8 +144,8 @@ def pictures(results: Sequence[UnitResult], fleet: Fleet) -> list[Panel]:
     panels = [score_panel(fleet)] if fleet.compared else []
     templates = {name: panel for r in results for name, panel in r.panels.items()}
     odd = {c.name: {m.serial for m in c.members if m.outlier} for c in fleet.compared}
-    for name, per in _curves(results).items():
-        if len(per) > 1 and "phase" not in name and "coherence" not in name:
+    for name, per in _curves(results, OVERLAID).items():
+        if len(per) > 1:
             panels.append(overlay(name, templates[name], per, odd.get(name, set())))
     return panels
 

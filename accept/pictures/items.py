@@ -13,7 +13,7 @@ from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
 from accept.pictures.ticks import set_degree_ticks, set_log_ticks
 from accept.pictures.words import pretty
-from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
+from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span, Text
 from checks.rounding import decimals_of
 
 MAPS = (Heights, Image)  # items that need room for a colour bar
@@ -36,7 +36,7 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
-    if panel.y_label.endswith("[deg]"):
+    if panel.kind is PanelKind.PHASE:
         set_degree_ticks(axes.yaxis)
     if panel.y_names:
         axes.set_yticks(range(len(panel.y_names)), panel.y_names)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span, Text
+from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, PanelKind, Span, Text
 
 _ITEMS: dict[str, type[Item]] = {c.__name__: c for c in (Line, Band, Span, Mark, Text, Heights, Image)}
 
@@ -42,10 +42,12 @@ def _plain(value: Any) -> Any:
 
 
 def _read_panel(data: Mapping[str, Any]) -> Panel:
-    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range", "y_names")}
+    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range", "y_names", "kind")}
     y_range = None if data["y_range"] is None else (float(data["y_range"][0]), float(data["y_range"][1]))
     names = tuple(str(name) for name in data.get("y_names", ()))
-    return Panel(items=tuple(_read_item(item) for item in data["items"]), y_range=y_range, y_names=names, **rest)
+    kind = PanelKind(data.get("kind", ""))
+    items = tuple(_read_item(item) for item in data["items"])
+    return Panel(items=items, y_range=y_range, y_names=names, kind=kind, **rest)
 
 
 def _read_item(data: Mapping[str, Any]) -> Item:

@@ -10,7 +10,7 @@ from checks.acceptance.common.stated_uncertainty import stated
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
-from checks.picture import Band, Line, Panel
+from checks.picture import Band, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.regression import least_squares
@@ -193,9 +193,16 @@ def _panels(key: str, label: str, scale: float, loops: list[Loop]) -> dict[str, 
     U = 100 * COVERAGE_FACTOR * np.array([p.width.u for p in loops])
     growth = (Band(amplitude, width - U, width + U), Line(amplitude, width, "width", role="data"))
     return {
-        f"{key}_loops": Panel(f"Loops of the {key}, last period, centred", "Va about its mean [V]", label, curves),
+        f"{key}_loops": Panel(
+            f"Loops of the {key}, last period, centred", "Va about its mean [V]", label, curves, kind=PanelKind.CURVE
+        ),
         f"{key}_width": Panel(
-            f"Loop width of the {key}", "amplitude of Va [V]", "width [percent of peak to peak]", growth, x_log=True
+            f"Loop width of the {key}",
+            "amplitude of Va [V]",
+            "width [percent of peak to peak]",
+            growth,
+            x_log=True,
+            kind=PanelKind.CURVE,
         ),
     }
 

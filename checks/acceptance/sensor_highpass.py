@@ -12,7 +12,7 @@ from checks.acceptance.responses.rules import LOOKS
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, because, together
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
-from checks.picture import Line, Mark, Panel
+from checks.picture import Line, Mark, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.overload import overload
@@ -171,7 +171,7 @@ def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]
     label = "frequency [Hz]"
     return {
         "magnitude": Panel("Sensor stack, Va to Vs", label, "magnitude [V/V]", (*size, mark), x_log=True, y_log=True),
-        "phase": Panel("Sensor stack, phase", label, "phase [deg]", (*phase, mark), x_log=True),
+        "phase": Panel("Sensor stack, phase", label, "phase [deg]", (*phase, mark), x_log=True, kind=PanelKind.PHASE),
     }
 
 

@@ -11,7 +11,7 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
 from checks.errors import RecordError
-from checks.picture import Line, Mark, Panel
+from checks.picture import Line, Mark, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.regression import colour
@@ -241,8 +241,16 @@ def _panels(key: str, f: Deflection) -> dict[str, Panel]:
     marks = tuple(Mark(s.t - f.t[0], label="step", role="quiet") for s in f.steps)
     left = Line(thin(t[f.creep.used]), thin(f.creep.fit.residual) / UM, "residual", "points", "data")
     return {
-        key: Panel(f"Mass added and removed, {name}", "time [s]", "deflection [um]", (curve, model, *marks)),
-        f"{key}_residual": Panel(f"What the fit leaves, {name}", "time [s]", "residual [um]", (left,)),
+        key: Panel(
+            f"Mass added and removed, {name}",
+            "time [s]",
+            "deflection [um]",
+            (curve, model, *marks),
+            kind=PanelKind.CURVE,
+        ),
+        f"{key}_residual": Panel(
+            f"What the fit leaves, {name}", "time [s]", "residual [um]", (left,), kind=PanelKind.CURVE
+        ),
     }
 
 

@@ -13,7 +13,7 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
 from checks.errors import RecordError
-from checks.picture import Item, Line, Mark, Panel
+from checks.picture import Item, Line, Mark, Panel, PanelKind
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.slow import loops
@@ -242,7 +242,9 @@ def _panels(found: dict[str, Stroke], wanted: Range) -> dict[str, Panel]:
     lines: list[Item] = [Line(loops.thin(f.V), loops.thin(f.d) / UM, key.replace("_", " ")) for key, f in found.items()]
     marks = [Mark(wanted.start, label=f"{wanted.start:g} V"), Mark(wanted.top, label=f"{wanted.top:g} V")]
     title = "Displacement against voltage"
-    return {"loops": Panel(title, "voltage on the stacks [V]", "displacement [um]", (*lines, *marks))}
+    return {
+        "loops": Panel(title, "voltage on the stacks [V]", "displacement [um]", (*lines, *marks), kind=PanelKind.CURVE)
+    }
 
 
 _CHANNELS = {"t": "s", "V": "V", "d": "m"}

@@ -6,7 +6,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
-from checks.picture import Band, Line, Panel
+from checks.picture import Band, Line, Panel, PanelKind
 
 BEFORE, AFTER = "model before the fit", "model fitted"
 LEAST_RESIDUAL = 1e-4  # below, a picture tells nothing: no tolerance and no noise is as small
@@ -47,7 +47,15 @@ def _magnitude(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
 
 def _phase(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
     lines = tuple(Line(f, np.degrees(np.angle(H)), label, "points", _ROLES[label]) for label, H in curves.items())
-    return Panel(f"{name} phase", "frequency [Hz]", "phase [deg]", lines, x_log=True, y_range=(-190.0, 190.0))
+    return Panel(
+        f"{name} phase",
+        "frequency [Hz]",
+        "phase [deg]",
+        lines,
+        x_log=True,
+        y_range=(-190.0, 190.0),
+        kind=PanelKind.PHASE,
+    )
 
 
 def _residual(data: Dataset, c: int, before: Complex, after: Complex) -> Panel:

@@ -6,7 +6,7 @@ from checks.arrays import Array
 from checks.fitting.common_drive import Driven
 from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
 from checks.misalignment.gates import ratio_noise
-from checks.picture import Image, Line, Mark, Panel
+from checks.picture import Image, Line, Mark, Panel, PanelKind
 
 SHOWN_FROM = 50.0  # [Hz] below, the ratio is one
 REACH, PLACES = 5.0, 81  # standard deviations that the map shows to either side, and its points along each axis
@@ -31,7 +31,13 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     drawn = {
         "ratio": Panel(title, "frequency [Hz]", "|de / da|", tuple(size), x_log=True, y_log=True),
         "ratio phase": Panel(
-            "phase of de / da", "frequency [Hz]", "phase [deg]", tuple(angle), x_log=True, y_range=(-200.0, 200.0)
+            "phase of de / da",
+            "frequency [Hz]",
+            "phase [deg]",
+            tuple(angle),
+            x_log=True,
+            y_range=(-200.0, 200.0),
+            kind=PanelKind.PHASE,
         ),
     }
     return drawn if found.reason is not None else {**drawn, "map": _map(found)}

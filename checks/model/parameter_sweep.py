@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.model.model import Model, frequencies, frequency_and_damping
-from checks.picture import Line, Panel
+from checks.picture import Line, Panel, PanelKind
 from specs.units import DIMENSIONLESS, unit_of
 
 # Parameters that move together, and the values studied in [STB] 6.2 and 6.3.
@@ -82,7 +82,15 @@ def panels(s: Sweep) -> tuple[Panel, Panel]:
     title = f"{s.channel} / Va for values of {', '.join(s.names)}"
     return (
         Panel(title, "frequency [Hz]", f"|{s.channel} / Va| [{unit}]", tuple(size), x_log=True, y_log=True),
-        Panel("phase", "frequency [Hz]", "phase [deg]", tuple(phase), x_log=True, y_range=(-180.0, 180.0)),
+        Panel(
+            "phase",
+            "frequency [Hz]",
+            "phase [deg]",
+            tuple(phase),
+            x_log=True,
+            y_range=(-180.0, 180.0),
+            kind=PanelKind.PHASE,
+        ),
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.acceptance.responses.modes import Axial
-from checks.picture import Band, Item, Line, Mark, Panel
+from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
 from checks.record import Record
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
@@ -45,7 +45,9 @@ def zoom(low: Record, found: Axial) -> dict[str, Panel]:
     items.append(Line(w.f[shown], fitted, "local fit", "dashed", "model"))
     items += [Mark(m.f_Hz, label=f"{m.f_Hz:.2f} Hz", role="model") for m in (first, second) if m is not None]
     title = "axial resonance" if second is None else "double resonance"
-    return {"resonance": Panel(title, "frequency [Hz]", "magnitude [m/V]", tuple(items), y_log=True)}
+    return {
+        "resonance": Panel(title, "frequency [Hz]", "magnitude [m/V]", tuple(items), y_log=True, kind=PanelKind.CURVE)
+    }
 
 
 def _near(record: Record, channels: tuple[str, ...], f_lo: float, f_hi: float) -> Frf:
@@ -63,7 +65,11 @@ def zero(low: Record, found: Zero) -> dict[str, Panel]:
         Line(found.f, np.abs(found.response), "local fit", "dashed", "model"),
         Mark(found.f_Hz, label=f"{found.f_Hz:.2f} Hz", role="model"),
     )
-    return {"zero": Panel(f"zero of Vs, {found.side}", "frequency [Hz]", "magnitude [V/V]", items, y_log=True)}
+    return {
+        "zero": Panel(
+            f"zero of Vs, {found.side}", "frequency [Hz]", "magnitude [V/V]", items, y_log=True, kind=PanelKind.CURVE
+        )
+    }
 
 
 def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
@@ -75,5 +81,7 @@ def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
             for x, words, role in ((frf, "with encoder", "data"), (without, "without", "before"))
         )
         label = f"magnitude [{UNITS[channel]}]"
-        out[f"{channel} without encoder"] = Panel(channel, "frequency [Hz]", label, lines, x_log=True, y_log=True)
+        out[f"{channel} without encoder"] = Panel(
+            channel, "frequency [Hz]", label, lines, x_log=True, y_log=True, kind=PanelKind.CURVE
+        )
     return out

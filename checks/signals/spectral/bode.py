@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
-from checks.picture import Band, Item, Line, Mark, Panel
+from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
 from checks.signals.spectral.frf import Frf
 
 MAX_POINTS = 1500  # per line: more than a page or a screen resolves
@@ -54,7 +54,7 @@ def _magnitude(
     if model is not None:
         items.append(Line(f, np.abs(model), "model", role="model"))
     label = f"magnitude [{unit}]" if unit else "magnitude"
-    return Panel(title, "frequency [Hz]", label, (*items, *marks), x_log=True, y_log=True)
+    return Panel(title, "frequency [Hz]", label, (*items, *marks), x_log=True, y_log=True, kind=PanelKind.RESPONSE)
 
 
 def _phase(
@@ -70,14 +70,28 @@ def _phase(
     ]
     if model is not None:
         items.append(Line(f, np.degrees(np.angle(model)), "model", "points", "model"))
-    return Panel(title, "frequency [Hz]", "phase [deg]", (*items, *marks), x_log=True, y_range=(-200.0, 200.0))
+    return Panel(
+        title,
+        "frequency [Hz]",
+        "phase [deg]",
+        (*items, *marks),
+        x_log=True,
+        y_range=(-200.0, 200.0),
+        kind=PanelKind.PHASE,
+    )
 
 
 def _coherence(frf: Frf, marks: tuple[Mark, ...]) -> Panel:
     at = thinned(frf.f, frf.f > 0)
     lines = tuple(Line(frf.f[at], frf.coherence[at, c], name) for c, name in enumerate(frf.channels))
     return Panel(
-        f"coherence with {frf.input}", "frequency [Hz]", "coherence", (*lines, *marks), x_log=True, y_range=(0.0, 1.05)
+        f"coherence with {frf.input}",
+        "frequency [Hz]",
+        "coherence",
+        (*lines, *marks),
+        x_log=True,
+        y_range=(0.0, 1.05),
+        kind=PanelKind.COHERENCE,
     )
 
 

@@ -76,7 +76,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[
     ann = Technician(terminal)
     terminal.wait_for(r"new unit TRAIN-[^$]*on the last field it starts")
     terminal.press("Enter", "Enter")  # serial and kind as proposed
-    terminal.wait_for("Serial of its APA")
+    terminal.wait_for("Serial number of the APA")
     for serial in ("APA-1", "JB-1", "JT-1", "ENC-1"):
         terminal.line(serial)
     ann.step("Frequency responses")
