@@ -32,7 +32,7 @@ def _list_problem(default: list[Any], value: Any) -> str | None:
     if not all(_is_number(v) for v in value):
         return f"{value!r}: expected finite numbers"
     if len(default) == 2 and default[0] < default[1] and not value[0] < value[1]:
-        return f"{value[0]:g} to {value[1]:g} is no range: expected from < to"
+        return f"{value[0]:g} to {value[1]:g} is not a range; expected from < to"
     return None
 
 

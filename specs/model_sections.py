@@ -270,7 +270,7 @@ class FitRecord(Strict):
     def _square(self) -> "FitRecord":
         p = len(self.names)
         if len(set(self.names)) != p:
-            raise ValueError("names: one stands there twice")
+            raise ValueError("names: one occurs twice")
         if len(self.covariance) != p or any(len(row) != p for row in self.covariance):
             raise ValueError(f"covariance: expected {p} rows of {p} numbers, one for each name")
         for i, name in enumerate(self.names):
@@ -299,7 +299,7 @@ class PopulationRecord(Strict):
     def _shapes(self) -> "PopulationRecord":
         p = len(self.names)
         if len(set(self.names)) != p:
-            raise ValueError("names: one stands there twice")
+            raise ValueError("names: one occurs twice")
         for key in ("mean", "scatter", "mean_sd", "covariance"):
             if len(getattr(self, key)) != p:
                 raise ValueError(f"{key}: has {len(getattr(self, key))} entries, expected one for each of {p} names")

@@ -119,7 +119,7 @@ class SpecDocument(Strict):
         try:
             re.compile(pattern)
         except re.error as e:
-            raise ValueError(f"is no regular expression: {e}") from e
+            raise ValueError(f"is not a regular expression: {e}") from e
         return pattern
 
     @model_validator(mode="after")

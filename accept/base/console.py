@@ -42,7 +42,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
             say(f"accept: {_words(e)}")
             return Exit.BAD_INPUT
         except KeyboardInterrupt:
-            say("accept: stopped; what was said to be judged is stored, run again to go on")
+            say("accept: stopped; finished units are stored; run the command again to continue")
             return Exit.INCOMPLETE
 
     return run

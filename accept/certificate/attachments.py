@@ -81,7 +81,7 @@ def check_page(signed: bytes, contents: CertificateContent) -> str:
         contents.code_sha256 == version.code_sha256() and dict(contents.drawn_with) == certificate_content.renderer()
     )
     if same_program:
-        raise InvalidCertificate("the page does not show what the attached data say")
+        raise InvalidCertificate("the page does not agree with the attached data")
     _check_words(signed, contents)
     return (
         f"the page was drawn by another version (accept {contents.accept_version}, code {contents.code_sha256[:12]}); "

@@ -120,7 +120,7 @@ def certificate_of(path: Path) -> x509.Certificate:
             return x509.load_pem_x509_certificate(content)
         return x509.load_der_x509_certificate(content)
     except ValueError as e:
-        raise KeysError(f"{path}: is no certificate, neither PEM nor DER") from e
+        raise KeysError(f"{path}: is not a certificate (PEM or DER expected)") from e
 
 
 def listing(home: Path) -> list[KeyInfo]:

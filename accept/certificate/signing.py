@@ -109,7 +109,7 @@ def _metadata(credential: Credential) -> PdfSignatureMetadata:
 
 def _signer(credential: Credential) -> Signer:
     if credential.key is None:
-        raise SigningRefused(f"there is no key to sign with as {credential.role}")
+        raise SigningRefused(f"no key found to sign as {credential.role}")
     certificate, root = (
         asn1_x509.Certificate.load(c.public_bytes(serialization.Encoding.DER))
         for c in (credential.certificate, credential.ca)

@@ -124,7 +124,7 @@ def sine(
     try:
         levels = [float(word) for word in amplitudes.split(",")]
     except ValueError:
-        raise typer.BadParameter(f"'{amplitudes}' is no list of numbers such as 0.1,0.2,0.4") from None
+        raise typer.BadParameter(f"'{amplitudes}' is not a list of numbers. Example: 0.1,0.2,0.4") from None
     raise typer.Exit(command.sine(out, f, levels, cycles, played.rig(), played.plot))
 
 

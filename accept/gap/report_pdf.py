@@ -21,8 +21,8 @@ from checks.gap.decision.result import NO_MISSING, Result
 HEAD = 20 * mm
 CANDIDATES = 6
 BEFORE = (
-    "Before: the model with its uncertain values fitted as well as they can without the effects; after: with what is "
-    "named. Both on records that were not fitted."
+    "Before: the model with its uncertain values fitted, without the effects; after: with the effects named. Both on "
+    "records that were not fitted."
 )
 
 
@@ -38,7 +38,7 @@ def render(serial: str, result: Result) -> bytes:
     ]
     story: list[Flowable] = [
         *_found(result),
-        words("Where they disagree, and what is left", page_style.HEADING),
+        words("Residual before and after", page_style.HEADING),
         words(BEFORE, page_style.QUIET),
         *rows[:2],
         words("Model against data", page_style.HEADING),
@@ -87,7 +87,7 @@ def _found(result: Result) -> list[Flowable]:
     for n in result.named:
         story += [
             words(n.sentence, page_style.STRONG),
-            words(f"{named_line(n)}; chance of so much {chance(n.p)}", page_style.SMALL),
+            words(f"{named_line(n)}; p {chance(n.p)}", page_style.SMALL),
         ]
     if result.verdict == NO_MISSING:
         story.append(

@@ -99,7 +99,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
     except FileNotFoundError:
         say(f"{plan.path.name}: not there yet, building it")
     except TableError as e:
-        say(f"{e}; building it anew")
+        say(f"{e}; rebuilding the table")
     return build(plan, say, workers)
 
 
@@ -155,7 +155,7 @@ def open_table(path: Path) -> MisalignmentTable:
     if about.get("layout") != LAYOUT:
         raise TableError(f"{path}: layout {about.get('layout')}, expected {LAYOUT}")
     if about.get("content") != _content(arrays):
-        raise TableError(f"{path}: its content is not what was stored: the hash differs")
+        raise TableError(f"{path}: its content was changed (the hash differs)")
     return MisalignmentTable(**arrays, model=str(about.get("model")), sha256=str(about.get("sha256")))
 
 

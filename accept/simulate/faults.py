@@ -99,7 +99,7 @@ FAULTS: Mapping[str, UnitFault] = {
         (("axial_resonance_Hz", "fail"),),
         model=lambda _: {"bench.payload_kg": 8.0},
     ),
-    "polarity": UnitFault("Vs is turned", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
+    "polarity": UnitFault("Vs is reversed", KINDS, _NO_FRF, spoil=_of_responses(_turned)),
     "exchanged": UnitFault("de and da exchanged", ("strut",), _NO_FRF, spoil=_of_responses(_exchanged)),
     "offset": UnitFault("de is stored three samples late", KINDS, _NO_FRF, spoil=_of_responses(_late)),
     "dead_encoder": UnitFault("de stands still but for its last digit", KINDS, _NO_FRF, spoil=_of_responses(_dead)),

@@ -28,7 +28,9 @@ class StoreHead:
         """The head of `57 <hash>`, as `str` writes it. Raises ValueError for anything else."""
         seq, _, digest = text.strip().partition(" ")
         if not seq.isdecimal() or len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
-            raise ValueError(f"{text.strip()[:80]!r} is no head; expected the event's number, a blank and its SHA-256")
+            raise ValueError(
+                f"{text.strip()[:80]!r} is not a head; expected the number of the event, a space and its SHA-256"
+            )
         return cls(int(seq), digest)
 
 

@@ -17,7 +17,7 @@ _CAUSES = {
     "SQLITE_PERM": f"access is denied; {OTHER_PLACE}",
     "SQLITE_BUSY": "another program holds it locked; close that program and run again",
     "SQLITE_LOCKED": "another program holds it locked; close that program and run again",
-    "SQLITE_NOTADB": "is no SQLite database; move the file away, or set ACCEPT_HOME to another folder",
+    "SQLITE_NOTADB": "is not an SQLite database; move the file away, or set ACCEPT_HOME to another folder",
     "SQLITE_CORRUPT": "is damaged: its SQLite file is malformed; restore it from a backup",
     "SQLITE_IOERR": "the disk refuses to read or write it (failing, full or gone)",
 }

@@ -24,7 +24,7 @@ def take_in(
     stays, the new one gets a number. channels: our name -> the file's, where they differ. Raises RecordError when it is
     not what is declared, OSError."""
     if not source.is_file():
-        raise RecordError(f"{source.name or source}: there is no such file")
+        raise RecordError(f"{source.name or source}: no such file")
     if source.stat().st_size > _MAX_BYTES:
         raise RecordError(f"{source.name}: is larger than {_MAX_BYTES / 1e9:g} GB")
     _readable(source, declared, channels or {})

@@ -73,7 +73,7 @@ class LoadedUnit:
         known = self.hashes.get(entry.name)
         if entry.name not in self._sources and not path.is_file():  # said here, without the folder's own path: a
             # certificate is judged again elsewhere
-            raise RecordError(f"{entry.name}: there is no such file in the unit folder")
+            raise RecordError(f"{entry.name}: no such file in the unit folder")
         source = self._sources.get(entry.name) or load_bytes(path, DEFAULT_LIMITS)
         if isinstance(entry.declared, CsvTable):
             found: Any = table_of(source, entry.declared)

@@ -31,7 +31,7 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
     except (UnitError, SpecError) as e:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:
-        raise InvalidCertificate(f"the attached statement of calibration is none ({type(e).__name__}: {e})") from e
+        raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
 
 
 def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def rejudge_demo(attached: Attachments) -> dict[str, Any]:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""
     if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
-        raise InvalidCertificate("it is signed by the demo's key, but is no unit of the demo")
+        raise InvalidCertificate("it is signed by the key of the demo, but is not a unit of the demo")
     return rejudge(attached)
 
 

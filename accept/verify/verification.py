@@ -100,13 +100,13 @@ def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any)
 def _signatures(pdf: bytes, trust: Sequence[x509.Certificate], now: datetime) -> tuple[tuple[Signed, ...], bytes]:
     """The valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
-        raise InvalidCertificate("this is no PDF file" if pdf else "the file is empty")
+        raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
     if not trust:
         raise InvalidCertificate("no CA is trusted: give its certificate")
     embedded = _guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
     places = [_guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):
-        raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow what the last signature covers")
+        raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow the part that the last signature covers")
     # All digests before any chain or difference: what is broken is found at once.
     certificates = [
         _guarded("the signature", _certificate, pdf, s, p, trust) for s, p in zip(embedded, places, strict=True)

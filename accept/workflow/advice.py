@@ -50,7 +50,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.STEPS_DIFFER: "check that the mass stands firmly, then repeat both records",
     Cause.CIRCUITS_EXCHANGED: "exchange the files of the closed and the open circuit; check the added mass as well",
     Cause.NO_IMPACT: "check that hammer and analyser are connected",
-    Cause.COHERENCE_LOW: "keep hands off the bench; check plug and range of the channel named",
+    Cause.COHERENCE_LOW: "do not touch the bench; check plug and range of the channel named",
     Cause.RECORDS_DISAGREE: "check that both records are of this unit, on one bench with one setting",
     Cause.PAYLOAD_DIFFERS: "measure with a payload of {expected:g} kg, or correct the payload entered",
     Cause.MODEL_MISFIT: "run the gap analysis to find the cause",

@@ -67,7 +67,7 @@ class Session:
     def attempt(self) -> Attempt:
         """The present attempt. Raises EntryError when none was begun."""
         if self.run.attempt is None:
-            raise EntryError(f"{self.serial}: no attempt was begun")
+            raise EntryError(f"{self.serial}: no attempt was started")
         return self.run.attempt
 
     @property
@@ -232,7 +232,7 @@ class Session:
         StoreError, OSError, and what `explain` does."""
         attempt, state = self._written(), self.responses
         if state is None or not state.entries:
-            raise EntryError("there are no frequency responses yet")
+            raise EntryError("load the frequency responses first")
         found = explain(self.folder, self.spec)
         panel_cache.save(self.folder, "gap", attempt.step("frf").upto, found.panels)
         return self._append(entries.explained(self.serial, attempt.step("frf").upto, found.gap))

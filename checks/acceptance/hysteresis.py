@@ -240,7 +240,7 @@ CHECK = Check(
     measure=measure,
     settings=(
         Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),
-        Setting("loop_min_percent", LOOP_PERCENT, "least loop at that amplitude; 0: not asked for"),
+        Setting("loop_min_percent", LOOP_PERCENT, "smallest loop at that amplitude; 0: not checked"),
         Setting("gain_um_per_V", GAIN_UM_PER_V, "what a volt of Va may move de"),
     ),
     stated=("hysteresis_percent",),

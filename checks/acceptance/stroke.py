@@ -283,7 +283,7 @@ CHECK = Check(
     settings=(
         Setting("start_V", START_V, "voltage on the stacks where a record must start"),
         Setting("top_V", TOP_V, "voltage on the stacks that a record must reach"),
-        Setting("voltage_tolerance_V", TOLERANCE_V, "how far both may be off"),
+        Setting("voltage_tolerance_V", TOLERANCE_V, "tolerance of both voltages"),
         Setting("loop_min_percent", LOOP_PERCENT, "least loop at mid-voltage of a piezo stack, percent of its stroke"),
         Setting("alike_within", ALIKE_WITHIN, "part by which the stroke of one stack may differ from half that of two"),
         Setting("stroke_max_um", MAX_UM, "stroke of three stacks above which the data, not the unit, must be wrong"),

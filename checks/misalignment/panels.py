@@ -49,7 +49,7 @@ def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
 
 
 def _map(found: MisalignmentEstimate) -> Panel:
-    """How unlikely each place is beside the answer, everything else fitted anew for it (the profile of the likelihood,
+    """How unlikely each place is beside the answer, everything else fitted again for it (the profile of the likelihood,
     to second order about the answer), and the region that holds the truth."""
     at, C = np.array([found.dx.value, found.dy.value]), _covariance(found)
     sd = np.sqrt(np.diag(C))

@@ -44,7 +44,7 @@ def check_tabulated(model: Model) -> None:
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to tabulate")
     if not any(name.startswith("joint") for name in model.values):
-        raise ModelError(f"model {model.name} has no joints, so there is no axis to lie beside; name a strut's model")
+        raise ModelError(f"model {model.name} has no joints, so no misalignment; name the model of a strut")
 
 
 def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:

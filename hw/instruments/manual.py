@@ -75,7 +75,7 @@ def parse_typed(who: str, typed: str, settings: ManualSettings, unit: str) -> fl
     """SI value of typed text. Raises Garbled, Implausible."""
     found = ENTRY.fullmatch(typed)
     if not found or not found["number"].isascii():
-        words = "a comma is no decimal point" if "," in typed else "a number and its unit"
+        words = "use a decimal point, not a comma" if "," in typed else "a number and its unit"
         raise Garbled(f"{who}: {typed!r}: expected {words}, such as 4.99 {settings.unit}")
     known = UNITS[unit]
     if found["unit"] not in known:

@@ -172,5 +172,5 @@ def text_of(who: str, line: bytes) -> str:
     if b"\x13" in line or b"\x11" in line:
         raise Garbled(f"{who}: {line!r} holds XON or XOFF: the bench file needs handshake = 'xonxoff'")
     if any(not 0x20 <= byte < 0x7F for byte in line):
-        raise Garbled(f"{who}: {line!r} holds bytes that are no text; check baud rate, data bits and parity")
+        raise Garbled(f"{who}: {line!r} holds bytes that are not text; check baud rate, data bits and parity")
     return line.decode("ascii")

@@ -54,7 +54,7 @@ def load_bytes(path: Path, limits: ReadLimits) -> Source:
         raw = path.read_bytes()
     except FileNotFoundError as e:
         place = "" if path.parent == Path() else f" in {path.parent}"
-        raise RecordError(f"{path.name}: there is no such file{place}") from e
+        raise RecordError(f"{path.name}: no such file{place}") from e
     except OSError as e:
         raise RecordError(f"{path.name}: cannot be read: {e.strerror}") from e
     if not raw:

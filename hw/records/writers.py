@@ -51,7 +51,9 @@ def write_csv(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
 
 def _real(name: str, values: ArrayLike) -> np.ndarray:
     if not NAME.fullmatch(name):
-        raise ValueError(f"{name!r} is no name for a channel: letters, digits and '_', a letter first, at most 63")
+        raise ValueError(
+            f"{name!r} is not a channel name; expected letters, digits and '_', a letter first, at most 63"
+        )
     array = np.asarray(values)
     if array.dtype.kind not in "iuf" or array.ndim > 1 or not array.size or not np.isfinite(array).all():
         raise ValueError(f"'{name}' is {array.dtype} {array.shape}, expected a vector of finite real numbers")

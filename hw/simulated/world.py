@@ -51,7 +51,7 @@ class StageFile:
         except FileNotFoundError:
             return Stage()
         if not isinstance(found, dict) or set(found) - set(asdict(Stage())):
-            raise ValueError(f"{self.path}: is no stage of a simulated bench")
+            raise ValueError(f"{self.path}: is not a stage of a simulated bench")
         return Stage(**found)
 
     def write(self, stage: Stage) -> None:

@@ -35,14 +35,14 @@ def bench_path(given: Path | None) -> Path:
     """The bench file named, else the one in the bench's folder. Raises SpecError where neither is there."""
     path = given if given is not None else home() / BENCH_FILE
     if given is None and not path.exists():
-        raise SpecError(str(path), ["there is no bench file here; write one or name one with --bench"])
+        raise SpecError(str(path), ["no bench file found; write one or name it with --bench"])
     return path
 
 
 def ask_at_terminal(words: str) -> str:
     """What a person types. Raises SettingsError where there is no terminal: nothing prompts then."""
     if not sys.stdin.isatty():
-        raise SettingsError(f"there is no terminal to ask at: {words.rstrip(': ')}")
+        raise SettingsError(f"no terminal for a question: {words.rstrip(': ')}")
     return input(words)
 
 

@@ -63,7 +63,7 @@ def run(wanted: RunOptions) -> Exit:
     for serial, verdict in app.done.verdicts.items():
         print(f"{serial}: {verdict}", file=sys.stderr)
     if app.return_code:
-        said = "accept: the program failed; what it acknowledged is stored. Please report the lines above"
+        said = "accept: internal error; every saved entry is kept. Please report the lines above"
         print(said, file=sys.stderr)
         raise SystemExit(app.return_code)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE

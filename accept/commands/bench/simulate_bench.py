@@ -45,7 +45,7 @@ class Struck:
                 raise UnitRequestError(f"--fault {words}: expected what it is exchanged with, as in gauge:swapped:lcr")
             return cls(name, FaultKind.SWAPPED, other=more)
         if more and not more.isdecimal():
-            raise UnitRequestError(f"--fault {words}: '{more}' is no number of replies that go by before it")
+            raise UnitRequestError(f"--fault {words}: '{more}' is not a number of replies before the fault")
         return cls(name, FaultKind(kind), int(more or 0))
 
     def strike(self, servers: Mapping[str, Server]) -> None:

@@ -28,7 +28,7 @@ def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool) -> 
         except FileNotFoundError:
             pass
         except TableError as e:
-            say(f"{e}; building it anew")
+            say(f"{e}; rebuilding the table")
     start = time.perf_counter()
     table = build(plan, say, workers)
     say(f"{nx} x {ny} places, {table.f.size} frequencies in {time.perf_counter() - start:.1f} s")

@@ -210,4 +210,4 @@ def _print(fitted: Fitted) -> None:
         say(f"accept: the fit did not converge; do not use the values above: {fit.message}")
     worst = max((g.G for g in (fitted.held_out or fit.gaps).values()), default=0.0)
     if worst > 1.1:
-        say(f"G is {worst:.3g}: this model does not explain the unit; `accept gap` looks for what is missing")
+        say(f"G is {worst:.3g}: this model does not explain the unit; run `accept gap` to find the cause")

@@ -34,8 +34,6 @@ def verify_here(pdf: bytes, trust: list[Path]) -> Verification:
     if keys.exist(home() / DEMO):
         known.append((keys.ca(home() / DEMO), rejudge_demo))
     if not known:
-        return Verification(
-            False, f"no CA is trusted: there are no keys in {home()}; name a CA certificate with --trust"
-        )
+        return Verification(False, f"no trusted CA: no keys found in {home()}; name a CA certificate with --trust")
     reports = [verify(pdf, [ca], judge) for ca, judge in known]
     return next((r for r in reports if r.valid), reports[0])

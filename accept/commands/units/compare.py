@@ -69,7 +69,7 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
 
 def _show(found: Fleet) -> None:
     if not found.compared:
-        few = f"{len(found.serials)} units of kind {found.kind} are too few to say who stands out"
+        few = f"{len(found.serials)} units of kind {found.kind} are too few to find outliers"
         stdout.print(f"{few}: {MIN_UNITS} with the same quantity are needed")
         return
     stdout.print(table(found))
@@ -78,7 +78,7 @@ def _show(found: Fleet) -> None:
     if not found.outliers:
         stdout.print(f"no {found.kind} stands out: no chance is below {CHANCE:g}")
     if found.too_few:
-        say(f"fewer than {MIN_UNITS} units have these, so nobody can stand out in them: {', '.join(found.too_few)}")
+        say(f"fewer than {MIN_UNITS} units have these quantities, too few to find outliers: {', '.join(found.too_few)}")
 
 
 def table(found: Fleet) -> Table:

@@ -33,7 +33,7 @@ def show(name: str) -> Exit:
             table.add_row(check + needed, quantity, interval(limit), limit.rule, _source(limit))
     stdout.print(table)
     if spec.gap is not None:
-        stdout.print(f"responses are compared with model '{spec.gap.model}'; what it lacks bears on no verdict")
+        stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
     return Exit.ACCEPTED
 
 

@@ -8,7 +8,7 @@ from accept.workflow.lock import UnitBusy
 from accept.workflow.worker.process import NotDone
 from hw.errors import InstrumentError
 
-_KEPT = "what was stored before is safe; what you typed is still in its field"
+_KEPT = "earlier entries are saved; your input is still in its field"
 _OS = {
     errno.ENOSPC: f"the disk is full: free some space and press Enter again; {_KEPT}",
     errno.EROFS: f"the disk is read-only; {_KEPT}",

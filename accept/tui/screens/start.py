@@ -66,7 +66,7 @@ class StartScreen(Working[Begin | None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "next", show=False, priority=True),
         Binding("f2", "known", "Known units"),
-        Binding("f8", "anew", "New attempt"),
+        Binding("f8", "new_attempt", "New attempt"),
         Binding("up", "app.focus_previous", show=False),
         Binding("down", "app.focus_next", show=False),
         Binding("escape", "leave", "End"),
@@ -177,7 +177,7 @@ class StartScreen(Working[Begin | None]):
         else:
             self.set_focus(shown[at + 1])
 
-    def action_anew(self) -> None:
+    def action_new_attempt(self) -> None:
         if self._known is None:
             self.say("F8 needs a known unit", "bad")
             return

@@ -31,11 +31,11 @@ class StepScreen(StepView):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f2", "pick", "File"),
         Binding("f3", "read", "Read"),
-        Binding("f4", "repeat", "More"),
+        Binding("f4", "repeat", "Repeat"),
         Binding("f5", "note", "Note"),
-        Binding("f6", "way", "Way"),
+        Binding("f6", "way", "Input"),
         Binding("f7", "picture", "Plot"),
-        Binding("f8", "anew", "Anew"),
+        Binding("f8", "measure_again", "Again"),
         Binding("ctrl+z", "undo", "Undo"),
         # before the page gets them: it would scroll where the form is longer than the screen
         Binding("up", "app.focus_previous", show=False, priority=True),
@@ -233,7 +233,7 @@ class StepScreen(StepView):
         await self._lay_out()
         self.show()
 
-    def action_anew(self) -> None:
+    def action_measure_again(self) -> None:
         if not self.state.entries:
             self.say("Nothing to repeat: this step has no entries", "bad")
             return

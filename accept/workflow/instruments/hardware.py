@@ -105,7 +105,7 @@ def bounded(traffic: Sequence[Traffic]) -> list[Traffic]:
     if len(traffic) <= MOST_TRAFFIC:
         return list(traffic)
     gone = len(traffic) - MOST_TRAFFIC
-    words = f"{gone} entries before this were looks that nobody took".encode()
+    words = f"{gone} earlier lines were live readings that were not saved".encode()
     return [Traffic(traffic[gone].t, "note", words), *traffic[gone:]]
 
 
@@ -115,4 +115,4 @@ def is_derived(check: Check) -> bool:
 
 
 def _nobody(words: str) -> str:
-    raise SettingsError(f"{words}: no one answers here; type the value into its field")
+    raise SettingsError(f"{words}: no operator to answer; type the value into its field")

@@ -82,7 +82,7 @@ def _reasons(
     names = [f"{effect.name}.{p.name}" for p in effect.parameters]
     bound = [n for n in names if n in final.at_bound]
     if bound:
-        out.append(f"{bound[0]} lies on its physical bound")
+        out.append(f"{bound[0]} is at its physical limit")
     alone = full.adequate and not full.response.stand_ins
     if not alone and gain < table.share * total:
         out.append(f"explains {100 * gain / total:.1f} % of the gap beside an unidentified effect")

@@ -103,4 +103,4 @@ def _notes(full: Candidate) -> tuple[str, ...]:
     if len(out) < 2:
         return ()
     worst = ", ".join(f"{n} by {z:+.0f}" for n, z in sorted(out.items(), key=lambda kv: -abs(kv[1]))[:3])
-    return (f"calibrated values lie far off what the model file expects ({worst} sd): another model, or another unit?",)
+    return (f"calibrated values are far from the model file ({worst} sd): another model, or another unit?",)

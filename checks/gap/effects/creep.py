@@ -38,7 +38,7 @@ EFFECT = Effect(
     title="Creep",
     parameters=(Parameter("per_decade", lo=-0.2, hi=0.2, off=0.0, start=0.0, scale=0.01),),
     channels=("Vs", "de", "da"),
-    sign="every channel falls with log frequency and lags by the same angle; slow loops open alike at every amplitude",
+    sign="every channel falls with log frequency and lags by the same angle; slow loops are as wide at every amplitude",
     sentence="The displacement creeps by {per_decade} per decade of time.",
     sources=("[JG00]", "[STB] 3.1.7"),
     experiment=Experiment.LEVEL,

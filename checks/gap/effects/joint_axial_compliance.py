@@ -21,7 +21,7 @@ EFFECT = Effect(
     ),
     channels=("da", "Vs"),
     sign="da and the zeros of de between the axial modes move, Vs at high frequency follows",
-    sentence="The joints' axial stiffness is {kz_N_per_um} N/um, which is not what the model expects.",
+    sentence="The axial stiffness of the joints is {kz_N_per_um} N/um; the model expects another value.",
     sources=("[STB] 6.3.2",),
     experiment=Experiment.MASS,
 )

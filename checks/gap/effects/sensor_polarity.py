@@ -9,8 +9,8 @@ EFFECT = Effect(
     title="Polarity of the sensor",
     turns=("constants.gs_V_per_m", "constants.gs_V_per_N"),
     channels=("Vs",),
-    sign="Vs alone is turned by 180 degrees at every frequency",
-    sentence="The sensor stack is connected with the wrong polarity: Vs is turned.",
+    sign="only Vs is reversed (180 degrees at every frequency)",
+    sentence="The sensor stack is connected with reversed polarity.",
     sources=("[STB] 4.1",),
     experiment=Experiment.UNPLUG,
 )

@@ -45,7 +45,7 @@ class UnmodelledMode:
     def label(self) -> str:
         """As it stands in a list of explanations."""
         where = "in the drive" if self.channel == ALL else f"on {self.channel}"
-        return f"a {self.shape.name} without a name {where}"
+        return f"an unidentified {self.shape.name} {where}"
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -50,7 +50,7 @@ def test_a_certificate_for_a_key_elsewhere(bench: Path) -> None:
 
 def test_without_a_key_and_without_a_token_nothing_is_signed(bench: Path, tmp_path: Path) -> None:
     known = keys.unlock(bench, TECHNICIAN, "x")
-    with pytest.raises(SigningRefused, match="no key to sign with"):
+    with pytest.raises(SigningRefused, match="no key found to sign as"):
         sign(render(certificate_contents(tmp_path)), Credential(TECHNICIAN, None, known.certificate, known.ca), WHEN)
 
 

@@ -92,7 +92,7 @@ def test_a_page_that_says_other_than_its_data_is_found(
 ) -> None:
     """Signed with the right keys: another verdict, or one digit of a number."""
     mixed = page_over(certificate_contents(tmp_path, result(sensor, stroke)), certificate_contents(tmp_path))
-    refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not show what the attached data say")
+    refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not agree with the attached data")
 
 
 def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Verification:

@@ -98,7 +98,7 @@ def test_without_a_terminal_nobody_is_asked(bench, tmp_path):
     make_unit(tmp_path / "U")
     done = run("hw", "measure", tmp_path / "U", "capacitance", "--bench", bench.bench_file)
     assert done.exit_code == 5
-    assert "no terminal to ask at" in done.output
+    assert "no terminal for a question" in done.output
 
 
 def test_pickup(tmp_path, monkeypatch):
@@ -172,7 +172,7 @@ def test_a_fault_asked_for_on_the_command_line(tmp_path):
         ("gauge:broken", "menu_open"),
         ("gauge:swapped", "gauge:swapped:lcr"),
         ("gauge:swapped:gauge", "gauge:swapped:lcr"),
-        ("lcr:slow:soon", "'soon' is no number"),
+        ("lcr:slow:soon", "'soon' is not a number"),
     ],
 )
 def test_a_fault_that_is_none(tmp_path, fault, words):

@@ -69,7 +69,7 @@ def test_an_empty_store_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_no_bench_file_is_said_with_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "home"))
-    assert "no bench file here; write one or name one with --bench" in refused("hw", "list")
+    assert "no bench file found; write one or name it with --bench" in refused("hw", "list")
 
 
 @pytest.mark.parametrize("group", [(), ("excite",), ("model",), ("hw",), ("simulate",), ("spec",), ("store",)])

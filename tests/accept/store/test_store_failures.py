@@ -169,7 +169,7 @@ def test_a_new_store_locked_by_another_program(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"not a database at all" * 100, b"\0" * 5000])
 def test_a_file_that_is_no_database(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "store.sqlite").write_bytes(content)
-    with pytest.raises(StoreError, match="is no SQLite database"):
+    with pytest.raises(StoreError, match="is not an SQLite database"):
         open_store(url_of(tmp_path))
     assert (tmp_path / "store.sqlite").read_bytes() == content
 

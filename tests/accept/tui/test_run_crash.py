@@ -17,4 +17,4 @@ def test_a_fault_of_the_program_is_no_verdict(monkeypatch: pytest.MonkeyPatch, c
     assert ended.value.code == 1
     said = capsys.readouterr().err
     assert "RuntimeError: a fault" in said
-    assert "what it acknowledged is stored" in said
+    assert "every saved entry is kept" in said

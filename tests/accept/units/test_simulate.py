@@ -225,7 +225,7 @@ def test_the_demo_trusts_its_own_strut_and_no_altered_one() -> None:
     assert rejudge.rejudge_demo(own)["verdict"] == "accepted"
     altered = dict(strut.files)
     altered["hysteresis.mat"] = altered["frf_noise.mat"]
-    with pytest.raises(InvalidCertificate, match="no unit of the demo"):
+    with pytest.raises(InvalidCertificate, match="not a unit of the demo"):
         rejudge.rejudge_demo(replace(own, files=altered))
 
 

@@ -166,7 +166,7 @@ def test_a_stale_table_is_refused_and_built_anew(strut: Model) -> None:
         read_table(plan)
     words: quiet = []
     assert np.allclose(table_for(strut, words.append, 3, 3).R, old.R, rtol=1e-5)
-    assert "building it anew" in words[0]
+    assert "rebuilding the table" in words[0]
 
 
 @pytest.mark.parametrize("place", [100, 50_000, -2000])

@@ -242,8 +242,8 @@ def test_a_written_mat_file_is_what_scipy_expects(tmp_path):
 @pytest.mark.parametrize(
     ("mapping", "words"),
     [
-        ({"1st": [1.0]}, "no name for a channel"),
-        ({"_hidden": [1.0]}, "no name for a channel"),
+        ({"1st": [1.0]}, "not a channel name"),
+        ({"_hidden": [1.0]}, "not a channel name"),
         ({"x": [np.nan, 1.0]}, "finite real numbers"),
         ({"x": [1j]}, "finite real numbers"),
         ({"x": ["a"]}, "finite real numbers"),

@@ -52,7 +52,7 @@ def put_in(*at_and_value):
 
 
 def test_files_that_are_no_record(tmp_path, refusal):
-    with pytest.raises(RecordError, match=r"gone\.mat: there is no such file"):
+    with pytest.raises(RecordError, match=r"gone\.mat: no such file"):
         records.read(tmp_path / "gone.mat", made.SERIES)
     with pytest.raises(RecordError, match="is a folder, expected a record file"):
         records.read(tmp_path, made.SERIES)
