@@ -77,6 +77,18 @@ def fit(
 
 
 @app.command()
+def learn(
+    units: Annotated[list[Path], typer.Argument(help="Unit folders of one batch, three or more.")],
+    out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
+    model: Annotated[str | None, typer.Option("--model", help="Model to start from; else the kind picks.")] = None,
+) -> None:
+    """Learn a model from a batch: its mean, its scatter, and which units do not belong."""
+    from accept.commands.physics import model_learn as command
+
+    raise typer.Exit(command.run(units, model, out))
+
+
+@app.command()
 def sweep(
     what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
     values: Annotated[list[float] | None, typer.Option("--value", help="A value; repeat for more.")] = None,

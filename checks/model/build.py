@@ -6,10 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from checks.errors import ModelError
 from checks.model.free_apa_modes import modal_apa, mode_names
+from checks.model.joint_prior import JointPrior
 from checks.model.model import Model, Values
-from checks.model.parameters import in_range, is_mode_factor, si
+from checks.model.parameters import in_range, is_mode_factor, known, si
 from checks.model.structure.apa import ApaBody, superelement_body
 from checks.model.structure.apa_2dof import two_dof_body
 from checks.model.structure.frame import frame_matrices
@@ -41,19 +44,30 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
     apa, matrices = _apa(spec, superelement, reduced)
     sha256 = hashlib.sha256(spec.sha256.encode() + matrices).hexdigest()
     apa, more, sds = _as_built(spec, apa)
-    values = {**values, **more}
+    joint = _of_its_batch(spec)
+    values = {**values, **more, **({} if joint is None else joint.values)}
+    known(() if joint is None else joint.names, {**spec.sds, **sds})
     in_range(values)
     return Model(
         name=spec.name,
         apa=apa,
         values=values,
-        sds={**spec.sds, **sds},
+        sds={**spec.sds, **sds, **({} if joint is None else joint.sds)},
+        joint=joint,
         tolerance=spec.tolerance.relative,
         least=min(spec.tolerance.least, spec.tolerance.relative),
         sha256=sha256,
         damping=spec.damping,
         up_to_Hz=spec.tolerance.up_to_Hz,
     )
+
+
+def _of_its_batch(spec: ModelSpec) -> JointPrior | None:
+    """What the batch that a unit comes from says of it, where the file knows one."""
+    batch = spec.population
+    if batch is None:
+        return None
+    return JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
 
 
 def _as_built(

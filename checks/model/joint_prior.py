@@ -32,6 +32,11 @@ class JointPrior:
             raise ModelError(f"joint prior: its covariance is not positive definite: {e}") from e
 
     @property
+    def values(self) -> dict[str, float]:
+        """Name -> mean."""
+        return dict(zip(self.names, (float(v) for v in self.mean), strict=True))
+
+    @property
     def sds(self) -> dict[str, float]:
         """Name -> standard deviation."""
         return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))

@@ -1,0 +1,39 @@
+"""`accept model learn`: a model file learned from a batch of units."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import check_places, write_atomic
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
+from accept.commands.physics.model import model_for
+from accept.gap.analyse_unit import run_gap
+from accept.models.model_file import DEFAULT_MODEL
+from accept.population.learn import learn_population, measured_units
+from accept.population.report import document, lines, render, write_population
+from accept.units.unit_folder import read
+
+MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
+
+
+@clear_errors
+def run(units: Sequence[Path], model: str | None, out: Path) -> Exit:
+    """Learn, print, write. Exit 4 where the units do not hold together."""
+    places = [out / name for name in (MODEL, REPORT, DATA)]
+    check_places(*places)  # said before the fits, not after
+    kind = read(units[0]).kind
+    given = model_for(model, kind)
+
+    def ask(i: int) -> Mapping[str, Any]:
+        return run_gap(units[i], model or DEFAULT_MODEL[kind])
+
+    found = learn_population(measured_units(units, given), given, say, ask)
+    write_population(places[0], found)
+    write_atomic(places[1], render(found))
+    write_atomic(places[2], json.dumps(document(found), indent=1, allow_nan=False).encode() + b"\n")
+    print("\n".join(lines(found)))
+    for place in places:
+        say(f"{place}: written")
+    return Exit.ACCEPTED if found.holds else Exit.INCOMPLETE

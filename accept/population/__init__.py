@@ -1,0 +1,1 @@
+"""A batch of units: the model that is learned from them, and which of them belong to it."""
