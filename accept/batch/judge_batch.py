@@ -16,11 +16,13 @@ from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.base.exit_codes import Exit, of_verdicts
+from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch import outputs
 from accept.batch.worker import Job, Outcome, judge
 from accept.certificate import events
 from accept.certificate.certify import certify
+from accept.certificate.commissioning import commissioned
 from accept.certificate.keys import Credential
 from accept.fleet import golden
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
@@ -62,7 +64,8 @@ class BatchRequest:
         """Of the instruments behind the checks of a unit, where a bench file is in use."""
         if self.bench is None:
             return None
-        stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on)
+        proven = commissioned(self.bench, home())
+        stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on, proven)
         return calibration.checked(stated, folder.measured)
 
     def start(self, folder: UnitFolder) -> StartModel | None:

@@ -33,6 +33,18 @@ def hw_test(
     raise typer.Exit(command.test(bench, names or []))
 
 
+@app.command("commission")
+def hw_commission(
+    name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
+    bench: Bench = None,
+    operator: Operator = None,
+) -> None:
+    """First run at a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
+    from accept.commands.bench import commission as command
+
+    raise typer.Exit(command.commission(bench, name, operator))
+
+
 @app.command("measure")
 def hw_measure(
     unit: Annotated[Path, typer.Argument(help="Unit folder.")],

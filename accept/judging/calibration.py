@@ -16,12 +16,16 @@ from specs.bench import BenchFile
 
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
-instrument that serves it: check, name, model, serial, certificate, calibrated, due, and, once held against a unit,
-measured (the day that counts: when it was measured where the unit tells, else of judging) and problem (None: valid)."""
+instrument that serves it: check, name, model, serial, certificate, calibrated, due, commissioned (in words; None: no
+program reads it), and, once held against a unit, measured (the day that counts: when it was measured where the unit
+tells, else of judging) and problem (None: valid)."""
 
 
-def statement(bench: BenchFile, checks: Iterable[str], on: datetime.date) -> Statement:
-    """What the bench file says about the instruments behind these checks. on: the day of judging."""
+def statement(
+    bench: BenchFile, checks: Iterable[str], on: datetime.date, commissioned: Mapping[str, str] | None = None
+) -> Statement:
+    """What the bench file says about the instruments behind these checks. on: the day of judging. commissioned: by
+    instrument, what is known of its commissioning."""
     rows = [
         {
             "check": check,
@@ -31,6 +35,7 @@ def statement(bench: BenchFile, checks: Iterable[str], on: datetime.date) -> Sta
             "certificate": entry.calibration.certificate if entry.calibration else None,
             "calibrated": _iso(entry.calibration.calibrated if entry.calibration else None),
             "due": _iso(entry.calibration.due if entry.calibration else None),
+            "commissioned": (commissioned or {}).get(name),
         }
         for check in checks
         for name, entry in bench.instruments.items()
@@ -104,7 +109,8 @@ def notes(given: Statement) -> list[str]:
     for row in given["instruments"]:
         who = " ".join(word for word in (row["model"], row["serial"]) if word) or "no serial number"
         words = row["problem"] or f"certificate {row['certificate']}, valid to {row['due']}"
-        lines.append(f"{row['check']}: {row['name']} ({who}): {words}")
+        proven = f"; {row['commissioned']}" if row.get("commissioned") else ""
+        lines.append(f"{row['check']}: {row['name']} ({who}): {words}{proven}")
     return lines
 
 

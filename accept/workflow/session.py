@@ -12,6 +12,7 @@ from typing import Any
 
 from accept.base.version import code_sha256
 from accept.certificate import events
+from accept.certificate.commissioning import commissioned
 from accept.gap.attach_to_result import PREFIX, on_certificate
 from accept.judging.calibration import Statement, statement
 from accept.judging.result import UnitResult
@@ -271,7 +272,8 @@ class Session:
     def _statement(self, spec: Spec) -> Statement | None:
         if self.stated is None:
             return None
-        return statement(self.stated, spec.checks, datetime.now(UTC).date())
+        proven = commissioned(self.stated, self.home)
+        return statement(self.stated, spec.checks, datetime.now(UTC).date(), proven)
 
     def _append(self, entry: NewEvent) -> Event:
         with self._mutex:

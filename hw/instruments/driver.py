@@ -40,25 +40,36 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 
 
 @dataclass(frozen=True)
+class Trial:
+    """Something that a technician changes at the instrument when it is commissioned; a reading must then be refused, or
+    be the same as before."""
+
+    do: str
+
+
+@dataclass(frozen=True)
 class Driver:
     """names: as `driver` in a bench file. open: (name in the bench file, entry, ask a person) -> instrument; the port
-    is opened by its first use; raises SettingsError."""
+    is opened by its first use; raises SettingsError. trials: for its commissioning."""
 
     names: tuple[str, ...]
     open: Opener
+    trials: tuple[Trial, ...] = ()
 
     @property
     def name(self) -> str:
         return self.names[0]
 
 
-def serial_driver(driver: Callable[..., Instrument], settings: type[Strict], *names: str) -> Driver:
+def serial_driver(
+    driver: Callable[..., Instrument], settings: type[Strict], *names: str, trials: tuple[Trial, ...] = ()
+) -> Driver:
     """A driver on a serial line: all of them are made alike."""
 
     def opened(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
         return driver(name, link_of(name, entry), settings_of(name, settings, entry), entry.model, entry.serial)
 
-    return Driver(names, opened)
+    return Driver(names, opened, trials)
 
 
 def link_of(name: str, entry: InstrumentEntry) -> Link:

@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, NoReply, OverRange, WrongInstrument
-from hw.instruments.driver import Ask, Driver, Instrument, serial_driver
+from hw.instruments.driver import Ask, Driver, Instrument, Trial, serial_driver
 from hw.instruments.length import METRES, LengthInstrument, LengthSettings
 from hw.instruments.reading import Identity, Reading, no_value
 from hw.instruments.serial_instrument import text_of
@@ -124,4 +124,12 @@ def _open(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
     return (_ND287 if entry.driver == "nd287" else _ND281B).open(name, entry, ask)
 
 
-DRIVER = Driver(("nd287", "nd281b"), _open)
+TRIALS = (
+    Trial("At the readout, set the unit to inch"),
+    Trial("Set the display step to 10 um or more"),
+    Trial("Start a series and show MIN, MAX or DIFF"),
+    Trial("Where it has a second axis, show it or the sum of both"),
+    Trial("Open the readout's menu"),
+    Trial("Switch the readout off and on again"),
+)
+DRIVER = Driver(("nd287", "nd281b"), _open, TRIALS)

@@ -19,7 +19,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange
-from hw.instruments.driver import serial_driver
+from hw.instruments.driver import Trial, serial_driver
 from hw.instruments.reading import Reading, no_value
 from hw.instruments.serial_instrument import Seconds, SerialInstrument, SerialSettings, text_of
 from hw.link import Deadline
@@ -211,4 +211,18 @@ def _number(who: str, line: bytes, field: str, width: int, digits: int) -> float
     return float(field)
 
 
-DRIVER = serial_driver(Lcr800, Lcr800Settings, "lcr800")
+TRIALS = tuple(
+    Trial(f"At the meter, {words}")
+    for words in (
+        "set the display to DELTA, with a nominal value other than zero",
+        "set the display to DELTA %",
+        "set the mode to R/Q",
+        "set the circuit to parallel",
+        "set the level to its smallest",
+        "set the frequency to 120 Hz",
+        "set the speed to fast",
+        "hold the range",
+        "switch the meter off and on again",
+    )
+)
+DRIVER = serial_driver(Lcr800, Lcr800Settings, "lcr800", trials=TRIALS)

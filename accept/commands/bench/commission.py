@@ -1,0 +1,128 @@
+"""`accept hw commission`: the first run at a real instrument, through what its driver assumes."""
+
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, operator_name, say
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.certificate import commissioning, keys
+from accept.commands.bench.hw import ask_at_terminal, bench_path
+from accept.commands.trust.bench_keys import passphrase_of
+from hw.errors import InstrumentError
+from hw.instruments import DRIVERS, Instrument, open_instrument
+from hw.instruments.driver import Trial
+from specs.bench import load_bench
+
+REPEATS = 0.01  # how far a value may differ from the first, relative: the probe or the capacitor is not touched
+UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One trial: what was asked of the technician, what came of it, whether it is as it must be."""
+
+    trial: str
+    found: str
+    passed: bool
+
+
+@clear_errors
+def commission(path: Path | None, name: str, operator: str | None) -> Exit:
+    """Walk through the trials of an instrument and write its record; exit 5 where one does not pass."""
+    bench = load_bench(bench_path(path))
+    if name not in bench.instruments or bench.instruments[name].driver in commissioning.WITHOUT_WIRE:
+        say(f"accept: {bench.path} has no instrument {name!r} on a wire")
+        return Exit.BAD_INPUT
+    entry = bench.instruments[name]
+    driver = DRIVERS.get(entry.driver)
+    try:
+        with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
+            outcomes = _walked(instrument, driver.trials if driver else ())
+            transcript = [] if instrument.link is None else [t.to_json() for t in instrument.link.take_transcript()]
+    except InstrumentError as e:
+        say(f"accept: {e}")
+        return Exit.INSTRUMENT
+    passed = bool(outcomes) and all(outcome.passed for outcome in outcomes)
+    record = {
+        "instrument": name,
+        "subject": commissioning.subject(entry),
+        "on": datetime.now(UTC).date().isoformat(),
+        "operator": operator_name(operator),
+        "passed": passed,
+        "outcomes": [asdict(outcome) for outcome in outcomes],
+        "transcript": transcript,
+    }
+    credential = _credential()
+    place = commissioning.place(bench, name)
+    write_atomic(place, commissioning.signed(record, credential))
+    unsigned = "" if credential else "; unsigned, so it counts as unproven"
+    say(f"{place}: {'passed' if passed else 'did not pass'}{unsigned}")
+    return Exit.ACCEPTED if passed else Exit.INSTRUMENT
+
+
+def _credential() -> keys.Credential | None:
+    """The technician's key, where the bench has one and its passphrase is given."""
+    try:
+        return keys.unlock(home(), keys.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
+    except keys.KeysError as e:
+        say(f"not signed: {e}")
+        return None
+
+
+def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[Outcome]:
+    """The first reading against the display, then every trial, each with the panel set back after it."""
+    for reminder in instrument.reminders:
+        say(reminder)
+    ask_at_terminal("Connect what shall be measured and leave it untouched until the end, then Enter: ")
+    first, outcome = _first(instrument)
+    outcomes = [outcome]
+    if first is None:
+        return outcomes
+    for trial in trials:
+        instrument.connect()
+        ask_at_terminal(f"{trial.do}, then Enter: ")
+        outcomes.append(_tried(instrument, trial, first))
+        say(f"  {outcomes[-1].found}{'' if outcomes[-1].passed else ' - NOT AS IT MUST BE'}")
+        ask_at_terminal("Set it back as it was, then Enter: ")
+        instrument.close()
+    outcomes.append(_back(instrument, first))
+    return outcomes
+
+
+def _first(instrument: Instrument) -> tuple[float | None, Outcome]:
+    try:
+        instrument.connect()
+        reading = instrument.read()
+    except InstrumentError as e:
+        return None, Outcome("a first reading", str(e), False)
+    scale, unit = UNITS.get(reading.unit, (1.0, reading.unit))
+    shown = f"{reading.value * scale:.4f} {unit}"
+    answer = ask_at_terminal(f"The program read {shown}. Does the display show the same? yes or no: ")
+    return reading.value, Outcome(
+        "the display shows what was read", f"{shown}: {answer}", answer.strip().lower() == "yes"
+    )
+
+
+def _tried(instrument: Instrument, trial: Trial, first: float) -> Outcome:
+    """The change must be refused, or make no difference to the value."""
+    try:
+        instrument.confirm()
+        value = instrument.read().value
+    except InstrumentError as e:
+        return Outcome(trial.do, f"refused: {e}", True)
+    same = abs(value - first) <= REPEATS * abs(first)
+    return Outcome(trial.do, f"{value:.6g}, {'the same' if same else f'not {first:.6g}'}", same)
+
+
+def _back(instrument: Instrument, first: float) -> Outcome:
+    try:
+        instrument.connect()
+        value = instrument.read().value
+        instrument.confirm()
+    except InstrumentError as e:
+        return Outcome("the value is back", str(e), False)
+    return Outcome("the value is back", f"{value:.6g}", abs(value - first) <= REPEATS * abs(first))

@@ -1,0 +1,139 @@
+"""Commissioning at peers that answer as the documents print, by a technician who turns what is asked for."""
+
+import json
+import re
+from datetime import date
+from pathlib import Path
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.certificate import commissioning, keys
+from accept.commands.bench import commission as command
+from accept.judging import calibration
+from hw.instruments import open_instrument
+from specs.bench import load_bench
+from tests.hw.peers.lcr800 import Lcr800Peer
+from tests.hw.peers.line import Line
+
+BENCH = """name = "bench 1"
+[instruments.lcr]
+driver = "lcr800"
+measures = ["capacitance"]
+model = "LCR-819"
+serial = "E1"
+link = { port = "/dev/x", baud = 38400, data_bits = 8, parity = "none", stop_bits = 1, handshake = "none" }
+calibration = { certificate = "GW-7", due = 2099-03-01 }
+[instruments.scale]
+driver = "offline"
+measures = ["stiffness"]
+"""
+PANEL = {
+    "DELTA,": "DISP DELT", "DELTA %": "DISP DELP", "mode": "MODE RQ", "circuit": "CIRC PARA", "level": "VOLT 0.005",
+    "frequency": "FREQ 0.12000", "speed": "SPEE FAST", "range": "R.H. ON..",
+}  # fmt: skip
+BACK = ("DISP VALU", "MODE CD", "CIRC SERI", "SPEE SLOW", "R.H. OFF.")
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    path = tmp_path / "bench.toml"
+    path.write_text(BENCH)
+    keys.init(home(), "correct horse", "Ann", "Bob", "battery staple")
+    return path
+
+
+@pytest.fixture
+def peer(monkeypatch: pytest.MonkeyPatch) -> Lcr800Peer:
+    """A meter on the line, and a technician at its keys."""
+    peer = Lcr800Peer()
+    peer.truth = 4.99e-6
+    line = Line(peer)
+
+    def opened(name, entry, ask):
+        instrument = open_instrument(name, entry, ask)
+        instrument.link._opener, instrument.link.clock = line.open, line.clock
+        return instrument
+
+    def technician(words: str) -> str:
+        if words.startswith("Set it back"):
+            for key in BACK:
+                peer.panel[key]()
+        elif "switch the meter off" in words:
+            peer.switch_on()
+        elif found := next((key for word, key in PANEL.items() if word in words), None):
+            peer.panel[found]()
+        return "yes"
+
+    monkeypatch.setattr(command, "open_instrument", opened)
+    monkeypatch.setattr(command, "ask_at_terminal", technician)
+    return peer
+
+
+def said_of(path: Path) -> str:
+    return commissioning.commissioned(load_bench(path), home())["lcr"]
+
+
+def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
+    assert said_of(bench) == "unproven: never commissioned"
+    assert command.commission(bench, "lcr", "Ann") is Exit.ACCEPTED
+    assert re.fullmatch(r"commissioned on \d{4}-\d\d-\d\d by Ann", said_of(bench))
+    file = json.loads((bench.parent / "commissioning" / "lcr.json").read_text())
+    outcomes = {outcome["trial"]: outcome["found"] for outcome in file["record"]["outcomes"]}
+    assert len(outcomes) == 11  # a first reading, nine trials, the value back
+    assert sum(found.startswith("refused") for found in outcomes.values()) == 9
+    stated = calibration.statement(
+        load_bench(bench), ["capacitance", "stiffness"], date(2026, 6, 1),
+        commissioning.commissioned(load_bench(bench), home()),
+    )  # fmt: skip
+    capacitance, stiffness = calibration.notes(calibration.checked(stated, {}))
+    assert capacitance.endswith("by Ann")
+    assert "commissioned" not in stiffness  # no program reads it
+
+
+def test_a_meter_that_hides_a_change_does_not_pass(bench, peer):
+    """One that answers VALU whatever it shows: the value of the trial is wrong, and the record says so."""
+    told = peer._told
+    peer._told = lambda key: "MAIN:DISP:VALU" if key == "DISP" else told(key)
+    assert command.commission(bench, "lcr", "Ann") is Exit.INSTRUMENT
+    assert "did not pass" in said_of(bench)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda file: file["record"].update(on="2030-01-01"), "does not verify"),
+        (lambda file: file.pop("signature"), "unsigned"),
+        (lambda file: file.update(certificate="x"), "does not verify"),
+        (lambda file: file.update(signature="%%"), "does not verify"),
+    ],
+)
+def test_a_record_that_was_changed_proves_nothing(bench, peer, change, words):
+    command.commission(bench, "lcr", "Ann")
+    path = bench.parent / "commissioning" / "lcr.json"
+    file = json.loads(path.read_text())
+    change(file)
+    path.write_text(json.dumps(file))
+    assert words in said_of(bench)
+    path.write_bytes(b"\xff{")
+    assert "does not verify" in said_of(bench)
+
+
+def test_other_settings_are_not_commissioned_and_another_port_is(bench, peer):
+    command.commission(bench, "lcr", "Ann")
+    bench.write_text(BENCH.replace("/dev/x", "/dev/y"))
+    assert "by Ann" in said_of(bench)
+    bench.write_text(BENCH.replace('serial = "E1"', 'serial = "E2"'))
+    assert "other settings" in said_of(bench)
+
+
+def test_without_a_passphrase_it_stays_unproven(bench, peer, monkeypatch):
+    monkeypatch.delenv("ACCEPT_PASSPHRASE")
+    assert command.commission(bench, "lcr", "Ann") is Exit.ACCEPTED
+    assert said_of(bench) == "unproven: its commissioning record is unsigned"
+
+
+def test_what_is_not_on_a_wire_cannot_be_commissioned(bench):
+    assert command.commission(bench, "scale", "Ann") is Exit.BAD_INPUT
+    assert command.commission(bench, "nothing", "Ann") is Exit.BAD_INPUT
