@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
+from checks.cause import Cause, Reason, because
 from checks.picture import Panel
-from checks.quantity import Quantity
-from checks.verdict import Finding, UnitVerdict
+from checks.quantity import Contribution, Quantity
+from checks.verdict import Finding, UnitVerdict, Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,25 @@ def finding_json(finding: Finding) -> dict[str, Any]:
     """A finding as results.json has it ([DESIGN] 4)."""
     plain = {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
     return asdict(finding) | plain | {"cause": None if finding.cause is None else finding.cause.to_json()}
+
+
+def finding_from_json(entry: Mapping[str, Any]) -> Finding:
+    """Inverse of `finding_json`. Raises KeyError, TypeError or ValueError for what is not a finding."""
+    known = {f.name for f in fields(Finding)}
+    typed = {
+        "verdict": Verdict(entry["verdict"]),
+        "budget": tuple(Contribution(**c) for c in entry.get("budget", ())),
+        "cause": Reason.from_json(entry["cause"]) if entry.get("cause") else None,
+    }
+    return Finding(**({k: v for k, v in entry.items() if k in known} | typed))
+
+
+def information_from_json(entry: Mapping[str, Any]) -> Quantity:
+    """The quantity that `information_json` wrote; raises as `finding_from_json`."""
+    reason = because(Cause.IN_WORDS, detail=entry["reason"]) if entry.get("reason") else None
+    value = math.nan if entry["value"] is None else float(entry["value"])
+    budget = tuple(Contribution(**c) for c in entry.get("budget", ()))
+    return Quantity(entry["quantity"], value, entry["U"], budget, reason, entry.get("note"))
 
 
 def information_json(check: str, quantity: Quantity) -> dict[str, Any]:

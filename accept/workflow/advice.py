@@ -4,10 +4,10 @@ A cause without an entry needs no advice beside its sentence. The texts take the
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 from checks.cause import CHANNEL_LABELS, Cause, Reason
 from checks.declare import Check, Series
+from checks.verdict import Finding
 
 _PLUG = "check the plug of {channel}, then record again"
 _OFFSET = "check the acquisition settings: {channel} is stored with an offset; then record again"
@@ -65,11 +65,9 @@ IMPACT_ADVICE: Mapping[str, str] = {
 }
 
 
-def advice(check: Check, finding: Mapping[str, Any]) -> list[str]:
-    """What to do, a line each, about a finding as in results.json; empty where its cause needs no words."""
-    if not finding.get("cause"):
-        return []
-    return lines(check, Reason.from_json(finding["cause"]))
+def advice(check: Check, finding: Finding) -> list[str]:
+    """What to do, a line each, about a finding; empty where its cause needs no words."""
+    return [] if finding.cause is None else lines(check, finding.cause)
 
 
 def lines(check: Check, reason: Reason) -> list[str]:

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
-from typing import Any
 
 from accept.pictures import signs
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
+from checks.verdict import Finding
 
 
 def _shown(verdict: str) -> tuple[str, str, str]:
@@ -47,9 +47,9 @@ class Status(Enum):
 _WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
 
 
-def of_findings(findings: Iterable[Mapping[str, Any]]) -> Status:
+def of_findings(findings: Iterable[Finding]) -> Status:
     """The worst of the findings; a step without any was taken and no more."""
-    found = {Status[str(f["verdict"]).upper()] for f in findings}
+    found = {Status[f.verdict.name] for f in findings}
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
 

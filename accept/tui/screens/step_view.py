@@ -92,5 +92,5 @@ class StepView(Page):
 
 def limit_words(limit: Limit) -> str:
     """A limit with its unit, as the screen writes it."""
-    ends = limits({"lower": limit.lower, "upper": limit.upper})
+    ends = limits(limit.lower, limit.upper)
     return f"{ends} {limit.unit}, {limit.rule}"

@@ -22,6 +22,7 @@ from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import missing_labels
+from checks.verdict import Verdict
 
 GAP = "gap"  # the row that no check stands behind
 _OTHER_COLUMNS = 1 + 11 + 2 * 4  # mark, status, and the padding of all four
@@ -130,8 +131,9 @@ class Steps(Working[bool]):
         if judgement is None or status is Status.TAKEN:
             wanted = ", ".join(missing_labels(step, state))
             return (f"missing: {wanted}" if wanted else "complete, not judged yet") + notes
-        worst = [f for f in judgement.findings if f["verdict"] != "pass"] or list(judgement.findings)
-        return ", ".join(f["quantity"] if f["value"] is None else numbers(f) for f in worst[:2]) + notes
+        worst = [f for f in judgement.findings if f.verdict is not Verdict.PASS] or list(judgement.findings)
+        shown = (f.quantity if f.value is None else numbers(f.value, f.U, f.unit) for f in worst[:2])
+        return ", ".join(shown) + notes
 
     def _stand_at_next(self) -> None:
         step = self.session.next_step()

@@ -20,6 +20,7 @@ from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
+from checks.verdict import Verdict
 
 
 class Summary(Working[bool]):
@@ -68,18 +69,16 @@ class Summary(Working[bool]):
         self.query_one("#verdict", Static).update("not evaluated")
 
     def _judged(self, result: UnitResult) -> None:
-        entry = result.to_json()
-        verdict = str(result.verdict)
-        self.query_one("#verdict", Static).update(_verdict(verdict, entry["findings"]))
+        self.query_one("#verdict", Static).update(_verdict(result))
         table = self.query_one(DataTable)
         table.clear()
-        for f in entry["findings"]:
+        for f in result.findings:
             status = of_findings([f])
-            value = numbers(f) if f["value"] is not None else "-"
-            cells = (f["quantity"], value, limits(f), Text(status.word, status.style))
+            value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
+            cells = (f.quantity, value, limits(f.lower, f.upper), Text(status.word, status.style))
             table.add_row(Text(status.mark, status.style), *cells)
-        self._notes = entry["notes"]
-        self._why = [str(f["reason"] or f["note"] or "") for f in entry["findings"]]
+        self._notes = list(result.notes)
+        self._why = [f.reason or f.note or "" for f in result.findings]
         self._tell(0)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
@@ -184,13 +183,15 @@ _FIRST_LINES = [
 ]
 
 
-def _verdict(verdict: str, findings: list[dict[str, object]]) -> Text:
-    text = Text.assemble((f" {verdict.upper()} ", f"reverse {signs.UNITS[verdict].bold}"))
-    for word, names in (
-        ("failed", [str(f["quantity"]) for f in findings if f["verdict"] == "fail"]),
-        ("missing", [str(f["quantity"]) for f in findings if f["verdict"] == "no_result"]),
-        ("conditional", [str(f["quantity"]) for f in findings if f["verdict"] == "conditional"]),
+def _verdict(result: UnitResult) -> Text:
+    sign = signs.UNITS[result.verdict]
+    text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
+    for word, verdict in (
+        ("failed", Verdict.FAIL),
+        ("missing", Verdict.NO_RESULT),
+        ("conditional", Verdict.CONDITIONAL),
     ):
+        names = [f.quantity for f in result.findings if f.verdict is verdict]
         if names:
             text.append(f"  {word}: {', '.join(names)}")
     return text

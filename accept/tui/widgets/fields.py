@@ -113,5 +113,5 @@ def stored_words(place: Place, step: WorkflowStep, state: StepState) -> str:
 def _value_words(one: Repeated, unit: str) -> str:
     if one.scatter is None:
         return f"{one.value:.6g} {unit}" + (f" ± {one.U:.2g}" if one.U is not None else "")
-    shown = numbers({"value": one.value, "U": one.U, "unit": unit}) if one.U else f"{one.value:.6g} {unit}"
+    shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
     return f"{shown}, {one.count} readings, s = {one.scatter:.2g}"

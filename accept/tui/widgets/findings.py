@@ -1,16 +1,16 @@
 """Findings of a step, each with its value in place inside its limits."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from rich.text import Text
 from textual.widgets import Static
 
-from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, unit
+from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
 from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.status import of_findings
 from checks.declare import Check
+from checks.verdict import Finding
 
 _STRIP = 32
 
@@ -31,26 +31,25 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)
-    for q in judgement.information:
-        if q["value"] is not None:
-            text.append(f"  {q['quantity']}  {numbers(q)}\n", "dim")
+    for _, q in judgement.information:
+        text.append(f"  {q.name}  {numbers(q.value, q.U, q.unit)}\n", "dim")
     for note in judgement.notes:
         text.append(f"  note: {note}\n", "dim")
     text.rstrip()
     return text
 
 
-def finding_text(finding: Mapping[str, Any]) -> Text:
+def finding_text(f: Finding) -> Text:
     """Two lines, and a third with the reason where there is one."""
-    status = of_findings([finding])
+    status = of_findings([f])
     colour = status.style
-    text = Text.assemble((f"{status.mark} {finding['quantity']}", colour), "  ", numbers(finding), "  ")
+    text = Text.assemble((f"{status.mark} {f.quantity}", colour), "  ", numbers(f.value, f.U, f.unit), "  ")
     text.append(f"{status.word}\n", colour)
-    drawn = limit_bar(finding["value"], finding["U"], finding["lower"], finding["upper"], _STRIP)
+    drawn = limit_bar(f.value, f.U, f.lower, f.upper, _STRIP)
     text.append(f"  {drawn}  ", colour)
-    text.append(f"{limits(finding)}{unit(finding)}, {finding['rule']}\n", "dim")
-    if finding["reason"]:
-        text.append(f"  {finding['reason']}\n", colour)
+    text.append(f"{limits(f.lower, f.upper)}{after_number(f.unit)}, {f.rule}\n", "dim")
+    if f.reason:
+        text.append(f"  {f.reason}\n", colour)
     return text
 
 

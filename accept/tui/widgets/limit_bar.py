@@ -1,8 +1,6 @@
 """A value in place inside its limits, drawn in one line of characters."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from checks.rounding import rounded, rounded_U
 
@@ -46,9 +44,9 @@ def _zone(x: float, lower: float | None, upper: float | None) -> str:
     return INSIDE if (lower is None or lower <= x) and (upper is None or x <= upper) else OUTSIDE
 
 
-def numbers(finding: Mapping[str, Any]) -> str:
+def numbers(value: float | None, U: float | None, unit: str) -> str:
     """Value ± U unit, as many digits as U carries."""
-    value, U, of = finding["value"], finding["U"], unit(finding)
+    of = after_number(unit)
     if value is None:
         return f"no value{of}"
     if U is None:
@@ -56,14 +54,13 @@ def numbers(finding: Mapping[str, Any]) -> str:
     return f"{rounded(value, U)} ± {rounded_U(U) if U > 0 else '0'}{of}"
 
 
-def unit(finding: Mapping[str, Any]) -> str:
+def after_number(unit: str) -> str:
     """The unit as it follows a number: a pure number has none."""
-    return "" if finding["unit"] == "1" else f" {finding['unit']}"
+    return "" if unit == "1" else f" {unit}"
 
 
-def limits(finding: Mapping[str, Any]) -> str:
-    """The limits in words."""
-    lower, upper = finding["lower"], finding["upper"]
+def limits(lower: float | None, upper: float | None) -> str:
+    """The limits in words; one of them is given."""
     if lower is None or upper is None:
         return f"≤ {upper:g}" if upper is not None else f"≥ {lower:g}"
     return f"{lower:g} … {upper:g}"

@@ -82,7 +82,7 @@ def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None
         drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP)
         inside = _inside(value.value, limit)
         text.append(drawn, "green" if inside else "bold red")
-        text.append(f"  {limits({'lower': limit.lower, 'upper': limit.upper})} {limit.unit}", "dim")
+        text.append(f"  {limits(limit.lower, limit.upper)} {limit.unit}", "dim")
         text.append("\n" if inside else "  outside\n", "" if inside else "bold red")
     if fault:
         text.append(f"✗ {fault}" if value is None else f"✗ before: {fault}", "bold red" if value is None else "dim")
@@ -92,7 +92,7 @@ def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None
 
 def _number(value: Measured, unit: str) -> str:
     if value.U:
-        return numbers({"value": value.value, "U": value.U, "unit": unit})
+        return numbers(value.value, value.U, unit)
     return f"{value.value + 0.0:.5g} {unit}"  # no "-0"
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from accept.judging.result import finding_json, information_json
 from accept.store import NewEvent
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.declare import Measured
@@ -98,6 +99,6 @@ def undone(serial: str, seq: int) -> NewEvent:
 
 def step_judged(serial: str, step: str, judged: StepJudgement, spec: str) -> NewEvent:
     """A step was judged, with its findings."""
-    payload = {"step": step, "upto": judged.upto, "findings": list(judged.findings)}
-    payload |= {"information": list(judged.information), "notes": list(judged.notes)}
+    payload = {"step": step, "upto": judged.upto, "findings": [finding_json(f) for f in judged.findings]}
+    payload |= {"information": [information_json(c, q) for c, q in judged.information], "notes": list(judged.notes)}
     return NewEvent(STEP_JUDGED, serial, payload, spec)

@@ -1,17 +1,19 @@
 """What judging one step gave, by which spec and program."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+
+from checks.quantity import Quantity
+from checks.verdict import Finding
 
 
 @dataclass(frozen=True)
 class StepJudgement:
-    """findings, information: as in results.json; upto: the last entry that was judged, later ones make it stale."""
+    """findings: judged quantities; information: (check, quantity) without limits; upto: the last entry that was
+    judged, later ones make it stale."""
 
     upto: int
     spec: str
     code: str
-    findings: tuple[Mapping[str, Any], ...]
-    information: tuple[Mapping[str, Any], ...]
+    findings: tuple[Finding, ...]
+    information: tuple[tuple[str, Quantity], ...]
     notes: tuple[str, ...]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from accept.judging.result import finding_from_json, information_from_json
 from accept.store import Event, Signature, StoreError
 from accept.workflow.state import entries
 from accept.workflow.state.step_judgement import StepJudgement
@@ -211,8 +212,9 @@ def _unjudged(attempt: Attempt) -> Attempt:
 
 def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
     attempt = _present(run)
-    parts = (tuple(data[name]) for name in ("findings", "information", "notes"))
-    judgement = StepJudgement(int(data["upto"]), event.spec, event.code, *parts)
+    findings = tuple(finding_from_json(f) for f in data["findings"])
+    information = tuple((str(q["check"]), information_from_json(q)) for q in data["information"])
+    judgement = StepJudgement(int(data["upto"]), event.spec, event.code, findings, information, tuple(data["notes"]))
     state = attempt.step(data["step"])
     state = replace(state, judgements={**state.judgements, judgement.upto: judgement})
     return _with(run, replace(attempt, steps={**attempt.steps, data["step"]: state}))

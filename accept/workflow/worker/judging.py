@@ -10,7 +10,7 @@ from accept.gap import analyse_unit
 from accept.gap.attach_to_result import NO_ANSWER, StartModel
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
-from accept.judging.result import UnitResult, finding_json, information_json
+from accept.judging.result import UnitResult
 from accept.models.model_file import DEFAULT_MODEL
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -91,7 +91,7 @@ def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_na
         state.upto,
         spec_name,
         code_sha256(),
-        tuple(finding_json(f) for f in result.findings),
-        tuple(information_json(check, q) for check, q in result.information),
+        result.findings,
+        result.information,
         tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own),
     )

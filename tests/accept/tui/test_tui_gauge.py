@@ -109,6 +109,6 @@ async def test_a_stored_value_stands_in_its_limits_without_an_instrument():
 
 
 def test_a_pure_number_has_no_unit():
-    assert numbers({"value": 1.35, "U": 0.05, "unit": "1"}) == "1.350 ± 0.050"
-    assert numbers({"value": 1.35, "U": None, "unit": "um"}) == "1.35 um, U unknown"
-    assert numbers({"value": None, "U": None, "unit": "1"}) == "no value"
+    assert numbers(1.35, 0.05, "1") == "1.350 ± 0.050"
+    assert numbers(1.35, None, "um") == "1.35 um, U unknown"
+    assert numbers(None, None, "1") == "no value"

@@ -72,10 +72,10 @@ async def test_misalignment_is_found_shown_and_not_computed_again_after_a_restar
     async with running(loader("strut")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "misalignment")
-        found = {f["quantity"]: f for f in pilot.app.session.judgement("misalignment").findings}
+        found = {f.quantity: f for f in pilot.app.session.judgement("misalignment").findings}
         dy = found["dy_um"]
-        assert abs(dy["value"] - DY_UM) <= dy["U"]  # one draw: within U in 95 of 100, and this seed is one of them
-        assert dy["verdict"] in ("fail", "conditional")  # the limit is 100 um
+        assert abs(dy.value - DY_UM) <= dy.U  # one draw: within U in 95 of 100, and this seed is one of them
+        assert dy.verdict in ("fail", "conditional")  # the limit is 100 um
         assert "dy_um" in words(pilot, "#findings")
         panels = pilot.app.session.panels("misalignment")
         assert any(isinstance(item, Image) for item in panels["map"].items)

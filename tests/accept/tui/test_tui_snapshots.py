@@ -23,6 +23,7 @@ from accept.workflow.state.unit_state import entries
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explained
 from checks.picture import Image, Line, Mark, Panel
+from checks.verdict import Finding, Verdict
 from hw.records import write_csv
 from tests.accept.tui.tui_help import HEIGHTS, NARROW, WIDE, press, running, shown, type_line, words
 from tests.checks.gap.explained import FOUND, PANELS
@@ -75,8 +76,8 @@ def _judged(session: Session) -> None:
     limits = load_spec("strut").checks["misalignment"].limits
     values = {"dx_um": (12.0, 6.5, "pass", None), "dy_um": (149.0, 14.0, "fail", "149 um is above the upper limit")}
     found = [
-        {"quantity": name, "value": value, "U": U, "unit": "um", "lower": limits[name].lower,
-         "upper": limits[name].upper, "rule": "guarded", "verdict": verdict, "reason": reason}
+        Finding("misalignment", name, value, "um", U, limits[name].lower, limits[name].upper, "guarded",
+                Verdict(verdict), 0.0, reason)
         for name, (value, U, verdict, reason) in values.items()
     ]  # fmt: skip
     upto = session.state("misalignment").upto

@@ -1,5 +1,6 @@
 """Unit folders: hostile input ends in a clear refusal or a reasoned no_result, never in a verdict or a traceback."""
 
+import json
 import os
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging.result import finding_from_json, finding_json, information_from_json, information_json
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.verdict import UnitVerdict, Verdict
@@ -229,3 +231,15 @@ def test_a_byte_order_mark_is_no_fault(tmp_path: Path) -> None:
     folder = make_unit(tmp_path / "B-1")
     (folder / "unit.toml").write_bytes(b"\xef\xbb\xbf" + (folder / "unit.toml").read_bytes())
     assert unit_folder.read(folder).serial == unit_folder.read(make_unit(tmp_path / "B-2")).serial
+
+
+def test_findings_and_information_survive_results_json(tmp_path: Path) -> None:
+    """Bad and good ones, with their causes: what the store holds is what was judged."""
+    text = GOOD.replace("sensor_uF = 5.10", "sensor_uF = 1.72").replace("stroke_um = 373.2", 'one_stack = "gone.mat"')
+    result = judge(make_unit(tmp_path, "X-1", text))
+    for finding in result.findings:
+        assert finding_from_json(json.loads(json.dumps(finding_json(finding)))) == finding
+    for check, quantity in result.information:
+        assert information_from_json(json.loads(json.dumps(information_json(check, quantity)))) == quantity
+    assert any(f.cause is not None for f in result.findings)
+    assert result.information

@@ -139,8 +139,8 @@ def test_repeats_are_averaged_and_their_scatter_adds_to_the_stated_uncertainty(s
     take(session, "capacitance", "actuator_uF", 9.85)
     finding = session.judge_step("capacitance").findings[0]
     stated, scatter = 0.005 * 5.0, 0.1  # the spec's half percent; standard deviation of 4.9, 5.0, 5.1
-    assert finding["value"] == pytest.approx(5.0, rel=1e-12)
-    assert finding["U"] == pytest.approx(np.hypot(stated, 2 * scatter / np.sqrt(3)), rel=1e-12)
+    assert finding.value == pytest.approx(5.0, rel=1e-12)
+    assert finding.U == pytest.approx(np.hypot(stated, 2 * scatter / np.sqrt(3)), rel=1e-12)
 
 
 def test_a_correction_replaces_the_repeats(session: Session):
@@ -299,7 +299,7 @@ def test_typed_uncertainty():
     ],
 )
 def test_nonsense_is_refused_with_a_reason(text: str):
-    with pytest.raises(EntryError, match=r"expected|above zero"):
+    with pytest.raises(EntryError, match=r"Example|enter|use|expected|above zero"):
         parse_number(text, "uF")
 
 

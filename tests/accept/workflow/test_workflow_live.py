@@ -132,4 +132,4 @@ def test_repeats_from_an_instrument_add_their_scatter(session: Session):
     session.read("capacitance", declared, fake, repeat=True)
     session.take("capacitance", session.step("capacitance").check.inputs["actuator_uF"], Measured(9.85))
     finding = session.judge_step("capacitance").findings[0]
-    assert finding["value"] == pytest.approx(5.0, rel=1e-12)  # the mean of both
+    assert finding.value == pytest.approx(5.0, rel=1e-12)  # the mean of both
