@@ -5,6 +5,7 @@ import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -37,7 +38,7 @@ class ContentError(AcceptError, ValueError):
 
 def renderer() -> dict[str, str]:
     """The programs that decide the bytes of a drawn page."""
-    return {name: metadata.version(name) for name in ("matplotlib", "pypdf", "reportlab")} | {
+    return {name: metadata.version(name) for name in ("pillow", "pypdf", "reportlab")} | {
         "zlib": zlib.ZLIB_RUNTIME_VERSION
     }
 
@@ -65,6 +66,11 @@ class CertificateContent:
     accept_version: str = field(default_factory=version.version)
     code_sha256: str = field(default_factory=version.code_sha256)
     drawn_with: Mapping[str, str] = field(default_factory=renderer)
+
+    @cached_property
+    def pictures(self) -> dict[str, Panel]:
+        """The panels, cut down to what print can show."""
+        return {name: reduced(panel) for name, panel in self.panels.items()}
 
     @property
     def serial(self) -> str:
@@ -98,12 +104,11 @@ class CertificateContent:
 
     def attachments(self) -> dict[str, bytes]:
         """Name -> content of every file inside the PDF, sorted."""
-        panels = {name: reduced(panel) for name, panel in self.panels.items()}
         own = {
             RESULTS: canonical(self.result),
             MANIFEST: canonical(self.manifest()),
             SPEC: self.spec_text.encode(),
-            PANELS: _json(panels_to_json(panels), None),
+            PANELS: _json(panels_to_json(self.pictures), None),
         }
         return dict(sorted((own | dict(self.files)).items()))
 

@@ -14,7 +14,6 @@ from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import register
-from accept.pictures.reduce import reduced
 
 _ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
 _SPACE_ABOVE = 5.0  # pt
@@ -44,18 +43,17 @@ class _Canvas(Canvas):  # type: ignore[misc]  # reportlab has no types
 def render(contents: CertificateContent) -> bytes:
     """The unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
     register()
-    panels = [reduced(panel) for panel in contents.panels.values()]
+    panels = list(contents.pictures.values())
     above = [*body.identity(contents), *body.findings(contents)]
     more = [*body.explanation(contents), *body.information(contents), *body.budgets(contents)]
     below = [*more, *body.remarks(contents)]
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
     height = _row_height(_height(above), _height(below), len(rows))
-    rooms = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
-    text = _build(contents, [*above, *rooms, *below])
+    figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
+    text = _build(contents, [*above, *figures, *below])
     return assemble(
         text,
-        [room.placed() for room in rooms],
         contents.attachments(),
         fixed_parts.field_rectangles(),
         _title(contents),

@@ -55,7 +55,7 @@ def render(serial: str, result: Result) -> bytes:
     )
     document.addPageTemplates([PageTemplate("page", [frame], onPage=lambda c, _: _head(c, serial, result))])
     document.build(story)
-    return assemble(buffer.getvalue(), [r.placed() for r in rows], {}, {}, f"Gap report {serial}")
+    return assemble(buffer.getvalue(), {}, {}, f"Gap report {serial}")
 
 
 def _head(canvas: Canvas, serial: str, result: Result) -> None:

@@ -1,10 +1,9 @@
-"""Puts the parts of a certificate together: pages, vector figures, attachments, empty signature fields."""
+"""Puts the parts of a certificate together: pages, attachments, empty signature fields."""
 
 import hashlib
 import io
 import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 from pypdf import PdfReader, PdfWriter
@@ -12,7 +11,6 @@ from pypdf.generic import (
     ArrayObject,
     BooleanObject,
     ByteStringObject,
-    DecodedStreamObject,
     DictionaryObject,
     FloatObject,
     IndirectObject,
@@ -23,31 +21,19 @@ from pypdf.generic import (
     TextStringObject,
 )
 
+_SAMPLE = 100_000  # bytes that tell whether the rest can be compressed
 _PRINTED = 4  # annotation flag: print it
 _SIGNED_FILE = 3  # SigFlags: there are signatures, only append to this file
 
 
-@dataclass(frozen=True)
-class Placed:
-    """A one-page PDF to be drawn with its lower left corner at x, y [pt] of page `page`, counted from 0."""
-
-    page: int
-    x: float
-    y: float
-    pdf: bytes
-
-
 def assemble(
     text: bytes,
-    figures: Sequence[Placed],
     attachments: Mapping[str, bytes],
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
 ) -> bytes:
     """One PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
-    for nth, figure in enumerate(figures, 1):
-        _draw_figure(writer, figure, f"/Figure{nth}")
     _attach(writer, attachments)
     _add_fields(writer, fields)
     writer.pdf_header = "%PDF-1.7"  # reportlab writes 1.3, which knows no signatures of this kind
@@ -57,33 +43,6 @@ def assemble(
     out = io.BytesIO()
     writer.write(out)
     return out.getvalue()
-
-
-def _draw_figure(writer: PdfWriter, figure: Placed, name: str) -> None:
-    """The figure becomes a form, so that its own operators and resources stay untouched."""
-    source = PdfReader(io.BytesIO(figure.pdf)).pages[0]
-    form = StreamObject()
-    contents = source.get_contents()
-    form.set_data(b"" if contents is None else contents.get_data())
-    form.update(
-        {
-            NameObject("/Type"): NameObject("/XObject"),
-            NameObject("/Subtype"): NameObject("/Form"),
-            NameObject("/BBox"): ArrayObject([FloatObject(v) for v in source.mediabox]),
-            NameObject("/Resources"): source["/Resources"].clone(writer),
-        }
-    )
-    reference = _added(writer, form.flate_encode())
-    page = writer.pages[figure.page]
-    resources: Any = page["/Resources"]
-    forms = resources.get("/XObject", DictionaryObject()).get_object()
-    forms[NameObject(name)] = reference
-    resources[NameObject("/XObject")] = forms
-    drawing = DecodedStreamObject()
-    drawing.set_data(f"q 1 0 0 1 {figure.x:.3f} {figure.y:.3f} cm {name} Do Q\n".encode())
-    before = page.raw_get("/Contents")
-    parts = list(before) if isinstance(before, ArrayObject) else [before]
-    page[NameObject("/Contents")] = ArrayObject([*parts, _added(writer, drawing)])
 
 
 def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
@@ -100,7 +59,7 @@ def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
 
 def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
     stream = StreamObject()
-    packed = zlib.compress(content, 6)
+    packed = zlib.compress(content, 6) if _shrinks(content) else content
     smaller = len(packed) < len(content)
     stream.set_data(packed if smaller else content)
     if smaller:
@@ -118,6 +77,13 @@ def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
             "/AFRelationship": NameObject("/Data"),
         }
     )
+
+
+def _shrinks(content: bytes) -> bool:
+    """Whether compressing pays: a record that is compressed in itself takes half a second and gives nothing."""
+    middle = len(content) // 2
+    sample = content[middle : middle + _SAMPLE]
+    return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)
 
 
 def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]]) -> None:

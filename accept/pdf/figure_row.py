@@ -1,4 +1,4 @@
-"""Room for a row of pictures in a flow of text: they are drawn to where it came to stand."""
+"""A row of pictures in a flow of text, drawn onto the page as vectors where it comes to stand."""
 
 from collections.abc import Sequence
 
@@ -6,8 +6,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable
 
 from accept.pdf import page_style
-from accept.pdf.assemble import Placed
-from accept.pictures.draw import picture
+from accept.pdf.panel_drawing import draw_panel
 from checks.picture import Panel
 
 
@@ -22,18 +21,13 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         self.columns = columns or len(panels)
         self.size = (page_style.INNER, height_mm * mm)
         self.spaceBefore = space_above
-        self.place: tuple[int, float, float] | None = None
 
     def wrap(self, *_: float) -> tuple[float, float]:
+        """Width and height [pt]."""
         return self.size
 
     def draw(self) -> None:
-        x, y = self.canv.absolutePosition(0, 0)
-        self.place = (self.canv.getPageNumber() - 1, x, y)
-
-    def placed(self) -> Placed:
-        """The pictures at their place, once the text stands. Raises RuntimeError when they have none."""
-        if self.place is None:
-            raise RuntimeError("a row of pictures found no place on any page")
-        width, height = self.size
-        return Placed(*self.place, picture(self.panels, "pdf", (width / mm, height / mm), self.columns))
+        """Every panel in its cell."""
+        width, height = self.size[0] / self.columns, self.size[1]
+        for nth, panel in enumerate(self.panels):
+            draw_panel(self.canv, panel, nth * width, 0.0, width, height)

@@ -20,3 +20,10 @@ SERIES = (NAVY, VERMILION, SKY, GREEN, ORANGE, BLUE)
 def colour(role: str, nth: int) -> str:
     """Colour of a role; "auto" takes the nth of the series."""
     return SERIES[nth % len(SERIES)] if role == "auto" else ROLES[role]
+
+
+# cividis, dark to light and monotone in lightness ([NUNEZ18]), at equal steps; in between by straight lines.
+MAP_STEPS = (
+    "#00224e", "#002e6a", "#1a386f", "#32436d", "#434e6c", "#535a6d", "#61656f", "#6f7073", "#7d7c78", "#8c8878",
+    "#9b9476", "#aba072", "#bcae6c", "#cdbb63", "#dec958", "#f0d846", "#fee838",
+)  # fmt: skip

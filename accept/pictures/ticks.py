@@ -5,8 +5,7 @@ import math
 from matplotlib.axis import Axis
 from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_PLAIN = (1e-2, 1e5)  # numbers in here are written out, others as powers of ten
+from accept.pictures.numbers import number
 
 
 def set_log_ticks(axis: Axis) -> None:
@@ -29,13 +28,3 @@ def set_degree_ticks(axis: Axis) -> None:
     """Quarters of a turn where the axis spans half a turn or more: a phase is read against -180, -90, 0."""
     low, high = sorted(axis.get_view_interval())
     axis.set_major_locator(MultipleLocator(90.0) if high - low >= 180.0 else AutoLocator())
-
-
-def number(value: float) -> str:
-    """0.5, 200, 2·10⁻⁷, 10⁶."""
-    if _PLAIN[0] <= value < _PLAIN[1]:
-        return f"{value:.10g}"
-    power = math.floor(math.log10(value) + 1e-9)
-    factor = round(value / 10.0**power, 6)
-    ten = "10" + str(power).translate(_RAISED)
-    return ten if factor == 1.0 else f"{factor:g}·{ten}"

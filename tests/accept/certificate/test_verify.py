@@ -83,7 +83,7 @@ def page_over(page: certificate_content.CertificateContent, data: certificate_co
         del stripped._root_object[key]
     out = io.BytesIO()
     stripped.write(out)
-    return assemble(out.getvalue(), [], data.attachments(), field_rectangles(), "x")
+    return assemble(out.getvalue(), data.attachments(), field_rectangles(), "x")
 
 
 @pytest.mark.parametrize(("sensor", "stroke"), [(4.99, 365.5), (1.73, 181.7)])
