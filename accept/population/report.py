@@ -196,7 +196,7 @@ def render(found: Population) -> bytes:
     frame = Frame(page_style.MARGIN, bottom, page_style.INNER, height, 0, 0, 0, 0)
     page.addPageTemplates([PageTemplate("page", [frame], onPage=lambda c, _: _head(c, found))])
     page.build(story)
-    return assemble(buffer.getvalue(), [row.placed()], {}, {}, f"Batch of {found.given.spec.name}")
+    return assemble(buffer.getvalue(), {}, {}, f"Batch of {found.given.spec.name}")
 
 
 def _head(canvas: Canvas, found: Population) -> None:
