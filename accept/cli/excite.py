@@ -1,156 +1,51 @@
-"""`accept excite`: the command line of the excitation signals."""
-
-from dataclasses import dataclass
-from enum import StrEnum
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+"""`accept excite`: thin."""
 
 import typer
 
 from accept.cli.options import spread
-
-if TYPE_CHECKING:  # only names for the type checker: the module itself loads numpy
-    from accept.commands.physics.excite import Shaping
-    from checks.signals.drive.excitation import Rig
+from accept.commands.physics.excite_options import (
+    MultisineOptions,
+    NoiseOptions,
+    Playing,
+    Shaping,
+    SineOptions,
+    SweepOptions,
+)
 
 app = typer.Typer(help="Excitation signals for the rig, as .mat or .csv.", no_args_is_help=True)
 
 
-class Law(StrEnum):
-    """How a sweep's frequency grows."""
-
-    LOG = "log"
-    LINEAR = "linear"
-
-
-class Lines(StrEnum):
-    """Which lines of the period a multisine drives."""
-
-    ALL = "all"
-    ODD = "odd"
-
-
-Out = Annotated[Path, typer.Option(help="File to write: .mat or .csv.")]
-Seed = Annotated[int, typer.Option(help="Seed of the random numbers.")]
-
-
-@dataclass(frozen=True)
-class Shaped:
-    """Amplitude over frequency."""
-
-    notch: Annotated[float | None, typer.Option(help="Less amplitude around this resonance [Hz].")] = None
-    notch_width: Annotated[float | None, typer.Option(help="Width of the notch [Hz].")] = None
-    notch_depth: Annotated[float | None, typer.Option(help="Amplitude left at its bottom, 0 to 1.")] = None
-    notch_from: Annotated[Path | None, typer.Option(help="First record: its resonance is notched.")] = None
-    low_pass: Annotated[float | None, typer.Option(help="Less amplitude above this corner [Hz].")] = None
-
-    def shaping(self) -> "Shaping":
-        from accept.commands.physics.excite import Shaping
-
-        return Shaping(self.notch, self.notch_width, self.notch_depth, self.notch_from, low_pass_Hz=self.low_pass)
-
-
-@dataclass(frozen=True)
-class Played:
-    """The rig that plays a signal, and its picture."""
-
-    fs: Annotated[float, typer.Option(help="Sampling frequency of the rig [Hz].")] = 1e4
-    mean: Annotated[
-        float, typer.Option(help="Mean voltage at the DAC [V]; 3.25 V is the middle of the stack's range.")
-    ] = 3.25
-    ramp: Annotated[float, typer.Option(help="Length of the smooth ramps to and from the mean voltage [s].")] = 5.0
-    plot: Annotated[Path | None, typer.Option(help="Picture of the signal: .png, .pdf or .svg.")] = None
-
-    def rig(self) -> "Rig":
-        from checks.signals.drive.excitation import Rig
-
-        return Rig(fs=self.fs, mean_V=self.mean, ramp_s=self.ramp)
-
-
 @app.command()
 @spread
-def sweep(
-    out: Out,
-    f_start: Annotated[float, typer.Option(help="First frequency [Hz].")] = 10.0,
-    f_end: Annotated[float, typer.Option(help="Last frequency [Hz].")] = 400.0,
-    duration: Annotated[float, typer.Option(help="Length [s], ramps not counted.")] = 100.0,
-    amplitude: Annotated[float, typer.Option(help="Amplitude at the DAC [V].")] = 1.0,
-    law: Annotated[Law, typer.Option(help="How the frequency rises.")] = Law.LOG,
-    *,
-    shaped: Shaped,
-    played: Played,
-) -> None:
+def sweep(wanted: SweepOptions, shaping: Shaping, playing: Playing) -> None:
     """A sine of rising frequency."""
     from accept.commands.physics import excite as command
 
-    shaping, rig = shaped.shaping(), played.rig()
-    kind = "lin" if law is Law.LINEAR else "log"
-    raise typer.Exit(command.sweep(out, f_start, f_end, duration, amplitude, kind, shaping, rig, plot=played.plot))
+    raise typer.Exit(command.sweep(wanted, shaping, playing))
 
 
 @app.command()
 @spread
-def noise(
-    out: Out,
-    f_start: Annotated[float, typer.Option(help="Lower edge of the band [Hz]; 0 for low-passed noise.")] = 300.0,
-    f_end: Annotated[float, typer.Option(help="Upper edge of the band [Hz].")] = 2000.0,
-    duration: Annotated[float, typer.Option(help="Length [s], ramps not counted.")] = 100.0,
-    rms: Annotated[float, typer.Option(help="Root mean square at the DAC [V].")] = 0.3,
-    seed: Seed = 0,
-    *,
-    shaped: Shaped,
-    played: Played,
-) -> None:
+def noise(wanted: NoiseOptions, shaping: Shaping, playing: Playing) -> None:
     """Noise in a band."""
     from accept.commands.physics import excite as command
 
-    shaping, rig = shaped.shaping(), played.rig()
-    raise typer.Exit(command.noise(out, f_start, f_end, duration, rms, seed, shaping, rig, plot=played.plot))
+    raise typer.Exit(command.noise(wanted, shaping, playing))
 
 
 @app.command()
 @spread
-def sine(
-    out: Out,
-    f: Annotated[float, typer.Option(help="Frequency [Hz].")] = 0.1,
-    amplitudes: Annotated[str, typer.Option(help="Amplitudes at the DAC [V], rising.")] = "0.1,0.2,0.4,1,2,4",
-    cycles: Annotated[int, typer.Option(help="Periods of each amplitude.")] = 3,
-    *,
-    played: Played,
-) -> None:
+def sine(wanted: SineOptions, playing: Playing) -> None:
     """Slow sines of growing amplitude, for the hysteresis."""
     from accept.commands.physics import excite as command
 
-    try:
-        levels = [float(word) for word in amplitudes.split(",")]
-    except ValueError:
-        raise typer.BadParameter(f"'{amplitudes}' is not a list of numbers. Example: 0.1,0.2,0.4") from None
-    raise typer.Exit(command.sine(out, f, levels, cycles, played.rig(), played.plot))
+    raise typer.Exit(command.sine(wanted, playing))
 
 
 @app.command()
 @spread
-def multisine(
-    out: Out,
-    f_start: Annotated[float, typer.Option(help="First line [Hz].")] = 10.0,
-    f_end: Annotated[float, typer.Option(help="Last line [Hz].")] = 2000.0,
-    resolution: Annotated[float, typer.Option(help="Distance of the lines [Hz]; its inverse is the period.")] = 0.5,
-    rms: Annotated[float, typer.Option(help="Root mean square at the DAC [V].")] = 0.3,
-    periods: Annotated[int, typer.Option(help="Periods to play.")] = 8,
-    lines: Annotated[
-        Lines, typer.Option(help="Lines to drive; odd ones show even distortion between them.")
-    ] = Lines.ALL,
-    crest: Annotated[int, typer.Option(help="Iterations that lower the crest factor.")] = 0,
-    seed: Seed = 0,
-    *,
-    shaped: Shaped,
-    played: Played,
-) -> None:
+def multisine(wanted: MultisineOptions, shaping: Shaping, playing: Playing) -> None:
     """A random-phase multisine. Periodic, so without leakage: the best of the four."""
     from accept.commands.physics import excite as command
 
-    shaping, rig = shaped.shaping(), played.rig()
-    done = command.multisine(
-        out, f_start, f_end, resolution, rms, periods, seed, shaping, str(lines), crest, rig, played.plot
-    )
-    raise typer.Exit(done)
+    raise typer.Exit(command.multisine(wanted, shaping, playing))

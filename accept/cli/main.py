@@ -22,7 +22,7 @@ app = typer.Typer(
     name="accept",
     help="The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )

@@ -1,14 +1,13 @@
 """`accept simulate unit` and `accept simulate faults`."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from pathlib import Path
 
 from rich import box
 from rich.table import Table
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.order import drawn, on_bench
@@ -20,34 +19,12 @@ from checks.signals.drive.excitation import ExcitationError
 Effect = tuple[str, dict[str, float]]
 
 
-@dataclass(frozen=True)
-class SimulateOptions:
-    """The command line, as typed."""
-
-    kind: str
-    model: str | None = None
-    serial: str | None = None
-    seed: int = 0
-    dx_um: float = 0.0
-    dy_um: float = 0.0
-    effects: tuple[str, ...] = ()
-    settings: tuple[str, ...] = ()
-    draw: bool = False
-    fault: str | None = None
-    noise: float = 1.0
-    ideal: bool = False
-    hold: bool = False
-    low_s: float = 20.0
-    high_s: float = 20.0
-    repeats: bool = True
-
-
 @clear_errors
-def unit(wanted: SimulateOptions, out: Path) -> Exit:
+def unit(wanted: SimulateOptions) -> Exit:
     """Simulate a unit and write its folder."""
     try:
         order = order_of(wanted)
-        folder = write(simulate(order), out)
+        folder = write(simulate(order), wanted.out)
     except (UnitRequestError, ExcitationError) as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
@@ -75,7 +52,7 @@ def order_of(wanted: SimulateOptions) -> UnitRequest:
     if wanted.kind not in DEFAULT_MODEL:
         raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(DEFAULT_MODEL)}")
     model, effects = _model(wanted)
-    effects += [effect_of(text) for text in wanted.effects]
+    effects += [effect_of(text) for text in wanted.effect or ()]
     if wanted.dx_um or wanted.dy_um:
         effects.append((misalignment.EFFECT.name, {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
     return UnitRequest(
@@ -99,7 +76,7 @@ def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
     model = it.model
     model = on_bench(model, wanted.kind) if wanted.model is None else model
     model = drawn(model, wanted.seed) if wanted.draw else model
-    model = model.with_values(pairs(wanted.settings, "--set"))
+    model = model.with_values(pairs(wanted.setting or (), "--set"))
     return model, [effect for effect in effects_of(it.spec) if effect[0] in it.left_out]
 
 

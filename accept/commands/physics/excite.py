@@ -1,7 +1,6 @@
 """`accept excite`: excitation signals for the rig, as .mat or .csv."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,15 @@ from numpy.typing import ArrayLike
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
+from accept.commands.physics.excite_options import (
+    Law,
+    MultisineOptions,
+    NoiseOptions,
+    Playing,
+    Shaping,
+    SineOptions,
+    SweepOptions,
+)
 from accept.pictures.draw import picture
 from accept.pictures.formats import format_of
 from checks.declare import Series
@@ -21,127 +29,81 @@ from checks.signals.spectral.frf import h1_record
 from hw.records import read
 from hw.records.writers import csv_bytes, mat_bytes
 
-
-@dataclass(frozen=True)
-class Shaping:
-    """Amplitude over frequency as asked on the command line. notch_from: a first record (t, Va and the response) whose
-    resonance is notched; its own width and depth unless they are given."""
-
-    notch_Hz: float | None = None
-    notch_width_Hz: float | None = None
-    notch_depth: float | None = None
-    notch_from: Path | None = None
-    notch_channel: str = "de"
-    low_pass_Hz: float | None = None
-
-    def shape(self) -> AmplitudeShape:
-        """Raises ValueError when the parts do not fit together, RecordError for a record that cannot be used."""
-        parts = [p for p in (self._notch(), self._low_pass()) if p is not None]
-        return Both(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
-
-    def _low_pass(self) -> AmplitudeShape | None:
-        return None if self.low_pass_Hz is None else LowPass(self.low_pass_Hz)
-
-    def _notch(self) -> AmplitudeShape | None:
-        if self.notch_Hz is not None and self.notch_from is not None:
-            raise ValueError("give the notch's frequency or a record to find it in, not both")
-        if self.notch_from is not None:
-            return self._asked(self._found(self.notch_from))
-        if self.notch_Hz is None:
-            if self.notch_width_Hz is not None or self.notch_depth is not None:
-                raise ValueError("a notch's width or depth needs its frequency, or a record to find it in")
-            return None
-        return self._asked(Notch(self.notch_Hz, 0.2 * self.notch_Hz, 0.1))
-
-    def _asked(self, usual: Notch) -> Notch:
-        width = usual.width_Hz if self.notch_width_Hz is None else self.notch_width_Hz
-        return Notch(usual.f0_Hz, width, usual.depth if self.notch_depth is None else self.notch_depth)
-
-    def _found(self, path: Path) -> Notch:
-        channels = {"t": "s", "Va": "V", self.notch_channel: "m"}
-        record = read(path, Series("first", "first record", channels))
-        return notch_at_resonance(h1_record(record, "Va", [self.notch_channel]), self.notch_channel)
+AS_IS, PLAYED = Shaping(), Playing()
+NOTCH_WIDTH, NOTCH_DEPTH = 0.2, 0.1  # of the resonance, of the amplitude beside it: where nothing else was asked for
+FADE_S = 0.1  # at both ends of what ends anywhere
 
 
-def sweep(
-    out: Path,
-    f_start_Hz: float = 10.0,
-    f_end_Hz: float = 400.0,
-    duration_s: float = 100.0,
-    amplitude_V: float = 1.0,
-    law: str = "log",
-    shaping: Shaping | None = None,
-    rig: Rig | None = None,
-    fade_s: float = 0.1,
-    plot: Path | None = None,
-) -> Exit:
+def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
     """Write a swept sine."""
-    return _run(
-        out,
-        plot,
-        lambda: ex.sweep(rig or Rig(), f_start_Hz, f_end_Hz, duration_s, amplitude_V, law, _shape(shaping), fade_s),
-    )
+    law = "lin" if wanted.law is Law.LINEAR else "log"
+    at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
+    return _run(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
 
 
-def noise(
-    out: Path,
-    f_start_Hz: float = 300.0,
-    f_end_Hz: float = 2000.0,
-    duration_s: float = 100.0,
-    rms_V: float = 0.3,
-    seed: int = 0,
-    shaping: Shaping | None = None,
-    rig: Rig | None = None,
-    fade_s: float = 0.1,
-    plot: Path | None = None,
-) -> Exit:
+def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
     """Write band-limited or low-passed noise."""
-    return _run(
-        out,
-        plot,
-        lambda: ex.noise(rig or Rig(), f_start_Hz, f_end_Hz, duration_s, rms_V, seed, _shape(shaping), fade_s),
-    )
+    at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
+    return _run(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
 
 
-def sine(
-    out: Path,
-    f_Hz: float = 0.1,
-    amplitudes_V: Sequence[float] = (0.1, 0.2, 0.4, 1.0, 2.0, 4.0),
-    cycles: int = 3,
-    rig: Rig | None = None,
-    plot: Path | None = None,
-) -> Exit:
+def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
     """Write sines of growing amplitude."""
-    return _run(out, plot, lambda: ex.sines(rig or Rig(), f_Hz, amplitudes_V, cycles))
-
-
-def multisine(
-    out: Path,
-    f_start_Hz: float = 10.0,
-    f_end_Hz: float = 2000.0,
-    resolution_Hz: float = 0.5,
-    rms_V: float = 0.3,
-    periods: int = 8,
-    seed: int = 0,
-    shaping: Shaping | None = None,
-    lines: str = "all",
-    crest_iterations: int = 0,
-    rig: Rig | None = None,
-    plot: Path | None = None,
-) -> Exit:
-    """Write a random-phase multisine."""
 
     def make() -> Excitation:
-        shape = _shape(shaping)
-        return ex.multisine(
-            rig or Rig(), f_start_Hz, f_end_Hz, resolution_Hz, rms_V, periods, seed, shape, lines, crest_iterations
-        )
+        return ex.sines(rig_of(playing), wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
 
-    return _run(out, plot, make)
+    return _run(wanted.out, playing.plot, make)
 
 
-def _shape(shaping: Shaping | None) -> AmplitudeShape:
-    return (shaping or Shaping()).shape()
+def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
+    """Write a random-phase multisine."""
+    at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
+
+    def make() -> Excitation:
+        return ex.multisine(rig_of(playing), *at, shape_of(shaping), str(wanted.lines), wanted.crest)
+
+    return _run(wanted.out, playing.plot, make)
+
+
+def rig_of(playing: Playing) -> Rig:
+    """The rig that was asked for."""
+    return Rig(fs=playing.fs, mean_V=playing.mean, ramp_s=playing.ramp)
+
+
+def levels_of(text: str) -> list[float]:
+    """Amplitudes [V] as typed. Raises ValueError."""
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise ValueError(f"'{text}' is not a list of numbers. Example: 0.1,0.2,0.4") from None
+
+
+def shape_of(shaping: Shaping) -> AmplitudeShape:
+    """Raises ValueError when the parts do not fit together, RecordError for a record that cannot be used."""
+    low_pass = None if shaping.low_pass is None else LowPass(shaping.low_pass)
+    parts: list[AmplitudeShape] = [p for p in (_notch(shaping), low_pass) if p is not None]
+    return Both(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
+
+
+def _notch(shaping: Shaping) -> Notch | None:
+    if shaping.notch is not None and shaping.notch_from is not None:
+        raise ValueError("give the notch's frequency or a record to find it in, not both")
+    if shaping.notch_from is not None:
+        usual = _found(shaping.notch_from)
+    elif shaping.notch is not None:
+        usual = Notch(shaping.notch, NOTCH_WIDTH * shaping.notch, NOTCH_DEPTH)
+    elif shaping.notch_width is not None or shaping.notch_depth is not None:
+        raise ValueError("a notch's width or depth needs its frequency, or a record to find it in")
+    else:
+        return None
+    width = usual.width_Hz if shaping.notch_width is None else shaping.notch_width
+    return Notch(usual.f0_Hz, width, usual.depth if shaping.notch_depth is None else shaping.notch_depth)
+
+
+def _found(path: Path) -> Notch:
+    record = read(path, Series("first", "first record", {"t": "s", "Va": "V", "de": "m"}))
+    return notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
 
 
 @clear_errors

@@ -20,6 +20,7 @@ from rich.table import Table
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.physics.frf_options import Estimator, ResponseFiles, ResponseOptions
 from accept.pictures.formats import format_of
 from checks.declare import Series
 from checks.errors import RecordError
@@ -41,19 +42,6 @@ STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
 NEAR = 0.12  # of a peak: where its pole is fitted
 COHERENT = 0.9
 SIGNIFICANT = 4.0  # standard deviations: where nothing drives, a response is large by chance
-AUTO = "auto"
-
-
-@dataclass(frozen=True)
-class ResponseOptions:
-    """How to estimate. estimator: "h1", "lpm" or "auto": by periods where the input repeats itself, else h1."""
-
-    input: str = "Va"
-    estimator: str = AUTO
-    segment_s: float = 0.5
-    f_lo: float = 0.0
-    f_hi: float | None = None
-    merge_Hz: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +55,9 @@ class MeasuredResponse:
 
 
 @clear_errors
-def run(
-    paths: Sequence[Path], wanted: ResponseOptions, as_json: Path | None, plot: Path | None, uff: Path | None
-) -> Exit:
+def run(paths: Sequence[Path], wanted: ResponseOptions, files: ResponseFiles) -> Exit:
     """Estimate the responses of every record, or of two merged, and write what is asked for."""
+    as_json, plot, uff = files.json, files.plot, files.uff
     check_places(as_json, plot, uff)  # said before the work, not after
     format = None if plot is None else format_of(plot)
     records = [_read(path, wanted.input) for path in paths]
@@ -121,9 +108,11 @@ def _estimate(record: Record, wanted: ResponseOptions) -> Frf:
     outputs = [name for name in record.channels if name != wanted.input]
     f_hi = record.fs / 2 if wanted.f_hi is None else wanted.f_hi
     try:
-        if wanted.estimator == "lpm":
+        if wanted.estimator is Estimator.LPM:
             return lpm_record(record, wanted.input, outputs, wanted.f_lo, f_hi)
-        period = detect(record[wanted.input]) if wanted.estimator == AUTO and wanted.merge_Hz is None else None
+        period = (
+            detect(record[wanted.input]) if wanted.estimator is Estimator.AUTO and wanted.merge_Hz is None else None
+        )
         if period is not None and period.count > 2:
             columns = {name: record[name] for name in outputs}
             return _cut(periodic_frf(record[wanted.input], columns, record.fs, period, input=wanted.input), wanted)

@@ -1,5 +1,7 @@
 """Excitation signals against closed forms; limits refused; what the command writes reads back."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy import fft
@@ -8,6 +10,7 @@ from scipy.signal import lfilter, welch
 
 from accept.base.exit_codes import Exit
 from accept.commands.physics import excite
+from accept.commands.physics.excite_options import Playing, Shaping, SweepOptions
 from checks.declare import Series
 from checks.signals.drive import excitation as ex
 from checks.signals.drive import multisine as ms
@@ -317,11 +320,11 @@ def test_pictures(kind):
 
 @pytest.mark.parametrize("command", ["sweep", "noise", "sine", "multisine"])
 def test_command_writes_what_reads_back(command, tmp_path, capsys):
-    options = {"rig": Rig(ramp_s=0.2)} | ({"f_Hz": 5.0} if command == "sine" else {})
-    if command in ("sweep", "noise"):
-        options["duration_s"] = 2.0
+    short = {"sine": {"f": 5.0}, "multisine": {}}.get(command, {"duration": 2.0})
+    options = partial(getattr(excite, f"{command.title()}Options"), **short)
     out, plot = tmp_path / f"{command}.mat", tmp_path / f"{command}.png"
-    assert getattr(excite, command)(out, plot=plot, **options) == Exit.ACCEPTED
+    write = partial(getattr(excite, command), playing=Playing(ramp=0.2, plot=plot))
+    assert write(options(out)) == Exit.ACCEPTED
     record = read(out, Series("x", "x", {"t": "s", "Va": "V"}))
     assert record.fs == pytest.approx(1e4)
     assert record["Va"][[0, -1]] == pytest.approx([0, 0])
@@ -331,21 +334,22 @@ def test_command_writes_what_reads_back(command, tmp_path, capsys):
     said = capsys.readouterr()
     assert said.out == ""
     assert "V at the DAC" in said.err
-    assert getattr(excite, command)(tmp_path / f"{command}.csv", **options) == Exit.ACCEPTED
+    assert write(options(tmp_path / f"{command}.csv")) == Exit.ACCEPTED
     np.testing.assert_array_equal(
         read(tmp_path / f"{command}.csv", Series("x", "x", {"t": "s", "Va": "V"}))["Va"], record["Va"]
     )
 
 
 def test_command_refuses_in_words(tmp_path, capsys):
-    assert excite.sweep(tmp_path / "a.mat", amplitude_V=5.0, duration_s=5.0) == Exit.BAD_INPUT
+    assert excite.sweep(SweepOptions(tmp_path / "a.mat", amplitude=5.0, duration=5.0)) == Exit.BAD_INPUT
     assert "the stack would see" in capsys.readouterr().err
-    assert excite.sweep(tmp_path / "a.wav", duration_s=1.0) == Exit.BAD_INPUT
+    assert excite.sweep(SweepOptions(tmp_path / "a.wav", duration=1.0)) == Exit.BAD_INPUT
     assert "as .mat or .csv" in capsys.readouterr().err
-    assert excite.sweep(tmp_path / "a.mat", duration_s=1.0, shaping=excite.Shaping(notch_depth=0.1)) == Exit.BAD_INPUT
+    short = SweepOptions(tmp_path / "a.mat", duration=1.0)
+    assert excite.sweep(short, Shaping(notch_depth=0.1)) == Exit.BAD_INPUT
     assert "needs its frequency" in capsys.readouterr().err
-    missing = excite.Shaping(notch_from=tmp_path / "none.mat")
-    assert excite.sweep(tmp_path / "a.mat", duration_s=1.0, shaping=missing) == Exit.BAD_INPUT
+    missing = Shaping(notch_from=tmp_path / "none.mat")
+    assert excite.sweep(short, missing) == Exit.BAD_INPUT
     assert not (tmp_path / "a.mat").exists()
 
 
@@ -355,8 +359,8 @@ def test_command_notches_a_first_record(tmp_path, capsys):
     u = ex.noise(QUICK, 1.0, 2000.0, 20.0, 0.1).proper
     y = lfilter([1e-6], [1.0, -2 * p.real, abs(p) ** 2], u)
     write_mat(tmp_path / "first.mat", {"t": np.arange(u.size) / fs, "Va": u, "de": y})
-    shaping = excite.Shaping(notch_from=tmp_path / "first.mat", low_pass_Hz=1000.0)
-    assert excite.sweep(tmp_path / "a.mat", duration_s=2.0, shaping=shaping) == Exit.ACCEPTED
+    shaping = Shaping(notch_from=tmp_path / "first.mat", low_pass=1000.0)
+    assert excite.sweep(SweepOptions(tmp_path / "a.mat", duration=2.0), shaping) == Exit.ACCEPTED
     said = capsys.readouterr().err
     assert "notch at 9" in said
     assert "low-pass at 1000 Hz" in said

@@ -1,0 +1,41 @@
+"""Options of `accept frf`, declared once: names, defaults and help. Light, so that help comes at once."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Estimator(StrEnum):
+    """Estimators of responses."""
+
+    AUTO = "auto"
+    H1 = "h1"
+    LPM = "lpm"
+
+
+@dataclass(frozen=True)
+class ResponseOptions:
+    """How to estimate."""
+
+    estimator: Annotated[Estimator, typer.Option(help="auto: over the periods of a periodic input, else h1.")] = (
+        Estimator.AUTO
+    )
+    segment_s: Annotated[float, typer.Option(min=1e-4, help="Length of the Hann segments of h1 [s].")] = 0.5
+    f_lo: Annotated[float, typer.Option(min=0.0, help="Lowest frequency [Hz].")] = 0.0
+    f_hi: Annotated[float | None, typer.Option(help="Highest frequency [Hz]; default half of the sampling's.")] = None
+    input: Annotated[str, typer.Option(help="Channel that drives; all others are outputs.")] = "Va"
+    merge_Hz: Annotated[
+        float | None, typer.Option("--merge-Hz", help="Join two records: the first up to here, the second above.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class ResponseFiles:
+    """What to write."""
+
+    json: Annotated[Path | None, typer.Option("--json", help="Everything as numbers, to this file.")] = None
+    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None
+    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
