@@ -13,10 +13,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import control  # noqa: E402 - the thread count must be set first
 import numpy as np  # noqa: E402
 
+from accept.models.model_file import open_model  # noqa: E402
 from checks.model.build import build  # noqa: E402
 from checks.model.dynamics.complex_modes import Modal, direct_frf  # noqa: E402
 from checks.model.structure.matrix_builder import System  # noqa: E402
-from hw.model_files import matrices_of, open_model  # noqa: E402
+from hw.model_files import matrices_of  # noqa: E402
 from specs.model import load_model  # noqa: E402
 from tests.checks.model.units_model import NOMINAL  # noqa: E402
 

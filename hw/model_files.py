@@ -1,17 +1,10 @@
-"""A model by name or file, with the matrices it names read from theirs."""
-
-from pathlib import Path
+"""The model of a description, with the matrices that it names read from their file."""
 
 from checks.model.build import build, file_nodes
 from checks.model.model import Model
 from checks.model.structure.superelement import Superelement
 from hw.superelement import read_superelement
-from specs.model import ModelSpec, load_model
-
-
-def open_model(name: str | Path) -> Model:
-    """Model by built-in name or TOML file. Raises SpecError for the file, ModelError for what it describes."""
-    return model_of(load_model(name))
+from specs.model import ModelSpec
 
 
 def model_of(spec: ModelSpec) -> Model:

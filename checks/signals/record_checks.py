@@ -14,7 +14,7 @@ from scipy.stats import chi2
 
 from checks.arrays import Array
 from checks.cause import Cause, Reason, because
-from checks.signals.spectral.frf import Frf, h1, quantile
+from checks.signals.spectral.frf import Frf, quantile
 
 CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins
 STRUCTURE_RAD = 0.03  # phase by which damping departs from 0 or 180 degrees away from resonances
@@ -73,14 +73,6 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
     return ChannelDelay(
         channel, frf.input, tau, sd, polarity, True, _delay_words(channel, frf.input, tau, sd, polarity)
     )
-
-
-def delay_between(
-    columns: Mapping[str, Array], reference: str, channel: str, fs: float, f_lo: float, f_hi: float, nperseg: int = 4096
-) -> ChannelDelay:
-    """`delay` of one channel (N,) behind another, whichever they are."""
-    pair = h1(columns[reference], {channel: columns[channel]}, fs, nperseg, input=reference)
-    return delay(pair, channel, fs, f_lo, f_hi)
 
 
 def _significant(frf: Frf) -> np.ndarray:

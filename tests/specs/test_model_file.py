@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.models.model_file import opened
+from accept.models.model_file import open_model, opened
 from checks.errors import ModelError
 from checks.model.build import build, file_nodes
 from checks.model.structure.superelement import Nodes
-from hw.model_files import open_model
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
 from specs.strict import SpecError
 from tests.checks.model.units_model import APA300ML, NOMINAL, needs_data

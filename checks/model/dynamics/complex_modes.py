@@ -99,14 +99,6 @@ class Modal:
         rising: Complex = zeros[np.argsort(np.abs(zeros))]
         return rising
 
-    def impulse(self, t: Array) -> Array:
-        """(N, c) response [per second] at t (N,) [s] >= 0 to a unit impulse; what follows at once is not in it."""
-        slow = np.abs(self.mu) > FAST
-        pole = 1.0 / self.mu[slow]
-        weight = np.where(self.paired[slow], 2.0, 1.0)[:, None]
-        step: Array = (np.exp(np.outer(t, pole)) @ (weight * self.residues[slow] * pole[:, None])).real
-        return step
-
     def index(self, channel: str) -> int:
         if channel not in self.channels:
             raise ModelError(f"no channel '{channel}' (has: {', '.join(self.channels)})")

@@ -49,10 +49,6 @@ class Impact:
     def good(self) -> bool:
         return self.fault is None
 
-    @property
-    def fate(self) -> str:
-        return f"{self.fault} ({self.detail})" if self.fault else "good"
-
     def aside(self, fault: str, detail: str) -> "Impact":
         """The same impact set aside; the first fault found stays."""
         return self if self.fault else replace(self, fault=fault, detail=detail)

@@ -14,6 +14,7 @@ from accept.certificate.errors import InvalidCertificate
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
+from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
 from accept.simulate.apa import heights
@@ -31,7 +32,6 @@ from checks.model.time.time_response import answer
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
 from checks.signals.spectral.lpm import lpm
-from hw.model_files import open_model
 from tests.checks.model.units_model import EVERYTHING, MISALIGNED
 
 SHORT = 10.5  # the specs ask for 10 s

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from accept.models.model_file import open_model
 from checks.acceptance.responses.check import CHECK
 from checks.acceptance.responses.modes import axial, main_mode, vs_zero
 from checks.acceptance.responses.rules import OUTPUTS, rules_of
@@ -22,7 +23,6 @@ from checks.signals.spectral.resonance import CHANCE, candidate, evidence, find,
 from checks.signals.spectral.zeros import find_zero
 from checks.verdict import judge
 from hw import records
-from hw.model_files import open_model
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
 from tests.checks.signals.frf_plant import UNITS as PLANT_UNITS

@@ -13,6 +13,7 @@ from accept.capture.watch_folder import Watched, pick_up
 from accept.judging import judge_unit
 from accept.judging.calibration import statement
 from accept.judging.result import UnitResult
+from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate, write
 from accept.simulate.bench_truth import world_of
 from accept.store import open_store
@@ -20,7 +21,6 @@ from accept.store.instrument_recall import touched
 from accept.units import toml_edit, unit_folder
 from checks.acceptance import CHECKS
 from hw import records
-from hw.model_files import open_model
 from specs.bench import load_bench
 from tests.hw.instruments.simbench import measure, new_unit, simulated_bench
 

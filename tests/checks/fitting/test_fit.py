@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from accept.models.model_file import open_model
 from checks.declare import Series
 from checks.errors import ModelError, NotHeld
 from checks.fitting.calibrate import calibrate
@@ -16,7 +17,6 @@ from checks.fitting.fit import Fit, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.response import FunctionResponse, Response
 from checks.gap.effects import with_effects
-from hw.model_files import open_model
 from hw.records import read
 from tests.checks.model import units_model
 from tests.checks.model.units_model import DATA, needs_data, nominal_model, true_values

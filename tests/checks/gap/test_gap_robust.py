@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
+from accept.models.model_file import open_model
 from checks.fitting.dataset import Dataset
 from checks.gap.decision.result import Result
 from checks.gap.workflow import GapRefused, Inputs, run
 from checks.model.model import Model
-from hw.model_files import open_model
 from tests.checks.gap.gap_cases import FS, TOLERANCE, drawn, inputs, recorded
 from tests.checks.gap.gap_units import make_strut
 

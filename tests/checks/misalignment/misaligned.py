@@ -5,11 +5,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from accept.models.model_file import open_model
 from checks.fitting.dataset import Dataset, simulated
 from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
-from hw.model_files import open_model
 from tests.checks.model.units_model import NOMINAL
 
 F = np.arange(10.2, 1000.0, 0.85)  # bins of 20 s records, one window in 17 bins

@@ -13,11 +13,11 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table, table_for, write_table
+from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
 from checks.misalignment.table import Likelihood, MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
-from hw.model_files import open_model
 from tests.checks.misalignment.misaligned import CHANNELS, F, draw, noise_m_per_V, table_of
 
 quiet = list[str]

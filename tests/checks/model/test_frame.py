@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from accept.models.model_file import open_model
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.model.model import frequency_and_damping
@@ -16,7 +17,6 @@ from checks.model.structure.frame_geometry import FrameGeometry, SolidBlock
 from checks.model.structure.rigid_motion import rigid_motions
 from checks.model.structure.superelement import Superelement
 from checks.model.structure.superelement_check import check_superelement
-from hw.model_files import open_model
 from hw.superelement import read_superelement
 from tests.checks.model.units_model import APA300ML, NOMINAL, needs_data
 from validation.frame.figures import figures

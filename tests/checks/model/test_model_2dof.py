@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from accept.models.model_file import open_model
 from checks.model.model import frequency_and_damping
-from hw.model_files import open_model
 
 K, KE, KA, C, CE, CA, PAYLOAD = 0.38e6, 1.75e6, 30e6, 30.0, 20.0, 20.0, 5.7
 UNDAMPED = {"apa.c_N_s_per_m": 0.0, "apa.ce_N_s_per_m": 0.0, "apa.ca_N_s_per_m": 0.0}

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.constants import fit_constants, seed_constants
 from checks.gap.effects import EFFECTS, with_effects
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
-from hw.model_files import open_model
 
 F = np.linspace(10.0, 2000.0, 300)
 S = 2j * np.pi * F

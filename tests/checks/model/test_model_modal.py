@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from accept.models.model_file import open_model
 from checks.model.build import build
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model, frequency_and_damping
 from checks.model.parameters import derivative_step, is_mode_factor, rule
-from hw.model_files import matrices_of, open_model
+from hw.model_files import matrices_of
 from specs.model import load_model
 from tests.checks.model.units_model import NOMINAL, needs_data
 
@@ -93,17 +94,6 @@ def test_poles_and_zeros_are_where_the_response_says() -> None:
             H = np.abs(form.frf(z * np.array([0.999, 1.0, 1.001]))[:, form.index(channel)])
             assert H[1] < max(H[0], H[2])
     assert damping[1] == pytest.approx(-form.poles()[1].real / abs(form.poles()[1]))
-
-
-def test_impulse_response_is_the_transform_of_the_response() -> None:
-    """Sampled finely and long enough for the slowest mode to die, its transform is the response at low frequencies."""
-    form = open_model("strut").modal({"joint.cR_Nm_s_per_rad": 0.01, "bench.guide_damping_N_s_per_m": 500.0})
-    fs, T = 400e3, 1.0
-    t = np.arange(int(fs * T)) / fs
-    h = form.impulse(t)[:, 2]  # da: smooth at the start, so a plain sum is good
-    f = np.arange(10, 200) / T
-    H = np.fft.rfft(h)[10:200] / fs
-    np.testing.assert_allclose(H, form.frf(f)[:, 2], rtol=1e-4)  # steps of 2.5 us against 200 Hz
 
 
 class TestJacobian:

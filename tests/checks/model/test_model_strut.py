@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import linalg
 
+from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import direct_frf, modal
 from checks.model.model import Model, frequency_and_damping
@@ -13,7 +14,6 @@ from checks.model.parameter_sweep import PUBLISHED_SWEEPS, Sweep, panels, sweep,
 from checks.model.structure.apa import superelement_body
 from checks.model.structure.frame import frame_apa
 from checks.model.structure.matrix_builder import Builder, System
-from hw.model_files import open_model
 from specs.model import builtin_models
 from tests.checks.model.units_model import needs_data, nominal_model
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
+from accept.models.model_file import open_model
 from accept.simulate.hammer_records import ShellMode, hammer_record
 from checks.errors import ModelError
 from checks.gap.effects import with_effects
@@ -14,7 +15,6 @@ from checks.model.model import Model
 from checks.model.time.hysteresis_creep import creep, loops_of, mass_steps, stroke_of
 from checks.model.time.partial_fractions import Fractions, _mechanics, paths
 from checks.model.time.time_response import answer
-from hw.model_files import open_model
 from tests.checks.model.units_model import EVERYTHING
 
 

@@ -10,8 +10,8 @@ import pytest
 import scipy.io
 from scipy import signal
 
+from accept.models.model_file import open_model
 from checks.model.model import Model
-from hw.model_files import open_model
 
 DATA = Path(__file__).parents[4] / "shared" / "data"
 APA300ML = DATA / "superelements" / "APA300ML.mat"

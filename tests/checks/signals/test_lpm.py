@@ -13,7 +13,6 @@ from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.spectral.frf import h1
 from checks.signals.spectral.lpm import lpm, lpm_record
-from checks.signals.spectral.lpm_wide import lpm_wide
 
 MODE_HZ, DAMPING, SECONDS = 95.0, 0.005, 20.0
 
@@ -199,40 +198,17 @@ def test_record_channels(smooth: tuple[np.ndarray, np.ndarray, float]) -> None:
         lpm_record(record, "Va", ("Vs",), 10.0, 20.0)
 
 
-def test_wide_regions_cover_and_are_small() -> None:
-    """Off the peak, on its flanks where the choice is close, and on it; 200 repeats, seeds fixed."""
-    mode = Mode(2_000.0)
-    inside, gain = [], []
-    for seed in range(200):
-        record = mode.record(seed, noise=0.02, corner_Hz=400.0)
-        wide = lpm_wide(*record, mode.fs, f_lo=85.0, f_hi=98.0, step=10)
-        narrow = lpm(*record, mode.fs, f_lo=85.0, f_hi=98.0, step=10)
-        inside.append(np.abs(wide.H[:, 0] - mode.response(wide.f)) <= wide.radius(0.95)[:, 0])
-        gain.append(wide.var[:, 0] / narrow.var[:, 0])
-    lo, hi = band_95(200)
-    share = np.mean(inside, axis=0)
-    places = np.searchsorted(wide.f, [85.0, 90.0, 92.0, 93.5, 94.5, 95.0, 98.0])
-    assert (share[places] >= lo).all(), share
-    assert (share[places] <= hi).all(), share
-    assert np.mean(gain, axis=0)[0] < 0.5
-    assert np.median(gain, axis=0)[20] == pytest.approx(1.0)  # 95 Hz: nothing wider fits
-
-
 def test_beginning_and_end_of_a_sweep() -> None:
-    """What a sweep does in its first and last seconds looks like a transient to a narrow fit, which says so."""
+    """What a sweep does in its first and last seconds looks like a transient to a local fit: its variance says so."""
     mode = Mode(2_000.0)
     t = np.arange(0.0, 40.0, 1 / mode.fs)
     u = signal.chirp(t, 10.0, 40.0, 400.0, "logarithmic")
     y = signal.lfilter(mode.b, mode.a, u)
     y = y + 0.002 * y.std() * np.random.default_rng(1).standard_normal(y.size)
     for f in (14.0, 250.0):
-        narrow, wide = (fit(u, y, mode.fs, f_lo=f, f_hi=f + 5.0) for fit in (lpm, lpm_wide))
-        assert np.median(wide.var) < 1e-2 * np.median(narrow.var)
-        for frf in (narrow, wide):
-            # 200 bins, but few of them independent: the share is looked at roughly.
-            assert np.mean(np.abs(frf.H[:, 0] - mode.response(frf.f)) <= frf.radius(0.95)[:, 0]) > 0.75
-    with pytest.raises(ValueError, match="needed: 7"):
-        lpm_wide(u, y, mode.fs, halves=(6, 12))
+        frf = lpm(u, y, mode.fs, f_lo=f, f_hi=f + 5.0)
+        # 200 bins, but few of them independent: the share is looked at roughly.
+        assert np.mean(np.abs(frf.H[:, 0] - mode.response(frf.f)) <= frf.radius(0.95)[:, 0]) > 0.75
 
 
 def test_recorded_unit() -> None:

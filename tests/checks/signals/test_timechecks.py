@@ -8,7 +8,7 @@ from scipy import signal
 from scipy.io import loadmat
 
 from checks.cause import Cause
-from checks.signals.record_checks import Expected, dead, delay, delay_between, finest_step, mismatches
+from checks.signals.record_checks import Expected, dead, delay, finest_step, mismatches
 from checks.signals.spectral.frf import Frf, h1
 
 FS = 10_000.0
@@ -63,7 +63,7 @@ def test_sign_changes_in_the_band_and_delay_is_still_seen(drive: np.ndarray) -> 
 
 def test_delay_between_two_outputs(drive: np.ndarray) -> None:
     columns = {"da": mode(drive, 95.0, 0.01), "de": late(mode(drive, 95.0, 0.01, -1.0), 2.0)}
-    found = delay_between(columns, "da", "de", FS, 20.0, 600.0)
+    found = delay(h1(columns["da"], {"de": columns["de"]}, FS, 4096, input="da"), "de", FS, 20.0, 600.0)
     assert found.samples == pytest.approx(2.0, abs=0.02)
     assert found.polarity == -1
     assert found.reference == "da"
@@ -170,4 +170,5 @@ def test_recorded_units(unit: str, samples: float) -> None:
         assert found.polarity == -1
         assert not dead(channel, columns[channel], frf)
     assert mismatches(columns, LOOKS) == ()
-    assert delay_between(columns, "da", "Vs", FS, 300.0, 2000.0).samples == pytest.approx(0.0, abs=0.05)
+    pair = h1(columns["da"], {"Vs": columns["Vs"]}, FS, 4096, input="da")
+    assert delay(pair, "Vs", FS, 300.0, 2000.0).samples == pytest.approx(0.0, abs=0.05)
