@@ -82,7 +82,7 @@ def learn(
     out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
     model: Annotated[str | None, typer.Option("--model", help="Model to start from; else the kind picks.")] = None,
 ) -> None:
-    """Learn a model from a batch: its mean, its scatter, and which units do not belong."""
+    """Learn a model from a batch. Its mean, its scatter, and which units do not belong."""
     from accept.commands.physics import model_learn as command
 
     raise typer.Exit(command.run(units, model, out))
