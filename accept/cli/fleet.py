@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-golden_app = typer.Typer(help="Golden units: does the bench measure as before?", no_args_is_help=True)
+golden_app = typer.Typer(help="Golden units, for whether the bench measures as before.", no_args_is_help=True)
 
 Json = Annotated[Path | None, typer.Option("--json", help="The rows as JSON, to this file.")]
 Csv = Annotated[Path | None, typer.Option("--csv", help="The rows as CSV, to this file.")]

@@ -194,7 +194,7 @@ def test_record_channels(smooth: tuple[np.ndarray, np.ndarray, float]) -> None:
     frf = lpm_record(record, "Va", ("de",), 10.0, 20.0)
     assert frf.channels == ("de",)
     assert frf.H[:, 0] == pytest.approx(lpm(u, y[:, 0], fs, f_lo=10.0, f_hi=20.0).H[:, 0])
-    with pytest.raises(RecordError, match="no channel .*Vs"):
+    with pytest.raises(RecordError, match=r"no channel .*Vs"):
         lpm_record(record, "Va", ("Vs",), 10.0, 20.0)
 
 
