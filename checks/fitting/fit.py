@@ -76,6 +76,10 @@ class Fit:
         """G of every channel, all datasets together."""
         return gaps(self.datasets, self.residuals, self.told)
 
+    def gaps_at(self, tolerance: float) -> dict[str, Gap]:
+        """The same with another tolerance: that of the model's file, where the fit went below it."""
+        return gaps([replace(s, tolerance=tolerance) for s in self.datasets], self.residuals, self.told)
+
     @property
     def told(self) -> float:
         """How many parameters the data told: those that a prior held count by what the data made of them."""

@@ -52,7 +52,7 @@ class FitOutputs:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A fit with what it began from. held_out: G of the fitted model on the second realisation, empty without one."""
+    """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G of the fitted model on the second realisation, empty without one."""
 
     base: Opened
     start: Model
@@ -60,6 +60,7 @@ class Fitted:
     fit: Fit
     measured: Responses
     before: Mapping[str, Gap]
+    after: Mapping[str, Gap]
     held_out: Mapping[str, Gap]
     seed_constants: Mapping[str, float]
     constants: Mapping[str, Constant]
@@ -108,6 +109,7 @@ def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: i
         fit=found.fit,
         measured=measured,
         before=_gaps(start, measured.first),
+        after=found.fit.gaps_at(start.tolerance),
         held_out={} if measured.second is None else _gaps(at, measured.second),
         **_constants(at, measured.first),
     )
@@ -142,7 +144,7 @@ def write_fitted(path: Path, fitted: Fitted) -> None:
         model_sha256=base.model.sha256,
         serial=fitted.measured.serial,
         inputs=fitted.measured.inputs,
-        G={c: g.G for c, g in fit.gaps.items()},
+        G={c: g.G for c, g in fitted.after.items()},
     )
     moved = {n: v for n, v in fitted.start.values.items() if v != base.model.values[n]}
     write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)
@@ -169,7 +171,7 @@ def document(fitted: Fitted) -> dict[str, Any]:
             for (n, v), p in zip(fit.at.items(), fit.free, strict=True)
         },
         "gap_before": _plain(fitted.before),
-        "gap_after": _plain(fit.gaps),
+        "gap_after": _plain(fitted.after),
         "gap_held_out": _plain(fitted.held_out),
         "constants_by_the_seed": dict(fitted.seed_constants),
         "constants": {n: {"value": c.value, "ci95": [c.lo, c.hi]} for n, c in fitted.constants.items()},
@@ -193,7 +195,7 @@ def _print(fitted: Fitted) -> None:
     if len(told) < len(fit.free):
         stdout.print(f"{len(fit.free) - len(told)} factors on modes of the APA that these data do not tell: not listed")
     gap_rows = Table("channel", "G before", "G after", "G on the repeat")
-    for channel, gap in fit.gaps.items():
+    for channel, gap in fitted.after.items():
         held = fitted.held_out.get(channel)
         gap_rows.add_row(
             channel, f"{fitted.before[channel].G:.3g}", f"{gap.G:.3g}", "" if held is None else f"{held.G:.3g}"
@@ -208,6 +210,6 @@ def _print(fitted: Fitted) -> None:
         stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")
     if not fit.converged:
         say(f"accept: the fit did not converge; do not use the values above: {fit.message}")
-    worst = max((g.G for g in (fitted.held_out or fit.gaps).values()), default=0.0)
+    worst = max((g.G for g in (fitted.held_out or fitted.after).values()), default=0.0)
     if worst > 1.1:
         say(f"G is {worst:.3g}: this model does not explain the unit; run `accept gap` to find the cause")
