@@ -2,8 +2,8 @@
 
 x counts in prior standard deviations, so a damping of one is what another prior would do: it holds what the data hardly
 tell and leaves alone what they tell well. Such problems are sloppy, their valleys long and bent, and damping in
-proportion to the curvature (Marquardt) lets steps run far along them (Transtrum and Sethna, arXiv:1201.5885). Damping
-by Nielsen's rule (Madsen, Nielsen, Tingleff: Methods for non-linear least squares problems, DTU 2004, 3.2). The priors
+proportion to the curvature (Marquardt) lets steps run far along them ([TRANSTRUM12]). Damping
+by Nielsen's rule ([MADSEN04] 3.2). The priors
 keep the normal matrix well conditioned, so a step costs a small factor and not the decomposition of the Jacobian.
 """
 

@@ -39,9 +39,11 @@ DRAWS = 3  # more starts, where one is not enough
 NEAR_UM = 5.0  # places no further apart are one
 WORTH_A_FIT = 50.0  # of log likelihood on few bins behind the best start
 SENSOR_GAIN = ("constants.gs_V_per_m", "constants.gs_V_per_N")
-MEANING = "of the line along which the APA pushes from the joints' axis; "
-OF_THE_LINE = MEANING + "the metal is off by what the APA is lopsided in itself, which no record tells"
-OF_THE_METAL = "of the APA's metal from the joints' axis, with what the model says of how lopsided such APAs are in U"
+OF_THE_LINE = (
+    "offset of the line along which the APA pushes from the joints' axis; the metal of an APA that is lopsided in itself "
+    "lies elsewhere, which no record shows"
+)
+OF_THE_METAL = "offset of the APA's metal from the joints' axis; U includes how lopsided the model says such APAs are"
 
 
 def estimate(

@@ -4,7 +4,7 @@ A glue joint, a fillet, a batch of ceramic change where the modes of a shell lie
 mode k of the free APA has a factor on its stiffness, `apa.mode_stiffness_k`, and one on its damping,
 `apa.mode_damping_k`. All modes that the matrices hold, not only those within the band: below its first resonance the
 APA answers through the compliance of every one of them, and what a misalignment shows by hangs on how these
-compliances cancel. Stochastic model updating: Mares, Mottershead and Friswell, MSSP 20 (2006) 1674.
+compliances cancel ([MARES06]).
 """
 
 from collections.abc import Mapping

@@ -52,7 +52,8 @@ class FitOutputs:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G of the fitted model on the second realisation, empty without one."""
+    """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G
+    of the fitted model on the second realisation, empty without one."""
 
     base: Opened
     start: Model
@@ -193,7 +194,7 @@ def _print(fitted: Fitted) -> None:
         rows.add_row(p.name, prior, now, U, f"{away:+.1f} sd" + (", at its bound" if p.name in fit.at_bound else ""))
     stdout.print(rows)
     if len(told) < len(fit.free):
-        stdout.print(f"{len(fit.free) - len(told)} factors on modes of the APA that these data do not tell: not listed")
+        stdout.print(f"{len(fit.free) - len(told)} factors on modes of the APA are not listed: these data do not determine them")
     gap_rows = Table("channel", "G before", "G after", "G on the repeat")
     for channel, gap in fitted.after.items():
         held = fitted.held_out.get(channel)
