@@ -194,7 +194,7 @@ def _print(fitted: Fitted) -> None:
         rows.add_row(p.name, prior, now, U, f"{away:+.1f} sd" + (", at its bound" if p.name in fit.at_bound else ""))
     stdout.print(rows)
     if len(told) < len(fit.free):
-        stdout.print(f"{len(fit.free) - len(told)} factors on modes of the APA are not listed: these data do not determine them")
+        stdout.print(f"{len(fit.free) - len(told)} factors on modes are not listed: these data do not determine them")
     gap_rows = Table("channel", "G before", "G after", "G on the repeat")
     for channel, gap in fitted.after.items():
         held = fitted.held_out.get(channel)
