@@ -10,6 +10,7 @@ from accept.simulate.order import UnitRequest
 from accept.simulate.records import Columns, DrivenUnit, slow_record
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.arrays import Array
+from checks.bench_ranges import STACK_V
 from checks.model.electrical import highpass_corner
 from checks.model.time.adc_dac import in_steps
 from checks.model.time.hysteresis_creep import mass_steps, stroke_of
@@ -18,7 +19,7 @@ from checks.signals.drive import excitation
 from checks.signals.drive.excitation import Rig
 
 UM = 1e-6
-START_V, TOP_V = -20.0, 150.0
+START_V, TOP_V = STACK_V
 STROKE_FS, STROKE_PERIOD_S, STROKE_CYCLES = 1000.0, 10.0, 2
 GAUGE_STEP, GAUGE_NOISE = 1e-7, 5e-8
 MASS_FS, MASS_S = 100.0, 30.0

@@ -8,6 +8,7 @@ from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
 from checks.acceptance.common.stated_uncertainty import stated
 from checks.arrays import Array
+from checks.bench_ranges import RECORDED_V
 from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel, PanelKind
@@ -22,7 +23,6 @@ UM = 1e-6
 CENTRE_LINE_DEGREE = 5
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
 MIN_AMPLITUDE_V = 0.0
-DAC_V = 10.5  # end of the converter's range, with overrange
 LOOP_PERCENT = 0.0  # a spec may ask for more: see lag.py
 STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn
 
@@ -71,8 +71,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 def _cycles(record: Record, at_least: float) -> list[Cycle]:
     largest = float(np.abs(record["Va"]).max())
-    if largest > DAC_V:
-        raise NoResult(Cause.DRIVE_BEHIND_AMPLIFIER, value=largest, most=DAC_V)
+    if largest > RECORDED_V:
+        raise NoResult(Cause.DRIVE_BEHIND_AMPLIFIER, value=largest, most=RECORDED_V)
     cycles = last_cycles(record["Va"])
     if not cycles:
         raise NoResult(Cause.NO_SINE)

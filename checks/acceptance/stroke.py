@@ -10,6 +10,7 @@ from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
 from checks.acceptance.common.stated_uncertainty import stated, with_stated
 from checks.acceptance.common.typed_value import typed_quantity
 from checks.arrays import Array
+from checks.bench_ranges import STACK_V
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
 from checks.errors import RecordError
@@ -23,7 +24,8 @@ from specs.spec import CheckSpec
 UM = 1e-6
 RECORDS = {"one_stack": "stroke_one_stack_um", "two_stacks": "stroke_two_stacks_um"}
 WIDTHS = {"one_stack": "stroke_hysteresis_one_stack_percent", "two_stacks": "stroke_hysteresis_two_stacks_percent"}
-START_V, TOP_V, TOLERANCE_V = -20.0, 150.0, 1.0
+START_V, TOP_V = STACK_V
+TOLERANCE_V = 1.0
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_OVER_NOISE = 20.0
 MAX_UM = 2000.0

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from checks.arrays import Array, Complex
+from checks.bench_ranges import STATIC_HZ
 from checks.errors import ModelError
 from checks.model.model import Model, Values, frequencies
 
-GA_BAND_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance the gain is the static one
 GS_BAND_HZ = (400.0, 500.0)  # [STB] 4.2.3: above it, before the next
 SEED_GS_AT_HZ = 1000.0
 NOTHING: Values = {}
@@ -38,7 +38,7 @@ def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Va
     signs by hand; here the sign is that of the response's real part beside the model's. Raises ModelError for an empty
     band."""
     unit, gs_name = _unit_model(model, changes)
-    ga = _signed_size(f, de, unit, "de", GA_BAND_HZ, reference_Hz=0.0)
+    ga = _signed_size(f, de, unit, "de", STATIC_HZ, reference_Hz=0.0)
     both = _signed_size(f, Vs, unit, "Vs", GS_BAND_HZ, reference_Hz=SEED_GS_AT_HZ)
     return {"ga_N_per_V": ga, gs_name: both / ga}
 
@@ -66,7 +66,7 @@ def fit_constants(
     de (da where there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts where
     it exceeds the stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
     f = frequencies(f)
-    limits = {"ga": GA_BAND_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
+    limits = {"ga": STATIC_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
     unit, gs_name = _unit_model(model, changes)
     seen = "de" if "de" in H else "da"
     ga, u_ga, n_ga = _real_gain(f, H[seen], variance[seen], unit, seen, limits["ga"])

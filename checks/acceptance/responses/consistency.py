@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.acceptance.common.piezo_lag import ALIKE
-from checks.acceptance.responses.rules import OUTPUTS, STATIC_HZ, ResponseSettings
+from checks.acceptance.responses.rules import OUTPUTS, ResponseSettings
 from checks.arrays import Array
+from checks.bench_ranges import STATIC_HZ
 from checks.cause import Cause, NoResult
 from checks.quantity import Quantity
 from checks.record import Record

@@ -10,11 +10,11 @@ from checks.acceptance.responses.rules import (
     EXCUSED_POLE,
     EXCUSED_ZERO,
     OUTPUTS,
-    STATIC_HZ,
     STEPS,
     ResponseSettings,
     coherent_up_to,
 )
+from checks.bench_ranges import STATIC_HZ
 from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.errors import ModelError

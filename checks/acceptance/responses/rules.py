@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
 from checks.acceptance.common.sampling_rate import SAMPLING
 from checks.arrays import Array
+from checks.bench_ranges import RECORDED_V, STATIC_HZ
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
 from checks.record import Record
@@ -20,13 +21,12 @@ from specs.spec import CheckSpec
 
 OUTPUTS = ("Vs", "de", "da")
 LOOKS = {  # what a channel of the bench can be at all, largest departure from its median, in V and m
-    "Va": Expected(1e-3, 10.5),
-    "Vs": Expected(1e-3, 10.5),
+    "Va": Expected(1e-3, RECORDED_V),
+    "Vs": Expected(1e-3, RECORDED_V),
     "de": Expected(1e-9, 4e-4),
     "da": Expected(1e-9, 4e-4),
 }
 LOOKED_AT = 16  # every 16th sample tells the size of a channel
-STATIC_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance, the gain is the static one
 DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
 EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop ([STB] 3.2.4)
 THIRD_OCTAVE, SIXTH_OCTAVE = 2.0 ** (1 / 3), 2.0 ** (1 / 6)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from checks.arrays import Array
+from checks.bench_ranges import DAC_V, STACK_V
 from checks.signals.drive import multisine as ms
 from checks.signals.drive.ramps import fade, ramp
 from checks.signals.drive.shapes import AmplitudeShape, Flat
@@ -34,8 +35,8 @@ class Rig:
     mean_V: float = 3.25
     ramp_s: float = 5.0
     gain: float = 20.0
-    dac_V: tuple[float, float] = (-10.0, 10.0)
-    stack_V: tuple[float, float] = (-20.0, 150.0)
+    dac_V: tuple[float, float] = DAC_V
+    stack_V: tuple[float, float] = STACK_V
 
 
 @dataclass(frozen=True, eq=False)
