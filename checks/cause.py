@@ -52,10 +52,10 @@ class Cause(Enum):
     # Channels
     CHANNEL_EMPTY = "{channel} is empty or holds NaN or inf"
     CHANNEL_CONSTANT = "{channel} is constant at {value:.6g}{unit}: nothing was recorded"
-    CHANNEL_DEAD = "{channel} is dead: it takes only {levels} different values, its smallest step"
+    CHANNEL_DEAD = "{channel} is dead: only {levels} different values were recorded"
     CHANNEL_NOT_DRIVEN = "{channel} does not respond to {reference}: not connected, or from another record"
     CHANNEL_CLIPPED = "{channel} is clipped: {count} samples hold its {end} value {value:.4g}{where}"
-    CHANNEL_REVERSED = "{channel} is reversed: below the resonance it moves {found} {reference}, expected {expected}"
+    CHANNEL_REVERSED = "{channel} is reversed: below the resonance it moves {found} {reference}, not {expected} it"
     CHANNELS_EXCHANGED = "{channel} and {other} are exchanged: {evidence}"
     CHANNEL_SIZE = "{channel} moves by {value:.3g}; expected {lo:g} to {hi:g}"
     CHANNEL_STEP = "{channel} has steps of {value:.3g}; expected {expected:g}"
