@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import serial
 
 from hw.errors import Garbled, NoReply, Unplugged
-from hw.serial_port import DamagedCharacter, LineSettings, Port, cause, open_serial, why_not_opened
+from hw.serial_port import DamagedCharacter, Port, cause, open_serial, why_not_opened
 
 Clock = Callable[[], float]
 
@@ -45,8 +46,15 @@ class Deadline:
         return Deadline(min(seconds, self.left), self._clock)
 
 
+class Place(Protocol):
+    """Where an instrument is: `port` by its name, and all of it in words."""
+
+    @property
+    def port(self) -> str: ...
+
+
 class Link:
-    """A serial line that opens when first used and opens again after it was unplugged.
+    """A serial line, or another connection, that opens when first used and opens again after it was unplugged.
 
     opened : how many times it was opened. A driver that remembers the count knows when another instrument may have
     been plugged in. Every OSError of the port ends as Unplugged with the port closed. clock : of all its deadlines [s].
@@ -54,8 +62,8 @@ class Link:
 
     def __init__(
         self,
-        settings: LineSettings,
-        opener: Callable[[LineSettings], Port] = open_serial,
+        settings: Place,
+        opener: Callable[[Any], Port] = open_serial,
         clock: Clock = time.monotonic,
     ) -> None:
         self.settings, self.opened, self.clock = settings, 0, clock

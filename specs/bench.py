@@ -46,14 +46,16 @@ class CalibrationEntry(Strict):
 
 
 class InstrumentEntry(Strict):
-    """One instrument. driver: which driver speaks to it, `offline` for none. measures: the checks it serves.
-    settings: the driver's own. accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input."""
+    """One instrument. driver: which driver speaks to it, `offline` for none. measures: the checks it serves. link: its
+    serial line; resource: where it is otherwise, a VISA name or host:number. settings: the driver's own. accuracy:
+    expanded uncertainty (k = 2) of what it reads, by the check's input."""
 
     driver: Words
     measures: list[Words]
     model: Words | None = None
     serial: Words | None = None
     link: LineEntry | None = None
+    resource: Words | None = None
     settings: dict[str, Any] = Field(default_factory=dict)
     accuracy: StatedU | None = None
     calibration: CalibrationEntry | None = None
@@ -69,6 +71,7 @@ class BenchDocument(Strict):
     @model_validator(mode="after")
     def _no_port_twice(self) -> "BenchDocument":
         ports = [entry.link.port for entry in self.instruments.values() if entry.link is not None]
+        ports += [entry.resource for entry in self.instruments.values() if entry.resource is not None]
         twice = sorted({port for port in ports if ports.count(port) > 1})
         if twice:
             raise ValueError(f"port {', '.join(twice)} is given to two instruments")

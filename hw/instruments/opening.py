@@ -3,12 +3,12 @@
 from typing import Any
 
 from hw.errors import SettingsError
-from hw.instruments import heidenhain, lcr800, manual, millimar_drivers
+from hw.instruments import heidenhain, ids3010, lcr800, manual, millimar_drivers, scpi_lcr
 from hw.instruments.driver import Ask, Driver, Instrument
 from specs import plugins
 from specs.bench import OFFLINE, InstrumentEntry
 
-_OWN = (millimar_drivers.DRIVER, lcr800.DRIVER, heidenhain.DRIVER, manual.DRIVER)
+_OWN = (millimar_drivers.DRIVER, lcr800.DRIVER, scpi_lcr.DRIVER, heidenhain.DRIVER, ids3010.DRIVER, manual.DRIVER)
 
 
 def driver_problem(driver: Any) -> str:

@@ -232,11 +232,14 @@ def test_every_driver_opens():
         "lcr800": {},
         "nd287": {"range_mm": [-1, 1], "axis": "single"},
         "nd281b": {"range_mm": [-1, 1]},
+        "scpi_lcr": {"profile": "keysight"},
+        "ids3010": {"axis": 0, "pass_mode": 0, "range_mm": [-1, 1]},
         "manual": {"measure": "capacitance", "unit": "uF", "range": [0, 10]},
     }
     assert set(settings) == set(DRIVERS)
     for driver, given in settings.items():
-        entry = InstrumentEntry(driver=driver, measures=[], settings=given, link=LINE)
+        where = {"resource": "host:9090"} if driver in ("scpi_lcr", "ids3010") else {"link": LINE}
+        entry = InstrumentEntry(driver=driver, measures=[], settings=given, **where)
         assert open_instrument("x", entry, input).unit in ("m", "F")
 
 

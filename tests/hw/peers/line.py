@@ -51,11 +51,11 @@ class Fault:
     seed: int
 
 
-def random_faults(rng: random.Random, most: int = 6, span: int = 90) -> list[Fault]:
+def random_faults(rng: random.Random, most: int = 6, span: int = 90, kinds: tuple[str, ...] = KINDS) -> list[Fault]:
     """span: messages over which they are spread; the first few, where a session begins, as often as all the others."""
     return [
         Fault(
-            rng.choice(KINDS),
+            rng.choice(kinds),
             rng.randrange(rng.choice((12, span))),
             rng.random() < 0.5,
             rng.randrange(10**9),

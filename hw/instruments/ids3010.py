@@ -1,0 +1,110 @@
+"""Attocube IDS3010, the interferometer on the network: displacement of one axis.
+
+Known from the maker's published client libraries: JSON-RPC 2.0 on TCP port 9090, a line each; a request has `method`,
+`params`, `id` and `api`; the result is a list whose first entry is an error number, 0 for none. Of
+`com.attocube.ids`: `displacement.getAxisDisplacement` [axis] gives picometres from where the axis was last reset,
+`displacement.getMeasurementEnabled`, `displacement.getSignalQuality` [axis] the contrast in permille while it measures,
+`axis.getPassMode` 0 for single and 1 for dual pass. Of `com.attocube.system`: `getSerialNumber`, `getDeviceName`.
+Assumed: that with `api` 2 every result begins with the error number.
+"""
+
+import itertools
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from hw.errors import Garbled, Implausible, InstrumentRefused, SettingsError
+from hw.instruments.driver import Ask, Driver, Instrument, Trial, settings_of
+from hw.instruments.length import LengthInstrument, LengthSettings
+from hw.instruments.reading import Identity, Reading
+from hw.link import Deadline, Link
+from hw.network_port import Address, open_tcp
+from specs.bench import InstrumentEntry
+
+END = b"\n"
+SYSTEM, IDS = "com.attocube.system", "com.attocube.ids"
+PICOMETRE = 1e-12
+
+
+class Ids3010Settings(LengthSettings):
+    """axis : 0, 1 or 2, whose sensor head looks at the strut. contrast_permille : least signal contrast. pass_mode : of
+    the optics, 0 single pass, 1 dual pass: the wrong one halves or doubles the displacement."""
+
+    axis: Annotated[int, Field(ge=0, le=2)]
+    pass_mode: Annotated[int, Field(ge=0, le=1)]
+    contrast_permille: Annotated[int, Field(ge=0, le=1000)] = 200
+
+
+class Ids3010(LengthInstrument[Ids3010Settings]):
+    """Displacement [m] since the axis was last reset. Nothing is set."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self._numbers = itertools.count(1)
+
+    def _start(self, deadline: Deadline) -> None:
+        """On a connection of its own: what was asked before an error answers nothing after it."""
+        self.link.close()
+        super()._start(deadline)
+
+    def _identify(self, deadline: Deadline) -> Identity:
+        name, serial = (str(self._call(f"{SYSTEM}.{what}", deadline)) for what in ("getDeviceName", "getSerialNumber"))
+        return Identity(None, serial, None, name)
+
+    def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
+        """Whether it measures, in which pass mode, with enough contrast. Raises Refused, Implausible."""
+        if self._call(f"{IDS}.displacement.getMeasurementEnabled", deadline) is not True:
+            raise InstrumentRefused(f"{self.name}: its measurement is not running; start it and align the sensor head")
+        mode = self._call(f"{IDS}.axis.getPassMode", deadline)
+        if type(mode) is not int or mode != self.settings.pass_mode:
+            raise Implausible(f"{self.name}: its pass mode is {mode!r}, the bench file has {self.settings.pass_mode}")
+        contrast = self._call(f"{IDS}.displacement.getSignalQuality", deadline, self.settings.axis)
+        if type(contrast) is not int or contrast < self.settings.contrast_permille:
+            raise Implausible(
+                f"{self.name}: the contrast of axis {self.settings.axis} is {contrast!r} permille: align it"
+            )
+        return {"pass mode": str(mode), "axis": str(self.settings.axis)}
+
+    def _measure(self, deadline: Deadline) -> Reading:
+        said = self._call(f"{IDS}.displacement.getAxisDisplacement", deadline, self.settings.axis)
+        if type(said) not in (int, float):
+            raise Garbled(f"{self.name}: its displacement is {said!r}, expected a number of picometres")
+        raw = str(said).encode("ascii")
+        metres = self.settings.plausible(self.name, raw, float(said) * PICOMETRE)
+        return Reading(metres, self.unit, self._now(), (raw,))
+
+    def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
+        """The first value of a method's result. Raises Refused for its errors, Garbled for what is no answer to it."""
+        number = next(self._numbers)
+        request = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
+        line = self._ask(json.dumps(request).encode("ascii") + b"\r\n", END, deadline).strip()
+        try:
+            said = json.loads(line)
+            if said["id"] != number:
+                raise Garbled(f"{self.name}: {line[:80]!r} answers another question than {number}")
+            if "error" in said:
+                raise InstrumentRefused(f"{self.name}: {method}: {said['error']}")
+            error, *values = said["result"]
+        except (ValueError, KeyError, TypeError, RecursionError) as e:
+            raise Garbled(f"{self.name}: {method} was answered {line[:80]!r}, expected a JSON-RPC result") from e
+        if type(error) is not int or error != 0 or not values:
+            raise InstrumentRefused(f"{self.name}: {method} gave the error {error!r} ({line[:80]!r})")
+        return values[0]
+
+
+def _open(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
+    settings = settings_of(name, Ids3010Settings, entry)
+    if entry.resource is None:
+        raise SettingsError(f"{name}: resource is missing: its address, such as 192.168.1.1:9090")
+    return Ids3010(name, Link(Address(entry.resource), open_tcp), settings, entry.model, entry.serial)
+
+
+TRIALS = (
+    Trial("In its web page, stop the measurement"),
+    Trial("Set the other pass mode"),
+    Trial("Cover the sensor head"),
+    Trial("Unplug the network cable"),
+)
+DRIVER = Driver(("ids3010",), _open, TRIALS)

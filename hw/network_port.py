@@ -1,0 +1,130 @@
+"""Instruments on a network or on VISA (LAN, USB, GPIB), as ports for a link. Nothing is damaged on the way here, but
+answers can be late, and the instrument can go away."""
+
+import errno
+import re
+import socket
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from hw.errors import SettingsError
+from hw.serial_port import POLL_S
+
+CONNECT_S = 3.0
+MAX_READ = 65_536
+
+
+@dataclass(frozen=True)
+class Address:
+    """port: `host:number`, or a VISA resource name."""
+
+    port: str
+
+    def __str__(self) -> str:
+        return self.port
+
+
+class TcpPort:
+    """A TCP connection as a port."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._socket, self._came = connection, b""
+
+    @property
+    def in_waiting(self) -> int:
+        self._receive(0.0)
+        return len(self._came)
+
+    def read(self, size: int = 1, /) -> bytes:
+        """What came within a look. Raises OSError when the other end has closed."""
+        if not self._came:
+            self._receive(POLL_S)
+        taken, self._came = self._came[:size], self._came[size:]
+        return taken
+
+    def write(self, b: bytes, /) -> int:
+        """All of it. Raises OSError."""
+        self._socket.settimeout(CONNECT_S)
+        self._socket.sendall(b)
+        return len(b)
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def _receive(self, seconds: float) -> None:
+        self._socket.settimeout(max(seconds, 1e-4))
+        try:
+            came = self._socket.recv(MAX_READ)
+        except TimeoutError:
+            return
+        if not came:
+            raise OSError(errno.EPIPE, "the instrument has closed the connection")
+        self._came += came
+
+
+def open_tcp(address: Address) -> TcpPort:
+    """Connect to `host:number`. Raises OSError; SettingsError for another form."""
+    found = re.fullmatch(r"(?P<host>[\w.:\-\[\]]+):(?P<number>\d{1,5})", address.port)
+    if not found or not 0 < int(found["number"]) < 65_536:
+        raise SettingsError(f"{address.port!r}: expected host:number, such as 192.168.1.1:9090")
+    return TcpPort(socket.create_connection((found["host"].strip("[]"), int(found["number"])), CONNECT_S))
+
+
+class VisaPort:
+    """A VISA session as a port. It is read only when a question is out: some buses take a read of nothing amiss."""
+
+    def __init__(self, session: Any, no_answer: type[Exception]) -> None:
+        self._session, self._no_answer = session, no_answer
+        self._came, self._asked = b"", False
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self._came)
+
+    def read(self, size: int = 1, /) -> bytes:
+        """What came, within the session's own time where a question is out."""
+        if not self._came and self._asked:
+            self._came = self._within(self._session.read_raw)
+            self._asked = not self._came
+        elif not self._came:
+            time.sleep(POLL_S)
+        taken, self._came = self._came[:size], self._came[size:]
+        return taken
+
+    def write(self, b: bytes, /) -> int:
+        """All of it. Raises OSError."""
+        self._asked = b"?" in b
+        self._within(lambda: self._session.write_raw(b) and b"")
+        return len(b)
+
+    def close(self) -> None:
+        self._session.close()
+
+    def _within(self, what: Any) -> bytes:
+        try:
+            return bytes(what() or b"")
+        except self._no_answer as e:
+            if "VI_ERROR_TMO" in str(e):
+                return b""
+            raise OSError(f"VISA: {e}") from e
+
+
+def visa_opener(library: str, timeout_s: float) -> Any:
+    """What opens VISA resources, by a library such as "@py". Raises SettingsError without the extra `visa`."""
+    try:
+        import pyvisa
+    except ImportError as e:
+        raise SettingsError("this instrument needs pyvisa: pip install 'accept[visa]'") from e
+
+    def opened(address: Address) -> VisaPort:
+        try:
+            session = pyvisa.ResourceManager(library).open_resource(address.port)
+        except (pyvisa.errors.Error, ValueError) as e:
+            raise OSError(f"VISA: {e}") from e
+        session.timeout = 1000.0 * timeout_s
+        if hasattr(session, "read_termination"):
+            session.read_termination = "\n" if address.port.endswith("SOCKET") else None
+        return VisaPort(session, pyvisa.errors.VisaIOError)
+
+    return opened
