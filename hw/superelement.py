@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy import io
 
 from checks.arrays import Array
 from checks.errors import ModelError
@@ -24,6 +23,8 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
 
 
 def _mat(path: Path) -> tuple[Array, Array, Array]:
+    from scipy import io  # loads slowly: only when wanted
+
     try:
         with path.open("rb") as stream:
             content = io.loadmat(stream, variable_names=("K", "M", "int_xyz"))

@@ -2,12 +2,13 @@
 
 import json
 import xml.etree.ElementTree as ET
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from accept.base.version import version
 from accept.gap.text import one_line
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
@@ -23,8 +24,10 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings_frame(units: list[dict[str, Any]]) -> pd.DataFrame:
+def findings_frame(units: list[dict[str, Any]]) -> "pd.DataFrame":
     """One row per finding, columns `COLUMNS`; what the gap workflow found stands in every row of its unit."""
+    import pandas as pd  # loads slowly: only when wanted
+
     rows = [
         {"serial": unit["serial"], "kind": unit["kind"], "unit_verdict": unit["verdict"]}
         | finding

@@ -4,9 +4,8 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from scipy import stats
-
 from accept.gap.text import number
+from checks import distributions as stats
 from checks.gap.decision.result import EXPLAINED, NO_MISSING
 
 Document = Mapping[str, Any]

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
 
 from checks.arrays import Array
 from checks.cause import Cause, NoResult
@@ -50,6 +49,8 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
     one = np.ones((z.size, 1))
     # linprog wants A v <= b with v = (a, b, c, h): residual <= h and -residual <= h.
     rows = np.vstack([np.hstack([-design, -one]), np.hstack([design, -one])])
+    from scipy.optimize import linprog  # loads slowly: only when wanted
+
     found = linprog([0, 0, 0, 1], rows, np.concatenate([-heights, heights]), bounds=[(None, None)] * 3 + [(0, None)])
     if not found.success:
         raise ValueError(f"the minimum zone was not found: {found.message}")

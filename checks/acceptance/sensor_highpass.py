@@ -4,7 +4,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import csd, welch
 
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.stated_uncertainty import stated
@@ -178,6 +177,8 @@ def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]
 def _frf(record: Record, top_Hz: float) -> tuple[Array, Array]:
     """H1 of Vs over Va for the picture: f (F,) [Hz] and complex H (F,), long Hann windows."""
     n = record.t.size // SHOWN_SEGMENTS
+    from scipy.signal import csd, welch  # loads slowly: only when wanted
+
     f, cross = csd(record["Va"], record["Vs"], record.fs, "hann", n)
     _, power = welch(record["Va"], record.fs, "hann", n)
     shown = (f >= 2 * f[1]) & (f <= top_Hz) & (power > 0)

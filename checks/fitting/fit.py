@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
 from checks.fitting.coordinates import Coordinates, Free

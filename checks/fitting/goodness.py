@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 

@@ -17,8 +17,9 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, linalg, optimize, stats
+from scipy import integrate, linalg, optimize
 
+from checks import distributions as stats
 from checks.arrays import Array
 
 STRENGTH = 3.0  # values

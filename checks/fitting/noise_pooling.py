@@ -2,8 +2,8 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.signals.spectral.frf import Frf
 

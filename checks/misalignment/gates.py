@@ -5,8 +5,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
 from checks.fitting.agreement import contradiction

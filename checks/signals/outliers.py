@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from checks.arrays import Array
+from checks.distributions import t as student
 
 CHANCE = 0.01  # probability that a fleet in which nobody is odd has anyone flagged
 MIN_UNITS = 4

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.stats import chi2
 
 from checks.arrays import Array
 from checks.cause import Cause, Reason, because
+from checks.distributions import chi2
 from checks.signals.spectral.frf import Frf, quantile
 
 CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins

@@ -11,8 +11,6 @@ from checks.errors import RecordError
 from hw.records.mat5 import DEFLATE_RATIO, NUMBERS
 from hw.records.variable import Variable, unique
 
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
-USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
 # MATLAB compresses with deflate; any other filter would load a plug-in from outside.
 FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
 

@@ -9,11 +9,13 @@ from pathlib import Path
 from checks.errors import RecordError
 from hw.records.limits import ReadLimits
 from hw.records.mat5 import HEADER_BYTES, open_mat5
-from hw.records.mat73 import SIGNATURE, USERBLOCK_BYTES, open_mat73
 from hw.records.textfile import open_csv
 from hw.records.uff58 import DELIMITER
 from hw.records.uffrecord import open_uff
 from hw.records.variable import Variable
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,8 @@ class Source:
         """By name, in the file's order. Raises RecordError and whatever `damage.refused` converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
+            from hw.records.mat73 import open_mat73  # loads h5py: only when wanted
+
             return open_mat73(self.file, raw)
         if len(raw) >= HEADER_BYTES and raw[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
             return open_mat5(self.file, raw)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.io import savemat
 
 HEADER = b"MATLAB 5.0 MAT-file, written by accept"
 HEADER_TEXT_BYTES = 116
@@ -23,6 +22,8 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
     """
     columns = {name: _real(name, values) for name, values in mapping.items()}
     out = io.BytesIO()
+    from scipy.io import savemat  # loads slowly: only when wanted
+
     savemat(out, columns, oned_as="column", do_compression=compact)
     return HEADER.ljust(HEADER_TEXT_BYTES) + out.getvalue()[HEADER_TEXT_BYTES:]
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.search.screen import directions

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless

@@ -4,8 +4,8 @@ depend on the rate ([STB] 3.1.6; [BERTOTTI98] 2.3 for Rayleigh's loops).
 It is not linear, so no response names it: the slow sines do, where their loops open in proportion to the amplitude."""
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter, SlowFinding, SlowRecord
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.slow_sines import Slow

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect, Parameter

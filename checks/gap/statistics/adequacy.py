@@ -7,8 +7,8 @@ sums over windows of every width and channel are compared with chi-square, corre
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.arrays import Array
 from checks.gap.statistics.projected_residual import Projected
 

@@ -7,7 +7,6 @@ its residue is doubled. The delay is apart: it is no fraction.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import FAST, Modal
@@ -54,6 +53,8 @@ class Fractions:
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u
         for p, r in self._worth_it():
+            from scipy.signal import lfilter  # loads slowly: only when wanted
+
             x = lfilter([0.0, np.expm1(p / fs) / p], [1.0, -np.exp(p / fs)], u.astype(complex))
             y += (r * (np.exp(p * since) * x + np.expm1(p * since) / p * u)).real
         return np.concatenate([np.zeros(min(ticks, u.size)), y[: u.size - min(ticks, u.size)]])

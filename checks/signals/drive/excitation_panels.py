@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy import fft
-from scipy.signal import welch
 
 from checks.picture import Band, Item, Line, Mark, Panel
 from checks.signals.drive.excitation import Excitation
@@ -39,6 +38,8 @@ def _spectrum(e: Excitation) -> Panel:
         line = Line(f[driven], amplitude[driven], "lines", "points", "data")
         y_range = 0.3 * float(amplitude[driven].min()), 3.0 * float(amplitude.max())
         return Panel("One period", "frequency [Hz]", "amplitude [V]", (line,), x_log=True, y_log=True, y_range=y_range)
+    from scipy.signal import welch  # loads slowly: only when wanted
+
     f, density = welch(e.proper, e.fs, nperseg=_segment(e), detrend=False)
     shown = np.where(density > _FLOOR * density.max(), density, np.nan)
     line = Line(f[1:], np.sqrt(shown[1:]), role="data")

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from checks.arrays import Array
 
@@ -105,6 +104,8 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
     away = np.abs(np.arange(part.size) + first - impact.peak)
     share = np.where(away <= _RINGING_s * fs, _RINGING_SHARE, rules.double_hit_share)
     height = np.maximum(share * impact.force_N, 8.0 * sigma)
+    from scipy.signal import find_peaks  # loads slowly: only when wanted
+
     others = first + find_peaks(part, height=height, prominence=0.5 * height.min())[0]
     lo, hi = half_height(upward, impact)
     others = others[(others < lo) | (others > hi)]

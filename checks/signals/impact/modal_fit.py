@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
-from scipy.stats import t as student
 
 from checks.arrays import Array, Complex
+from checks.distributions import t as student
 from checks.signals.impact.hammer import ImpactFrf
 from checks.signals.impact.local_rational import (
     LocalBins,
@@ -80,6 +79,8 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArra
     magnitude = np.abs(frf.H[inside])
     noise = np.sqrt(smooth(frf.var[inside]))
     distance = max(round(_SEPARATION_Hz / frf.df), 3)
+    from scipy.signal import find_peaks  # loads slowly: only when wanted
+
     found, _ = find_peaks(np.log10(np.maximum(magnitude, 1e-300)), prominence=_PROMINENCE, distance=distance)
     strong = (magnitude[found] > floor * magnitude.max()) & (magnitude[found] > 3.0 * noise[found])
     peaks: NDArray[np.intp] = inside[found[strong & frf.driven[inside[found]]]]

@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, lfilter, sosfiltfilt
 
 from checks.arrays import Array
 from checks.signals.regression import least_squares
@@ -67,6 +65,8 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
     grid = np.linspace(math.log(lo), math.log(hi), TRIALS)
     best = int(np.argmin([left(x) for x in grid]))
     bracket = grid[max(best - 1, 0)], grid[min(best + 1, TRIALS - 1)]
+    from scipy.optimize import minimize_scalar  # loads slowly: only when wanted
+
     found = minimize_scalar(left, bounds=bracket, method="bounded", options={"xatol": 1e-6})
     corner = math.exp(float(found.x))
     design = _design(t, u, corner)
@@ -89,6 +89,8 @@ def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Ar
         raise ValueError(f"{t.size} samples are too short a record, {MIN_SAMPLES} are needed")
     fs = (t.size - 1) / (t[-1] - t[0])
     if fs > 2.5 * top_Hz:
+        from scipy.signal import butter, sosfiltfilt  # loads slowly: only when wanted
+
         sos = butter(4, top_Hz, fs=fs, output="sos")
         u, y = (sosfiltfilt(sos, x - x[0]) + x[0] for x in (u, y))
     every = max(1, int(fs / (PER_TOP * top_Hz)))
@@ -107,6 +109,8 @@ def _design(t: Array, u: Array, corner: float) -> Array:
     # s/(s + w) = 1 - w/(s + w), the latter exact for a drive that runs straight from sample to sample; how a smooth one
     # bulges above its chords goes into the second derivative.
     drive = u - u[0]
+    from scipy.signal import lfilter  # loads slowly: only when wanted
+
     passed = drive - lfilter([1 - mean, mean - a], [1.0, -a], drive)
     rate = np.gradient(passed, dt)
     after = t - t[0]

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
 from checks.arrays import Array, Complex
+from checks.distributions import f as f_distribution
 from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminated, enough_bins, fit_poles, with_noise_of
 
 CHANCE = 1e-3  # probability of a pole where there is none, over the whole range that is searched

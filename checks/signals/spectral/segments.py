@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import get_window
 
 from checks.arrays import Array, Complex
 
@@ -46,7 +45,7 @@ class Segments:
             raise ValueError(f"sampling frequency is {fs} Hz; expected a positive number")
         self.fs, self.nperseg, self.hop = fs, nperseg, nperseg - overlap
         self.count = self.samples = 0
-        self._window = get_window("hann", nperseg)
+        self._window = hann(nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
         self._sum = np.zeros((bins, 2 * channels + 2, 2 * channels))
@@ -123,6 +122,11 @@ class Segments:
         shifts = range(1, min(K - 1, (self.nperseg - 1) // self.hop) + 1)
         rho = [float(w[m * self.hop :] @ w[: -m * self.hop] / (w @ w)) for m in shifts]
         return K / (1.0 + 2.0 * sum(r * r * (K - m) / K for m, r in zip(shifts, rho, strict=True)))
+
+
+def hann(n: int) -> Array:
+    """(n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it takes."""
+    return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
 def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Array]:

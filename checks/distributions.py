@@ -1,0 +1,96 @@
+"""The few distributions that the checks need, by scipy.special, to the last digit as scipy.stats has them.
+
+scipy.stats takes a second and a half to load, longer than most commands run; a test holds every function to it.
+Arguments broadcast; what comes back has their shape.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy import special
+
+from checks.arrays import Array
+
+
+class chi2:
+    """Chi-squared with dof degrees of freedom."""
+
+    @staticmethod
+    def sf(x: Any, dof: Any) -> Any:
+        """Chance of more than x."""
+        return special.chdtrc(dof, np.maximum(x, 0.0))
+
+    @staticmethod
+    def isf(p: Any, dof: Any) -> Any:
+        """What is exceeded with chance p."""
+        return special.chdtri(dof, p)
+
+    @staticmethod
+    def ppf(p: Any, dof: Any) -> Any:
+        """What is not exceeded with chance p."""
+        return 2 * special.gammaincinv(np.asarray(dof) / 2, p)
+
+    @staticmethod
+    def median(dof: Any) -> Any:
+        """What is exceeded as often as not."""
+        return chi2.ppf(0.5, dof)
+
+    @staticmethod
+    def logsf(x: Any, dof: Any) -> Array:
+        """Logarithm of `sf`, with all its digits also where that is nearly 1."""
+        with np.errstate(divide="ignore"):
+            upper, lower = np.log(special.chdtrc(dof, x)), np.log1p(-special.chdtr(dof, x))
+        return np.asarray(np.where(x > chi2.median(dof), upper, lower))
+
+
+class norm:
+    """The standard normal distribution."""
+
+    @staticmethod
+    def pdf(x: Any) -> Any:
+        """Density at x."""
+        return np.exp(-(np.asarray(x) ** 2) / 2.0) / math.sqrt(2 * math.pi)
+
+    @staticmethod
+    def cdf(x: Any) -> Any:
+        """Chance of at most x."""
+        return special.ndtr(x)
+
+    @staticmethod
+    def sf(x: Any) -> Any:
+        """Chance of more than x."""
+        return special.ndtr(np.negative(x))
+
+    @staticmethod
+    def ppf(p: Any) -> Any:
+        """What is not exceeded with chance p."""
+        return special.ndtri(p)
+
+    @staticmethod
+    def isf(p: Any) -> Any:
+        """What is exceeded with chance p."""
+        return -special.ndtri(p)
+
+
+class t:
+    """Student's distribution with dof degrees of freedom."""
+
+    @staticmethod
+    def sf(x: Any, dof: Any) -> Any:
+        """Chance of more than x."""
+        return special.stdtr(dof, np.negative(x))
+
+    @staticmethod
+    def ppf(p: Any, dof: Any) -> Any:
+        """What is not exceeded with chance p."""
+        return np.where(np.equal(p, 0.0), -np.inf, special.stdtrit(dof, p))[()]
+
+
+class f:
+    """Fisher's distribution with one and other degrees of freedom."""
+
+    @staticmethod
+    def sf(x: Any, one: Any, other: Any) -> Any:
+        """Chance of more than x."""
+        return special.fdtrc(one, other, np.maximum(x, 0.0))
