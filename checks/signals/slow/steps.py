@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from checks.arrays import Array
 
@@ -94,6 +93,8 @@ def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> Sign
     rise = (y[inside] - before) / height
     n = 2 * round(TOUCH_S / (t[1] - t[0])) + 1
     # The median keeps the edge where it is and forgets a touch of the hand that is over before the mass is down.
+    from scipy.ndimage import median_filter  # loads slowly: only when wanted
+
     passed = inside[max(1, int(np.argmax(median_filter(rise, n, mode="nearest") > 0.5)))]
     below = inside[(rise < 0.1) & (inside < passed)]
     above = inside[(rise > 0.9) & (inside >= passed)]

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.fft
-from scipy.ndimage import uniform_filter1d
 
 from checks.arrays import Array, Complex
 from checks.record import Record
@@ -169,6 +168,8 @@ def fit_poles(w: PoleWindow, start: Sequence[complex], order: int, rounds: int =
 
 def with_noise_of(w: PoleWindow, residual: Complex) -> PoleWindow:
     """The window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
+    from scipy.ndimage import uniform_filter1d  # loads slowly: only when wanted
+
     power = uniform_filter1d(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size), axis=0, mode="nearest")
     return replace(w, sd=np.sqrt(np.maximum(power, _FLOOR**2 * np.max(np.abs(w.Y) ** 2, axis=0))))
 
