@@ -66,7 +66,7 @@ def test_a_fault_of_the_program_is_not_a_silent_end():
 
 
 def test_a_reading_of_another_kind_is_none():
-    assert "no unit of this value" in look(Fake([4.99], unit="V"), "uF").error
+    assert "does not fit here; use uF" in look(Fake([4.99], unit="V"), "uF").error
 
 
 def test_a_taken_reading_is_stored_with_its_line(session: Session):
