@@ -181,7 +181,7 @@ def test_an_answer_to_another_question(answer):
         (b"MAIN:PRIM  51000.\nMAIN:SECO  .0145nF\n", Garbled, "expected MAIN:PRIM"),  # the point was lost
         (b"MAIN:PRIM  ------\nMAIN:SECO  .0145uF\n", OverRange, "over range"),
         (b"MAIN:PRIM  4,9900\nMAIN:SECO  .0145uF\n", Garbled, "decimal comma"),
-        (b"MAIN:PRIM  4.9\xb000\nMAIN:SECO  .0145uF\n", Garbled, "no text"),
+        (b"MAIN:PRIM  4.9\xb000\nMAIN:SECO  .0145uF\n", Garbled, "not text"),
         (b"MAIN:SECO  .0145uF\nMAIN:PRIM  4.9900\n", Garbled, "expected MAIN:PRIM"),
         (b"MAIN:PRIM  499.00\nMAIN:SECO  .0145uF\n", Implausible, "outside 0.01 to 100"),
         (b"MAIN:PRIM -4.9900\nMAIN:SECO  .0145uF\n", Implausible, "outside 0.01 to 100"),
