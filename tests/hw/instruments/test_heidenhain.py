@@ -71,7 +71,7 @@ def test_blank_lines_that_the_readout_adds():
         (b"+    0.0035 =A\r\n", Garbled, "15 characters"),
         (b"     0.0035   A\r\n", None, ""),
         (b"+  0 0.0035  =A\r\n", Garbled, "15 characters"),
-        (b"+    0.00\xb35  =A\r\n", Garbled, "no text"),
+        (b"+    0.00\xb35  =A\r\n", Garbled, "not text"),
         (b"+    0.0035  =A", NoReply, "only"),
         (b"", NoReply, "no value"),
         (b"\x15", NoReply, "only"),
