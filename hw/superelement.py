@@ -1,6 +1,7 @@
 """Superelements from files: .mat with K, M and int_xyz, or the Ansys export (K and M as CSV, nodes as text)."""
 
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ from checks.arrays import Array
 from checks.errors import ModelError
 from checks.model.structure.superelement import Nodes, Superelement
 from checks.model.structure.superelement_check import check_superelement
+from specs.files import read_bounded
 
 DEFAULT_NODES = Nodes()
+MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 MB
 
 
 def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
@@ -26,8 +29,8 @@ def _mat(path: Path) -> tuple[Array, Array, Array]:
     from scipy import io  # loads slowly: only when wanted
 
     try:
-        with path.open("rb") as stream:
-            content = io.loadmat(stream, variable_names=("K", "M", "int_xyz"))
+        raw = read_bounded(path, MAX_BYTES)
+        content = io.loadmat(BytesIO(raw), variable_names=("K", "M", "int_xyz"))
     except FileNotFoundError as e:
         raise ModelError(f"{path}: no such file") from e
     except (OSError, ValueError, NotImplementedError, TypeError) as e:
@@ -45,15 +48,23 @@ def _real(path: Path, values: object) -> Array:
     return np.array(array, dtype=float)
 
 
-def _ansys(path: Path) -> tuple[Array, Array, Array]:
+def files_of(path: Path) -> list[Path]:
+    """Every file that `read_superelement` reads for this one."""
+    if path.suffix.lower() == ".mat":
+        return [path]
     stem = path.stem.removesuffix("_K").removesuffix("_M")
-    K, M = (_table(path.with_name(f"{stem}_{which}{path.suffix}")) for which in "KM")
-    return K, M, _interface_nodes(path.with_name(f"{stem.removesuffix('_mat')}_out_nodes_3D.txt"))
+    tables = [path.with_name(f"{stem}_{which}{path.suffix}") for which in "KM"]
+    return [*tables, path.with_name(f"{stem.removesuffix('_mat')}_out_nodes_3D.txt")]
+
+
+def _ansys(path: Path) -> tuple[Array, Array, Array]:
+    K, M, nodes = files_of(path)
+    return _table(K), _table(M), _interface_nodes(nodes)
 
 
 def _table(path: Path) -> Array:
     try:
-        return np.loadtxt(path, delimiter=",", ndmin=2)
+        return np.loadtxt(BytesIO(read_bounded(path, MAX_BYTES)), delimiter=",", ndmin=2)
     except OSError as e:
         raise ModelError(f"{path}: cannot be read: {e}") from e
     except ValueError as e:
@@ -63,7 +74,7 @@ def _table(path: Path) -> Array:
 def _interface_nodes(path: Path) -> Array:
     """(p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by number."""
     try:
-        lines = iter(path.read_text(encoding="utf-8", errors="replace").splitlines())
+        lines = iter(read_bounded(path, MAX_BYTES).decode("utf-8", "replace").splitlines())
     except OSError as e:
         raise ModelError(f"{path}: cannot be read: {e.strerror}") from e
     places: dict[int, list[float]] = {}

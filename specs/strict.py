@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from specs.errors import AcceptError
+from specs.files import read_bounded
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -33,7 +34,7 @@ class Strict(BaseModel):
 def file_bytes(path: Path) -> bytes:
     """Raises SpecError."""
     try:
-        return path.read_bytes()
+        return read_bounded(path)
     except OSError as e:
         raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
 

@@ -1,24 +1,29 @@
-"""What is inside a certificate: do the attachments belong together, does the page say what they say."""
+"""What is inside a certificate: do the attachments belong together, and does judging them again give the same."""
 
 import hashlib
 import io
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
-from pypdf import PdfReader
 
 from accept.base import version
 from accept.base.atomic_files import write_atomic
 from accept.certificate import content as certificate_content
-from accept.certificate.content import RESERVED, CertificateContent, ContentError
-from accept.certificate.document import render
+from accept.certificate.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.errors import InvalidCertificate
 from accept.certificate.result_diff import differences
+from accept.certificate.step import Step
+from accept.models.evidence import ModelFolder, Models
+from accept.units.unit_folder import MODEL_FOLDER, UNIT_FILE, UnitError, UnitFolder, inside, parse
+from checks.acceptance import CHECKS
+from specs.files import read_bounded
 
+_LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
@@ -27,17 +32,27 @@ class Attachments:
     """What `verify` hands to the judge.
 
     result : the attached entry of results.json. spec_text : the attached spec. files : attached inputs by name.
-    missing : inputs that were too large to attach; with any, the unit cannot be judged again.
+    missing : inputs that were too large to attach; their sections cannot be judged again. models : model file that the
+    spec names -> its files.
     """
 
     result: Mapping[str, Any]
     spec_text: str
     files: Mapping[str, bytes]
     missing: tuple[str, ...] = ()
+    models: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
+
+    def opened_models(self, folder: Path) -> Models:
+        """Models of the spec, opened from where `unpack` wrote them."""
+        named = enumerate(sorted(self.models.items()))
+        return Models({name: ModelFolder(folder / MODEL_FOLDER / str(n), tuple(files)) for n, (name, files) in named})
 
     def unpack(self, folder: Path) -> Path:
         """Write the inputs as the unit folder they were. Raises Refused on a name that leads out of the folder."""
-        for name, content in self.files.items():
+        files = dict(self.files)
+        for nth, (_, model) in enumerate(sorted(self.models.items())):
+            files |= {f"{MODEL_FOLDER}/{nth}/{name}": content for name, content in model.items()}
+        for name, content in files.items():
             parts = PurePosixPath(name).parts
             if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
                 raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
@@ -72,39 +87,70 @@ def read(signed: bytes) -> CertificateContent:
     return contents
 
 
-def check_page(signed: bytes, contents: CertificateContent) -> str:
-    """Draw the page again from the attachments; says in words what came of it. Raises Refused where they differ."""
-    drawn = render(contents)
-    if signed.startswith(drawn):
-        return "the page was drawn again from the attached data: identical to the byte"
-    same_program = (
-        contents.code_sha256 == version.code_sha256() and dict(contents.drawn_with) == certificate_content.renderer()
-    )
-    if same_program:
-        raise InvalidCertificate("the page does not agree with the attached data")
-    _check_words(signed, contents)
-    return (
-        f"the page was drawn by another version (accept {contents.accept_version}, code {contents.code_sha256[:12]}); "
-        "its serial and verdict were found, its bytes were not compared"
-    )
+def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
+    """Judge again from the attached data. Raises InvalidCertificate where the results differ.
 
-
-def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> str:
-    """Judge again from the attached data; says in words what came of it. Raises Refused where the results differ."""
+    Where a record was too large to attach, the sections whose records are there are judged all the same; the step is
+    then not complete.
+    """
     missing = tuple(name for name in contents.inputs if name not in contents.files)
     if rejudge is None:
-        return "not judged again"
-    if missing:
-        return f"not judged again: {', '.join(missing)} too large to be attached (hash in manifest.json)"
-    again = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing))
-    found = differences(contents.result, again)
+        return Step("not judged again", complete=False)
+    models = {name: dict(model.files) for name, model in contents.models.items()}
+    again = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, models))
+    left_out = _checks_of(contents, missing)
+    found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
+    found = differences(contents.result, again) if found is None else found
     if found:
         more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
         raise InvalidCertificate(
             f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(contents)}"
         )
+    if missing:
+        what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
+        return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
     searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
-    return f"judged again from the attached data: the same result{searched}{_other(contents)}"
+    return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
+
+
+def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
+    """Checks that read one of these files."""
+    sections = _unit(contents).sections
+    reads = {name for name, section in sections.items() if not set(section.files).isdisjoint(missing)}
+    return {name for name, check in CHECKS.items() if check.reads in reads}
+
+
+def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
+    """What a result says without some checks. A finding without a result claims nothing and is not compared: it may be
+    without one because of what was left out."""
+    claimed = [f for f in result["findings"] if f["check"] not in left_out]
+    information = [i for i in result["information"] if i["check"] not in left_out]
+    silent = {f["quantity"] for f in claimed if f["verdict"] == "no_result"}
+    return {
+        "serial": result["serial"],
+        "kind": result["kind"],
+        "findings": {f["quantity"]: f for f in claimed if f["quantity"] not in silent},
+        "information": {i["quantity"]: i for i in information},
+    }
+
+
+def with_records(contents: CertificateContent, folder: Path) -> CertificateContent:
+    """The content with the records that were too large to attach taken from a folder, each held against its hash.
+
+    Raises InvalidCertificate for a file of another content, OSError.
+    """
+    more = {}
+    for name, digest in contents.inputs.items():
+        if name not in contents.files and (folder / name).exists():
+            more[name] = read_bounded(inside(folder, name), _LARGEST)
+            if hashlib.sha256(more[name]).hexdigest() != digest:
+                raise InvalidCertificate(f"{folder / name} is not the file that was judged")
+    return replace(contents, files={**contents.files, **more})
+
+
+def _unit(contents: CertificateContent) -> UnitFolder:
+    text = contents.files[UNIT_FILE]
+    return parse(Path(), text, tomllib.loads(text.decode("utf-8-sig")))
 
 
 def _other(contents: CertificateContent) -> str:
@@ -119,13 +165,27 @@ def _check_hashes(contents: CertificateContent) -> None:
     for name, content in contents.files.items():
         if hashlib.sha256(content).hexdigest() != contents.inputs.get(name):
             raise InvalidCertificate(f"the attached {name} is not the file that was judged")
-    attached = set(contents.attachments()) - set(RESERVED)
-    if not attached <= set(contents.inputs):
-        raise InvalidCertificate("a file is attached that was not judged")
+    models = {name: model.hashes for name, model in contents.models.items()}
+    if models != {name: dict(files) for name, files in contents.result.get("models", {}).items()}:
+        raise InvalidCertificate("the attached model files are not those that the unit was judged by")
+    _check_inputs(contents)
 
 
-def _check_words(signed: bytes, contents: CertificateContent) -> None:
-    text = PdfReader(io.BytesIO(signed)).pages[0].extract_text()
-    for word in (contents.serial, str(contents.result["verdict"]).upper()):
-        if word not in text:
-            raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")
+def _check_inputs(contents: CertificateContent) -> None:
+    """The inputs are those that unit.toml names, no more; what is not attached is truly too large for it."""
+    if UNIT_FILE not in contents.files:
+        raise InvalidCertificate(f"{UNIT_FILE} is not attached")
+    try:
+        unit = _unit(contents)
+    except (UnitError, ValueError) as e:
+        raise InvalidCertificate(f"the attached {UNIT_FILE} is none: {e}") from e
+    phantom = sorted(set(contents.inputs) - set(unit.files) - {UNIT_FILE})
+    if phantom:
+        raise InvalidCertificate(f"{phantom[0]} is said to have been judged, but {UNIT_FILE} names no such file")
+    if unit.serial != contents.serial:
+        raise InvalidCertificate(f"the attached {UNIT_FILE} is that of {unit.serial}, not of {contents.serial}")
+    left = SIZE_LIMIT - sum(len(content) for name, content in contents.files.items())
+    for name in contents.inputs:
+        size = contents.sizes.get(name)
+        if name not in contents.files and contents.format > BEFORE and (size is None or size <= left):
+            raise InvalidCertificate(f"{name} of {size} bytes is not attached, although there is room for it")

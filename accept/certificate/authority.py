@@ -1,13 +1,16 @@
 """The bench's own certificate authority: one self-signed root, one certificate for each role (EC P-256, SHA-256)."""
 
+import unicodedata
 from datetime import datetime, timedelta
 
 from cryptography import x509
+from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 ORGANISATION = "accept bench"
+_DEMO = "demonstration only"
 _ROOT_LIFE = timedelta(days=365 * 20)
 _ROLE_LIFE = timedelta(days=365 * 5)
 _CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little after the keys were made
@@ -18,10 +21,12 @@ def new_key() -> ec.EllipticCurvePrivateKey:
     return ec.generate_private_key(ec.SECP256R1())
 
 
-def root(key: ec.EllipticCurvePrivateKey, when: datetime) -> x509.Certificate:
-    """Self-signed root that may sign certificates of roles and nothing below them."""
+def root(key: ec.EllipticCurvePrivateKey, when: datetime, demo: bool = False) -> x509.Certificate:
+    """Self-signed root that may sign certificates of roles and nothing below them. demo: it says so in its name, and
+    no verification but that of demonstrations trusts it."""
     identifier = x509.SubjectKeyIdentifier.from_public_key(key.public_key())
-    name = _name(f"bench CA {identifier.digest.hex()[:8]}", "certificate authority")
+    kind = "DEMO" if demo else "bench"
+    name = _name(f"{kind} CA {identifier.digest.hex()[:8]}", _DEMO if demo else "certificate authority")
     builder = _builder(name, name, key.public_key(), when, _ROOT_LIFE)
     builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
     builder = builder.add_extension(_usage(key_cert_sign=True, crl_sign=True), critical=True)
@@ -44,6 +49,34 @@ def leaf(
     known = issuer.extensions.get_extension_for_class(x509.SubjectKeyIdentifier).value
     authority = x509.AuthorityKeyIdentifier.from_issuer_subject_key_identifier(known)
     return builder.add_extension(authority, critical=False).sign(issuer_key, hashes.SHA256())
+
+
+def is_demo(ca: x509.Certificate) -> bool:
+    """Whether an authority is that of a demonstration."""
+    return role_of(ca) == _DEMO
+
+
+def same_person(one: str, other: str) -> bool:
+    """Whether two names are the same but for case, spaces and how their letters are composed."""
+    return _folded(one) == _folded(other)
+
+
+def _folded(name: str) -> str:
+    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
+
+
+def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
+    """Whether an authority signed a certificate."""
+    try:
+        certificate.verify_directly_issued_by(ca)
+    except (ValueError, TypeError, InvalidSignature):
+        return False
+    return True
+
+
+def subject(person: str, role: str) -> x509.Name:
+    """How a certificate names a person in a role."""
+    return _name(person, role)
 
 
 def person_of(certificate: x509.Certificate) -> str:

@@ -8,6 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.content import CertificateContent
+from accept.certificate.provenance import statements
 from accept.gap.text import REFUSED, alternatives, gap_number, headline_of, parameters, values_of, without_a_name
 from accept.pdf import numbers, page_style
 from accept.pdf.limit_bar import limit_bar
@@ -23,7 +24,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
-        ("Spec", f"{contents.spec_name}, sha256 {contents.spec_sha256}"),
+        *statements(contents).items(),
         ("Operator", contents.operator or "not named"),
         ("Instruments", _listed(contents.instruments) or "none named by the spec"),
         ("Parts", _listed(parts)),

@@ -12,14 +12,17 @@ from typing import Any
 
 from accept.base import version
 from accept.judging.result import UnitResult
+from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduced
+from accept.units.unit_folder import MODEL_FOLDER, UNIT_FILE
 from checks.picture import Panel
 from specs.errors import AcceptError
+from specs.files import read_bounded
 from specs.spec import Spec
 
-FORMAT = 1
-UNIT_FILE = "unit.toml"
+FORMAT = 2
+BEFORE = 1  # says neither the sizes of its inputs, nor its attempt, nor the head of the store
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
@@ -49,7 +52,9 @@ class CertificateContent:
 
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
-    inputs : sha256 of every input, also of those too large to attach. instruments : check -> words of the spec.
+    inputs : sha256 of every input, also of those too large to attach; sizes : their bytes. models : model files that
+    the spec names, by that name. provenance : see `accept.certificate.provenance`.
+    instruments : check -> words of the spec.
     code_sha256, drawn_with : which program judged and drew; they say whether the page can be drawn again to the byte.
     """
 
@@ -62,6 +67,10 @@ class CertificateContent:
     panels: Mapping[str, Panel] = field(default_factory=dict)
     files: Mapping[str, bytes] = field(default_factory=dict)
     inputs: Mapping[str, str] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    models: Mapping[str, ModelFiles] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    format: int = FORMAT
     statement: str = STATEMENT
     accept_version: str = field(default_factory=version.version)
     code_sha256: str = field(default_factory=version.code_sha256)
@@ -88,7 +97,7 @@ class CertificateContent:
     def manifest(self) -> dict[str, Any]:
         """What is not in the other attachments, and the hash of every input."""
         return {
-            "format": FORMAT,
+            "format": self.format,
             "serial": self.serial,
             "record_sha256": self.record_sha256,
             "accept": {"version": self.accept_version, "code_sha256": self.code_sha256},
@@ -98,8 +107,11 @@ class CertificateContent:
             "instruments": dict(self.instruments),
             "statement": self.statement,
             "inputs": {
-                name: {"sha256": digest, "attached": name in self.files} for name, digest in self.inputs.items()
+                name: {"sha256": digest, "attached": name in self.files, "bytes": self.sizes.get(name)}
+                for name, digest in self.inputs.items()
             },
+            "models": {name: list(model.files) for name, model in sorted(self.models.items())},
+            "provenance": dict(self.provenance),
         }
 
     def attachments(self) -> dict[str, bytes]:
@@ -110,7 +122,12 @@ class CertificateContent:
             SPEC: self.spec_text.encode(),
             PANELS: _json(panels_to_json(self.pictures), None),
         }
-        return dict(sorted((own | dict(self.files)).items()))
+        models = {
+            f"{MODEL_FOLDER}/{nth}/{file}": content
+            for nth, (_, model) in enumerate(sorted(self.models.items()))
+            for file, content in model.files.items()
+        }
+        return dict(sorted((own | models | dict(self.files)).items()))
 
 
 def content_of(
@@ -120,11 +137,16 @@ def content_of(
     operator: str,
     size_limit: int = SIZE_LIMIT,
     held: Mapping[str, bytes] = _NOTHING,
+    provenance: Mapping[str, Any] | None = None,
 ) -> CertificateContent:
     """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
 
     held : files that were read already, by name. Raises ContentError when an input is gone or is not the one judged.
     """
+    files, sizes = _read(folder, result.inputs, size_limit, held)
+    models = evidence_of(result.models)
+    if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
+        raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
     return CertificateContent(
         result=result.to_json(),
         spec_name=spec.name,
@@ -133,8 +155,11 @@ def content_of(
         operator=operator,
         instruments={name: check.instrument for name, check in spec.checks.items() if check.instrument},
         panels=result.panels,
-        files=_read(folder, result.inputs, size_limit, held),
+        files=files,
         inputs=dict(sorted(result.inputs.items())),
+        sizes=dict(sorted(sizes.items())),
+        models=models,
+        provenance=dict(provenance or {}),
     )
 
 
@@ -145,8 +170,9 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
         raise ContentError(f"no {' and no '.join(missing)} is attached")
     try:
         manifest = json.loads(attachments[MANIFEST])
-        if manifest["format"] != FORMAT:
-            raise ContentError(f"{MANIFEST} has format {manifest['format']!r}, this program reads {FORMAT}")
+        if manifest["format"] not in (BEFORE, FORMAT):
+            raise ContentError(f"{MANIFEST} has format {manifest['format']!r}, this program reads up to {FORMAT}")
+        models = _models(manifest.get("models", {}), attachments)
         return CertificateContent(
             result=json.loads(attachments[RESULTS]),
             spec_name=manifest["spec"]["name"],
@@ -155,8 +181,16 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
             operator=manifest["operator"],
             instruments=manifest["instruments"],
             panels=panels_from_json(json.loads(attachments[PANELS])),
-            files={name: content for name, content in attachments.items() if name not in RESERVED},
+            files={
+                name: content
+                for name, content in attachments.items()
+                if name not in RESERVED and not (models and name.startswith(f"{MODEL_FOLDER}/"))
+            },
             inputs={name: entry["sha256"] for name, entry in manifest["inputs"].items()},
+            sizes={n: e["bytes"] for n, e in manifest["inputs"].items() if isinstance(e.get("bytes"), int)},
+            models=models,
+            provenance=dict(manifest.get("provenance", {})),
+            format=manifest["format"],
             statement=manifest["statement"],
             accept_version=manifest["accept"]["version"],
             code_sha256=manifest["accept"]["code_sha256"],
@@ -179,7 +213,17 @@ def _json(data: Any, indent: int | None) -> bytes:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
 
 
-def _read(folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]) -> dict[str, bytes]:
+def _models(named: Mapping[str, Any], attachments: Mapping[str, bytes]) -> dict[str, ModelFiles]:
+    return {
+        name: ModelFiles(name, {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files})
+        for nth, (name, files) in enumerate(sorted(named.items()))
+    }
+
+
+def _read(
+    folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
+) -> tuple[dict[str, bytes], dict[str, int]]:
+    """(attached files, size of every input)."""
     files: dict[str, bytes] = {}
     left = size_limit
     try:
@@ -187,14 +231,14 @@ def _read(folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mappin
         sizes = {name: len(held[name]) if name in held else (folder / name).stat().st_size for name in wanted}
         for name in sorted(sizes, key=lambda n: (n != UNIT_FILE, sizes[n], n)):
             if name == UNIT_FILE or sizes[name] <= left:
-                files[name] = held[name] if name in held else (folder / name).read_bytes()
+                files[name] = held[name] if name in held else read_bounded(folder / name, max(sizes[name], 1))
                 left -= len(files[name])
     except OSError as e:
         raise ContentError(f"{e.filename}: cannot be attached ({e.strerror})") from e
     changed = [name for name, content in files.items() if _sha256(content) != inputs[name]]
     if changed:
         raise ContentError(f"{folder / changed[0]}: changed since it was judged")
-    return files
+    return files, sizes
 
 
 def _sha256(content: bytes) -> str:

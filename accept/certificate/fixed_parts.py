@@ -73,7 +73,9 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    canvas.drawString(page_style.MARGIN, _TOP - 8, "ACCEPTANCE CERTIFICATE")
+    demo = contents.provenance.get("demo")
+    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else "ACCEPTANCE CERTIFICATE"
+    canvas.drawString(page_style.MARGIN, _TOP - 8, title)
     canvas.setFillColor(page_style.INK_COLOUR)
     canvas.setFont(BOLD, fitted(contents.serial, BOLD, 30, width))
     canvas.drawString(page_style.MARGIN, _TOP - 42, contents.serial)

@@ -13,6 +13,7 @@ from accept.cli.frf import compare, frf
 from accept.cli.gap import gap
 from accept.cli.hw import app as hw_app
 from accept.cli.hw import recall
+from accept.cli.keys import app as keys_app
 from accept.cli.misalign import app as lookup_app
 from accept.cli.misalign import misalign
 from accept.cli.model import app as model_app
@@ -27,7 +28,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 spec_app = typer.Typer(help="Acceptance specs: list, show, validate.", no_args_is_help=True)
-keys_app = typer.Typer(help="The bench's signing keys.", no_args_is_help=True)
 store_app = typer.Typer(help="The bench's event store.", no_args_is_help=True)
 app.add_typer(spec_app, name="spec")
 app.add_typer(keys_app, name="keys")
@@ -123,22 +123,28 @@ def report(
 def countersign(
     certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
     passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
+    records: Annotated[Path | None, typer.Option(help="Folder with the records that were too large to attach.")] = None,
 ) -> None:
     """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
     from accept.commands.trust import countersign as command
 
-    raise typer.Exit(command.run(certificate, passphrase_file))
+    raise typer.Exit(command.run(certificate, passphrase_file, records))
 
 
 @app.command()
 def verify(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
+    records: Annotated[Path | None, typer.Option(help="Folder with the records that were too large to attach.")] = None,
+    require: Annotated[str, typer.Option(help="Also require: accepted,countersigned.")] = "",
+    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
 ) -> None:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
     from accept.commands.trust import verify as command
 
-    raise typer.Exit(command.run(certificate, trust or []))
+    required = [word.strip() for word in require.split(",") if word.strip()]
+    raise typer.Exit(command.run(certificate, command.VerifyOptions(trust or [], records, required, spec, demo)))
 
 
 @spec_app.command("list")
@@ -171,26 +177,6 @@ def spec_checks() -> None:
     from accept.commands.units import spec as command
 
     raise typer.Exit(command.checks())
-
-
-@keys_app.command("init")
-def keys_init(
-    technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,
-    qa: Annotated[str | None, typer.Option(help="Name on the QA engineer's certificate.")] = None,
-    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase.")] = None,
-) -> None:
-    """Make the bench's CA and the keys of technician and QA."""
-    from accept.commands.trust import keys as command
-
-    raise typer.Exit(command.init(technician, qa, passphrase_file))
-
-
-@keys_app.command("list")
-def keys_list() -> None:
-    """The bench's CA and keys."""
-    from accept.commands.trust import keys as command
-
-    raise typer.Exit(command.show())
 
 
 @store_app.command("check")

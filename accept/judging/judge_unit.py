@@ -7,7 +7,7 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
-from accept.models.model_file import open_model
+from accept.models.evidence import Models
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -57,10 +57,13 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     return problems
 
 
-def judge_unit(given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | None = None) -> UnitResult:
+def judge_unit(
+    given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | None = None, models: Models | None = None
+) -> UnitResult:
     """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
+    models : opens the models that the spec names; None opens built-in ones and files by their paths.
     """
     held = loaded(given)
     unit = held.folder
@@ -68,6 +71,7 @@ def judge_unit(given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | N
         raise UnitError(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
         )
+    models = models or Models()
     findings: list[Finding] = []
     information: list[tuple[str, Quantity]] = []
     notes: list[str] = []
@@ -78,7 +82,7 @@ def judge_unit(given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | N
             findings += _absent(name, asked, notes)
             continue
         try:
-            outcome = _measure(held, CHECKS[name], asked)
+            outcome = _measure(held, CHECKS[name], asked, models)
         except (RecordError, NoResult) as e:
             findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
             continue
@@ -106,6 +110,7 @@ def judge_unit(given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | N
         spec_sha256=spec.sha256,
         panels=panels,
         calibration=stated,
+        models=models.hashes(spec),
     )
 
 
@@ -116,8 +121,8 @@ def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
     return []
 
 
-def _measure(held: LoadedUnit, check: Check, asked: CheckSpec) -> Outcome:
-    values = {**held.values(check.reads), **_model_of(check, asked)}
+def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:
+    values = {**held.values(check.reads), **_model_of(check, asked, models)}
     try:
         return check.measure(values, asked)
     except (NoResult, RecordError):
@@ -127,14 +132,14 @@ def _measure(held: LoadedUnit, check: Check, asked: CheckSpec) -> Outcome:
         raise NoResult(Cause.INTERNAL_ERROR, detail=f"{type(e).__name__}: {e}; {PLEASE_REPORT}") from e
 
 
-def _model_of(check: Check, asked: CheckSpec) -> dict[str, Model]:
+def _model_of(check: Check, asked: CheckSpec, models: Models) -> dict[str, Model]:
     """The model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
     if check.model is None:
         return {}
     default = next(s.default for s in check.settings if s.name == check.model)
     name = asked.settings.get(check.model, default)
     try:
-        return {"model": open_model(str(name))}
+        return {"model": models.open(str(name))}
     except (SpecError, ModelError, OSError) as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=str(name), detail=str(e)) from e
 

@@ -20,6 +20,7 @@ class UnitResult:
     inputs : file name (relative to the unit folder, `unit.toml` included) -> sha256.
     panels : pictures as data by name, for the certificate; not part of the JSON.
     calibration : a `calibration.Statement` where the unit was judged with a bench file; in the JSON only then.
+    models : model file that the spec names -> its files -> sha256; in the JSON only where there is one.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
     """
 
@@ -37,6 +38,7 @@ class UnitResult:
     panels: Mapping[str, Panel] = field(default_factory=dict)
     calibration: Mapping[str, Any] | None = None
     gap: Mapping[str, Any] | None = None
+    models: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
@@ -51,7 +53,7 @@ class UnitResult:
             "parts": dict(self.parts),
             "inputs": dict(sorted(self.inputs.items())),
         }
-        more = {"calibration": self.calibration, "gap": self.gap}
+        more = {"calibration": self.calibration, "gap": self.gap, "models": self.models or None}
         return entry | {key: dict(value) for key, value in more.items() if value is not None}
 
 

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
 from checks.gap.effects import effect_named, with_effects
 from checks.misalignment.estimate import with_payload
+from checks.model.build import build
 from checks.model.model import Model
-from hw.model_files import model_of
+from checks.model.structure.superelement import Superelement
+from hw.model_files import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import FitRecord, PopulationRecord
 
@@ -47,20 +49,21 @@ def opened(name: str | Path) -> Opened:
     however often it is asked for: for its hash, by checks, by the gap workflow, by the next unit."""
     spec = load_model(name)
     if spec.apa_file is not None:
-        return _built(spec)
+        return opened_of(spec)
     key = (spec.name, spec.sha256)
     if key not in _OPENED:
         while len(_OPENED) >= KEPT_MODELS:
             _OPENED.pop(next(iter(_OPENED)))
-        _OPENED[key] = _built(spec)
+        _OPENED[key] = opened_of(spec)
     return _OPENED[key]
 
 
-def _built(spec: ModelSpec) -> Opened:
+def opened_of(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> Opened:
+    """The model of a description. matrices: reads the superelement that it names, from elsewhere where need be."""
     effects = effects_of(spec)
     held = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
-    return Opened(spec, with_effects(model_of(spec), held), left_out)
+    return Opened(spec, with_effects(build(spec, matrices(spec)), held), left_out)
 
 
 def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:

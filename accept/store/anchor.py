@@ -8,6 +8,7 @@ from sqlalchemy import URL
 from accept.base.atomic_files import write_atomic
 from accept.store.chain import StoreHead
 from accept.store.errors import StoreError
+from specs.files import read_bounded
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Anchor:
     def read(self) -> StoreHead | None:
         """The head, None when there is no file. Raises ValueError when the file holds no head."""
         try:
-            return StoreHead.parse(self.path.read_text("utf-8", errors="replace"))
+            return StoreHead.parse(read_bounded(self.path).decode("utf-8", "replace"))
         except FileNotFoundError:
             return None
         except ValueError as e:

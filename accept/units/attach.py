@@ -8,12 +8,12 @@ from typing import Any
 import tomlkit
 
 from accept.base.atomic_files import write_atomic
-from accept.units.unit_folder import UNIT_FILE
+from accept.units.unit_folder import UNIT_FILE, is_reserved
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
+from specs.files import read_bounded
 
-RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.json")
 _MAX_BYTES = 2_000_000_000
 
 
@@ -25,10 +25,8 @@ def take_in(
     not what is declared, OSError."""
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
-    if source.stat().st_size > _MAX_BYTES:
-        raise RecordError(f"{source.name}: is larger than {_MAX_BYTES / 1e9:g} GB")
     _readable(source, declared, channels or {})
-    content = source.read_bytes()
+    content = read_bounded(source, _MAX_BYTES)
     digest = hashlib.sha256(content).hexdigest()
     name = _free_name(folder, source.name, digest)
     if not (folder / name).exists():
@@ -46,8 +44,8 @@ def _readable(source: Path, declared: Series | CsvTable, channels: Mapping[str, 
 def _free_name(folder: Path, name: str, digest: str) -> str:
     path, number = Path(name), 1
     tried = name
-    while tried in RESERVED or tried.startswith(".") or (folder / tried).exists():
-        if tried not in RESERVED and (folder / tried).is_file() and _sha256(folder / tried) == digest:
+    while is_reserved(tried) or tried.startswith(".") or (folder / tried).exists():
+        if not is_reserved(tried) and (folder / tried).is_file() and _sha256(folder / tried) == digest:
             return tried
         number += 1
         tried = f"{path.stem.lstrip('.') or 'record'}-{number}{path.suffix}"

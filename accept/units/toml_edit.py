@@ -12,6 +12,7 @@ from accept.base.atomic_files import write_atomic
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from checks.acceptance import CHECKS
+from specs.files import read_bounded
 
 
 def begin(folder: Path, serial: str, kind: str) -> None:
@@ -33,7 +34,7 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
     """
     path = folder / UNIT_FILE
     try:
-        document = tomlkit.parse(path.read_text(encoding="utf-8"))
+        document = tomlkit.parse(read_bounded(path).decode("utf-8"))
     except (OSError, UnicodeDecodeError, TOMLKitError) as e:
         raise UnitError(path, [f"cannot be read: {e}"]) from e
     table = document.setdefault(section, tomlkit.table())

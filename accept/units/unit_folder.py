@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import posixpath
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -18,12 +19,16 @@ from checks.acceptance import CHECKS
 from checks.declare import Check, CsvTable, Form, Input, Measured, Scalar, Series, Vector
 from checks.errors import RecordError
 from specs.errors import AcceptError
+from specs.files import read_bounded
 
 UNIT_FILE = "unit.toml"
 KINDS = ("apa", "strut")
 MAX_UNIT_TOML_BYTES = 1_000_000
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+# What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
+RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.json")
+MODEL_FOLDER = "spec-models"
 SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
 
 
@@ -114,9 +119,7 @@ def read(folder: Path) -> UnitFolder:
 
 def _read_text(path: Path) -> bytes:
     try:
-        if path.stat().st_size > MAX_UNIT_TOML_BYTES:
-            raise UnitError(path, [f"is larger than {MAX_UNIT_TOML_BYTES} bytes"])
-        return path.read_bytes()
+        return read_bounded(path, MAX_UNIT_TOML_BYTES)
     except OSError as e:
         raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
 
@@ -183,6 +186,9 @@ def _entry(section: str, declared: Input, value: Any, problems: list[str], unusa
             if not isinstance(value, str) or not value or "\0" in value:
                 problems.append(f"{where} = {value!r}: expected a file name")
                 return None
+            if is_reserved(value):
+                problems.append(f"{where} = {value!r}: a certificate keeps this name for itself; rename the record")
+                return None
             return FileEntry(value, declared)
 
 
@@ -236,8 +242,16 @@ def _vector(
     return array
 
 
+def is_reserved(name: str) -> bool:
+    """Whether a certificate keeps this file name for itself, in whatever case a file system takes for the same."""
+    folded = name.replace("\\", "/").casefold()
+    return posixpath.normpath(folded) in RESERVED or folded.split("/")[0] == MODEL_FOLDER
+
+
 def inside(folder: Path, name: str) -> Path:
     """Path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its unit."""
+    if "\\" in name or ":" in name:
+        raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
         raise RecordError(f"{name} lies outside the unit folder; copy the file into it")

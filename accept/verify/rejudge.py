@@ -10,23 +10,32 @@ from cryptography import x509
 from accept.certificate.attachments import Attachments
 from accept.certificate.errors import InvalidCertificate
 from accept.judging import judge_unit
+from accept.judging.consistency import contradictions
 from accept.simulate import demo, published_units
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from accept.verify.verification import Verification, verify
+from specs.files import read_bounded
 from specs.spec import parse
 from specs.strict import SpecError
 
+MAX_CERTIFICATE_BYTES = 200_000_000
+
 
 def rejudge(attached: Attachments) -> dict[str, Any]:
-    """The unit's entry of results.json, judged from the attached inputs by the attached spec. Raises Refused."""
+    """The unit's entry of results.json, judged from the attached inputs by the attached spec.
+
+    Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
+    """
     try:
         spec = parse(attached.spec_text.encode(), "the attached spec")
-        with tempfile.TemporaryDirectory(prefix="accept-verify-") as folder:
-            attached.unpack(Path(folder))
-            again = judge_unit.judge_unit(
-                unit_folder.read(Path(folder)), spec, attached.result.get("calibration")
-            ).to_json()
+        if wrong := contradictions(attached.result, spec):
+            raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
+        with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
+            folder = attached.unpack(Path(place))
+            models = attached.opened_models(folder)
+            unit = unit_folder.read(folder)
+            again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models).to_json()
             return again | searched_for(attached.result)
     except (UnitError, SpecError) as e:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
@@ -40,14 +49,19 @@ def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
     return {"gap": result["gap"]} if "gap" in result else {}
 
 
-def verify_file(path: Path, trust: Sequence[x509.Certificate]) -> Verification:
+def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
     """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
-    return verify(path.read_bytes(), trust, rejudge)
+    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo)
 
 
-def is_valid(path: Path, ca_pem: bytes) -> bool:
-    """Whether a certificate file verifies under a CA; plain data, so that another process can be asked."""
-    return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)]).valid
+def read_certificate(path: Path) -> bytes:
+    """Raises OSError."""
+    return read_bounded(path, MAX_CERTIFICATE_BYTES)
+
+
+def is_valid_demo(path: Path, ca_pem: bytes) -> bool:
+    """Whether a certificate of the demo verifies under its CA; plain data, so that another process can be asked."""
+    return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)], demo=True).valid
 
 
 def ready() -> None:

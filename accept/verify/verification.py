@@ -3,9 +3,11 @@
 import hashlib
 import io
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from enum import StrEnum
+from pathlib import Path
 from typing import Any, TypeVar
 
 from asn1crypto import x509 as asn1_x509
@@ -24,9 +26,15 @@ from pyhanko_certvalidator import ValidationContext
 
 from accept.certificate import attachments, authority
 from accept.certificate.attachments import Rejudge
+from accept.certificate.authority import same_person
+from accept.certificate.content import CertificateContent
 from accept.certificate.errors import InvalidCertificate, one_line
 from accept.certificate.keys import QA, ROLES, TECHNICIAN
+from accept.certificate.page_check import check_page
+from accept.certificate.provenance import statements
+from accept.certificate.revocation import Revoked
 from accept.certificate.signature_contents import byte_range, check_hole, read_hole
+from accept.certificate.spec_approval import check_spec
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
@@ -37,25 +45,45 @@ for _library in ("pyhanko", "pyhanko_certvalidator"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
 
+class Outcome(StrEnum):
+    """What verification comes to."""
+
+    VALID = "valid"  # signed, and judged again with the same result, and its page compared
+    SIGNED = "signed"  # the signatures hold, but something that bears on the verdict could not be looked at
+    NOT_VALID = "not valid"
+
+
 @dataclass(frozen=True)
 class Signed:
-    """One valid signature."""
+    """One valid signature. doubt: why its time alone does not carry it, None where it does."""
 
     role: str
     person: str
     when: datetime
+    doubt: str | None = None
 
 
 @dataclass(frozen=True)
 class Verification:
-    """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was looked at."""
+    """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was looked at.
 
-    valid: bool
+    spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
+    """
+
+    outcome: Outcome
     reason: str
     serial: str = ""
     verdict: str = ""
     signatures: tuple[Signed, ...] = ()
     details: tuple[str, ...] = ()
+    spec_sha256: str = ""
+    head: Mapping[str, Any] | None = None
+    demo: bool = False
+
+    @property
+    def valid(self) -> bool:
+        """Plainly valid: signed, and all of it looked at."""
+        return self.outcome is Outcome.VALID
 
     @property
     def countersigned(self) -> bool:
@@ -63,27 +91,77 @@ class Verification:
 
 
 def verify(
-    pdf: bytes, trust: Sequence[x509.Certificate], rejudge: Rejudge | None = None, now: datetime | None = None
+    pdf: bytes,
+    trust: Sequence[x509.Certificate],
+    rejudge: Rejudge | None = None,
+    now: datetime | None = None,
+    *,
+    demo: bool = False,
+    records: Path | None = None,
+    revoked: Sequence[Revoked] = (),
 ) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
 
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
-    now : time of verifying; a signature from the future does not hold. Never raises on any bytes.
+    now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
+    only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
+    revoked. Never raises on any bytes.
     """
     details: list[str] = []
     try:
-        signatures, signed = _signatures(pdf, trust, now or datetime.now(UTC))
+        roots = _roots(trust, demo)
+        signatures, signed = _signatures(pdf, roots, now or datetime.now(UTC), revoked)
+        _check_persons(signatures)
         details += [_words(s) for s in signatures]
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
         contents = _guarded("the attachments", attachments.read, signed)
-        details.append(_guarded("the page", attachments.check_page, signed, contents))
-        details.append(_guarded("judging again", attachments.check_result, contents, rejudge))
+        details += [one_line(f"{k.lower()}: {v}") for k, v in _guarded("the statements", statements, contents).items() if v]
+        if records is not None:
+            contents = _guarded("the records", attachments.with_records, contents, records)
+        steps = [
+            _guarded("the page", check_page, signed, contents),
+            _guarded("judging again", attachments.check_result, contents, rejudge),
+            _guarded("the spec", check_spec, contents, roots),
+        ]
+        details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
-        return Verification(False, str(e), details=tuple(details))
-    serial, verdict = contents.serial, str(contents.result["verdict"])
+        return Verification(Outcome.NOT_VALID, str(e), details=tuple(details), demo=demo)
+    lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
+    return Verification(
+        Outcome.SIGNED if lacking else Outcome.VALID,
+        one_line("; ".join([_summary(contents, signatures), *lacking])),
+        contents.serial,
+        str(contents.result["verdict"]),
+        signatures,
+        tuple(details),
+        contents.spec_sha256,
+        contents.provenance.get("head"),
+        demo,
+    )
+
+
+def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
-    reason = one_line(f"{serial} {verdict}; {'; '.join(_words(s) for s in signatures)}; {state}")
-    return Verification(True, reason, serial, verdict, signatures, tuple(details))
+    signed = "; ".join(_words(s) for s in signatures)
+    spec = f"spec {contents.spec_name} {contents.spec_sha256[:12]}"
+    return f"{contents.serial} {contents.result['verdict']}; {signed}; {state}; {spec}"
+
+
+def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:
+    """Of the authorities that are trusted those of the asked kind: a demonstration's passphrase is no secret."""
+    if not trust:
+        raise InvalidCertificate("no CA is trusted: give its certificate")
+    roots = [ca for ca in trust if authority.is_demo(ca) == demo]
+    if not roots:
+        kind = "no demo authority is trusted" if demo else "the authority is that of a demo: accept verify --demo"
+        raise InvalidCertificate(kind)
+    return roots
+
+
+def _check_persons(signatures: Sequence[Signed]) -> None:
+    """Four eyes are those of two persons."""
+    if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
+        raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
 
 
 def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
@@ -97,12 +175,12 @@ def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any)
         raise InvalidCertificate(f"{what} cannot be read: {type(e).__name__}: {e}") from e
 
 
-def _signatures(pdf: bytes, trust: Sequence[x509.Certificate], now: datetime) -> tuple[tuple[Signed, ...], bytes]:
+def _signatures(
+    pdf: bytes, trust: Sequence[x509.Certificate], now: datetime, revoked: Sequence[Revoked]
+) -> tuple[tuple[Signed, ...], bytes]:
     """The valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
         raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
-    if not trust:
-        raise InvalidCertificate("no CA is trusted: give its certificate")
     embedded = _guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
     places = [_guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
     if places[-1][2] != len(pdf):
@@ -112,7 +190,7 @@ def _signatures(pdf: bytes, trust: Sequence[x509.Certificate], now: datetime) ->
         _guarded("the signature", _certificate, pdf, s, p, trust) for s, p in zip(embedded, places, strict=True)
     ]
     found = [
-        _guarded(f"the signature of the {s.field_name}", _signature, s, c, trust, now, covers_all=p[2] == len(pdf))
+        _guarded(f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, covers_all=p[2] == len(pdf))
         for s, c, p in zip(embedded, certificates, places, strict=True)
     ]
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
@@ -161,6 +239,7 @@ def _signature(
     certificate: x509.Certificate,
     trust: Sequence[x509.Certificate],
     now: datetime,
+    revoked: Sequence[Revoked],
     covers_all: bool,
 ) -> Signed:
     role = str(embedded.field_name)
@@ -172,7 +251,21 @@ def _signature(
     _check_by_pyhanko(embedded, trust, when, covers_all)
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise InvalidCertificate("the technician's signature does not forbid later changes")
-    return Signed(role, authority.person_of(certificate), when)
+    return Signed(role, authority.person_of(certificate), when, _doubt(certificate, when, revoked))
+
+
+def _doubt(certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked]) -> str | None:
+    """Raises InvalidCertificate for a signature made after its key was revoked. One made before holds, unless somebody
+    else may have the key: he could have set the clock back."""
+    person = authority.person_of(certificate)
+    for entry in revoked:
+        if entry.serial_number != certificate.serial_number:
+            continue
+        if when >= entry.since:
+            raise InvalidCertificate(f"the key of {person} was revoked on {entry.since:%Y-%m-%d}, before it signed")
+        if entry.compromised:
+            return f"the key of {person} was compromised, and only its owner's clock says that it signed before"
+    return None
 
 
 def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: datetime) -> datetime:

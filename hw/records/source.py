@@ -13,6 +13,7 @@ from hw.records.textfile import open_csv
 from hw.records.uff58 import DELIMITER
 from hw.records.uffrecord import open_uff
 from hw.records.variable import Variable
+from specs.files import read_bounded
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
@@ -55,7 +56,7 @@ def load_bytes(path: Path, limits: ReadLimits) -> Source:
             raise RecordError(f"{path.name}: is {kind}, expected a record file")
         if found.st_size > limits.max_bytes:
             raise RecordError(f"{path.name}: has {found.st_size} bytes, at most {limits.max_bytes} are read")
-        raw = path.read_bytes()
+        raw = read_bounded(path, limits.max_bytes)
     except FileNotFoundError as e:
         place = "" if path.parent == Path() else f" in {path.parent}"
         raise RecordError(f"{path.name}: no such file{place}") from e

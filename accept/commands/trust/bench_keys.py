@@ -3,14 +3,18 @@
 import getpass
 import os
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.console import say
+from accept.base.operator_name import operator_name
 from accept.certificate import keys
+from accept.certificate.authority import same_person
 from accept.certificate.keys import TECHNICIAN, Credential, KeysError
+from specs.files import read_bounded
 
 DEMO = "demo"  # keys and events of the demo, apart from those of the bench: a demo must never sign as the bench
-_DEMO_PASSPHRASE = "demo"  # no secret: the demo's CA is trusted for documents marked as demonstrations only
+_DEMO_PASSPHRASE = "no secret"  # the demo's authority says so, and only `accept verify --demo` trusts it
 
 
 def terminal_prompt(words: str) -> str | None:
@@ -18,39 +22,75 @@ def terminal_prompt(words: str) -> str | None:
     return getpass.getpass(words) if sys.stdin.isatty() else None
 
 
-def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE) -> str:
+def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE, *, only: bool = False) -> str:
     """Passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
 
-    variable : asked before `ACCEPT_PASSPHRASE`.
+    variable : asked before `ACCEPT_PASSPHRASE`; only : and instead of it, where another's would be wrong.
     """
     if file is not None:
         try:
-            return file.read_text(encoding="utf-8").rstrip("\r\n")
+            return read_bounded(file).decode("utf-8").rstrip("\r\n")
         except OSError as e:
             raise KeysError(f"{file}: no passphrase can be read from it ({e.strerror})") from e
         except UnicodeDecodeError as e:
             raise KeysError(f"{file}: no passphrase can be read from it (it is not UTF-8)") from e
     given = os.environ.get(variable)
+    if only:
+        typed = given or terminal_prompt(words)
+        if not typed:
+            raise KeysError(f"no passphrase: set {variable}, or run in a terminal")
+        return typed
     return keys.passphrase(given, prompt=(lambda: terminal_prompt(words) or "") if sys.stdin.isatty() else None)
 
 
-def bench_credential(home: Path, operator: str) -> Credential | None:
+def bench_credential(home: Path, operator: str | None) -> Credential | None:
     """The technician's key of the bench, made when there is none. None, and a word why, when no passphrase is given:
-    the units are judged all the same."""
+    the units are judged all the same. operator: who is said to judge; None is whoever has the key.
+
+    Raises KeysError, also where another than the operator would sign: the signer is the operator on the record.
+    """
     try:
         phrase = passphrase_of(None, f"passphrase of the technician's key in {home}: ")
     except KeysError as e:
         say(f"no certificates are written: {e}")
         return None
     if not keys.exist(home):
-        keys.init(home, phrase, operator, "quality assurance")
-        say(f"made the bench's keys in {keys.folder(home)}; `accept keys list` shows them")
-    return keys.unlock(home, TECHNICIAN, phrase)
+        _make(home, phrase, operator_name(operator))
+    credential = keys.unlock(home, TECHNICIAN, phrase, _known(home, operator))
+    if operator is not None and not same_person(operator, credential.person):
+        raise KeysError(
+            f"operator '{operator}' has no key here, {credential.person} has: who signs is the operator on the record; "
+            f"leave --operator out, or `accept keys request` a key for {operator}"
+        )
+    for words in (credential.warning(datetime.now(UTC)), *_exposed(home)):
+        if words:
+            say(f"warning: {words}")
+    return credential
+
+
+def _known(home: Path, operator: str | None) -> str | None:
+    """Whom to choose where several technicians have a key: the operator named, else the login name where it is one."""
+    there = [k.person for k in keys.listing(home) if k.role == TECHNICIAN]
+    wanted = operator or operator_name(None)
+    return wanted if len(there) > 1 and any(same_person(wanted, one) for one in there) else None
+
+
+def _make(home: Path, phrase: str, technician: str) -> None:
+    place = keys.init(home, phrase, technician)
+    say(f"made the bench's authority and the key of {technician} (technician) in {place}")
+    say(
+        f"the authority's passphrase is in {place / keys.AUTHORITY_PASSPHRASE}: move that file and {place / 'ca.key.pem'} "
+        "off the bench. Quality assurance has no key yet: `accept keys request --role qa --name NAME`"
+    )
+
+
+def _exposed(home: Path) -> list[str]:
+    return [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home)]
 
 
 def demo_credential(home: Path) -> Credential:
     """The technician's key of the demo, made when there is none."""
     place = home / DEMO
     if not keys.exist(place):
-        keys.init(place, _DEMO_PASSPHRASE, "Demo technician", "Demo quality assurance")
+        keys.init(place, _DEMO_PASSPHRASE, "Demo technician", authority_passphrase=_DEMO_PASSPHRASE, demo=True)
     return keys.unlock(place, TECHNICIAN, _DEMO_PASSPHRASE)

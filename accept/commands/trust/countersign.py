@@ -10,20 +10,24 @@ from accept.certificate.certify import sign_into
 from accept.certificate.keys import QA
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
-from accept.commands.trust.verify import verify_here
+from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
+from accept.verify.rejudge import read_certificate
+from accept.verify.verification import Outcome
 
 
 @clear_errors
-def run(path: Path, passphrase_file: Path | None) -> Exit:
-    """Verify, then sign as QA and replace the file; what does not verify is not signed."""
-    content = path.read_bytes()
-    before = verify_here(content, [])
+def run(path: Path, passphrase_file: Path | None, records: Path | None = None) -> Exit:
+    """Verify, then sign as QA and replace the file; what is not valid and judged again is not signed."""
+    content = read_certificate(path)
+    before = verify_here(content, VerifyOptions(records=records))
+    for line in before.details:
+        say(f"  {line}")
     if not before.valid:
         say(f"not countersigned: {before.reason}")
-        return Exit.REJECTED
+        return Exit.INCOMPLETE if before.outcome is Outcome.SIGNED else Exit.REJECTED
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
     with open_store() as store:
         sign_into(path, content, credential, store, before.serial, credential.person)
-    say(f"{before.serial}: countersigned by {credential.person}")
+    say(f"{before.serial} {before.verdict}: countersigned by {credential.person}")
     return Exit.ACCEPTED

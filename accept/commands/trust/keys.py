@@ -1,34 +1,125 @@
 """`accept keys`."""
 
 import os
+from datetime import UTC, date, datetime
 from pathlib import Path
 
+from cryptography.hazmat.primitives.serialization import Encoding
 from rich.table import Table
 
-from accept.base.console import clear_errors, operator_name, stdout
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import keys
+from accept.certificate import key_changes, keys
+from accept.certificate.keys import QA
 from accept.commands.trust.bench_keys import passphrase_of, terminal_prompt
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
+CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
+NEW_PASSPHRASE = "ACCEPT_NEW_PASSPHRASE"
 
 
 @clear_errors
 def init(technician: str | None, qa: str | None, passphrase_file: Path | None) -> Exit:
-    """Make the CA and both keys. The QA key has a passphrase of its own when one is given."""
+    """Make the authority and the technician's key; a QA key too where a person is named for it."""
     phrase = passphrase_of(passphrase_file, "passphrase of the technician's key: ")
-    own = os.environ.get(QA_PASSPHRASE) or terminal_prompt("passphrase of the QA key (empty: the same): ")
-    place = keys.init(home(), phrase, operator_name(technician), qa or "quality assurance", own or None)
+    own = os.environ.get(CA_PASSPHRASE) or terminal_prompt("passphrase of the authority (empty: one is made): ")
+    theirs = None
+    if qa is not None:
+        theirs = passphrase_of(None, f"passphrase of the QA key of {qa}: ", QA_PASSPHRASE, only=True)
+    place = keys.init(home(), phrase, operator_name(technician), qa, theirs, authority_passphrase=own or None)
     stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to whoever verifies certificates")
+    if not own:
+        say(f"the authority's passphrase is in {place / keys.AUTHORITY_PASSPHRASE}; move it and ca.key.pem off the bench")
     return Exit.ACCEPTED
 
 
 @clear_errors
 def show() -> Exit:
-    """Print authority and keys of the bench."""
-    table = Table("key", "person", "valid from", "valid to", "sha256 of the certificate")
+    """Print authority and persons' keys, and warn of what runs out or lies open."""
+    table = Table("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate")
+    now = datetime.now(UTC)
     for key in keys.listing(home()):
-        table.add_row(key.role, key.person, f"{key.valid_from:%Y-%m-%d}", f"{key.valid_to:%Y-%m-%d}", key.sha256)
+        gone = f"{key.revoked:%Y-%m-%d}" if key.revoked else ""
+        table.add_row(key.role, key.person, f"{key.valid_from:%Y-%m-%d}", f"{key.valid_to:%Y-%m-%d}", gone, key.sha256)
+        if key.valid_to - now < keys.WARN_BEFORE:
+            say(f"warning: the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}")
     stdout.print(table)
+    for path in keys.exposed(home()):
+        say(f"warning: {path} can be read by others than its owner: chmod 600")
     return Exit.ACCEPTED
+
+
+@clear_errors
+def request(role: str, name: str, out: Path | None, passphrase_file: Path | None) -> Exit:
+    """Make a person's key here and the request that the authority answers."""
+    variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
+    phrase = passphrase_of(passphrase_file, f"passphrase of the key of {name}: ", variable, only=role == QA)
+    made, text = key_changes.request(home(), role, name, phrase)
+    target = out or made.with_name(made.name.replace(".key.pem", ".request.pem"))
+    if out is not None:
+        write_atomic(out, text)
+    stdout.print(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def issue(file: Path, out: Path | None, office: Path | None, passphrase_file: Path | None) -> Exit:
+    """Answer a request with the authority's key; put the certificate beside the key where that is here."""
+    certificate = key_changes.issue_request(_office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file))
+    who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
+    if out is not None:
+        write_atomic(out, certificate.public_bytes(Encoding.PEM))
+        stdout.print(f"certificate of {who} in {out}; on the bench: accept keys install {out}")
+    else:
+        stdout.print(f"certificate of {who} in {key_changes.install(home(), certificate)}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def install(file: Path) -> Exit:
+    """Put an issued certificate beside its key."""
+    stdout.print(f"certificate in {key_changes.install(home(), keys.certificate_of(file))}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def revoke(who: str, reason: str, since: date | None, office: Path | None, passphrase_file: Path | None) -> Exit:
+    """Revoke a person's certificates from a day on."""
+    now = datetime.now(UTC).replace(microsecond=0)
+    moment = datetime(since.year, since.month, since.day, tzinfo=UTC) if since else now
+    whose = key_changes.revoke(home(), _office(office), who, reason, _ca_passphrase(passphrase_file), moment)
+    stdout.print(f"revoked from {moment:%Y-%m-%d %H:%M} UTC ({reason}): {', '.join(whose)}")
+    say(f"give {keys.folder(home()) / 'ca.crl.pem'} to whoever verifies certificates; it belongs beside ca.pem")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def renew(who: str, office: Path | None, passphrase_file: Path | None) -> Exit:
+    """A new certificate for a person's key."""
+    new = key_changes.renew(home(), _office(office), who, _ca_passphrase(passphrase_file))
+    stdout.print(f"{new.subject.rfc4514_string()}: valid to {new.not_valid_after_utc:%Y-%m-%d}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def passphrase(who: str, office: Path | None, passphrase_file: Path | None, new_file: Path | None) -> Exit:
+    """Another passphrase for a key."""
+    variable = CA_PASSPHRASE if who == "authority" else QA_PASSPHRASE if who == QA else keys.PASSPHRASE
+    old = passphrase_of(passphrase_file, f"present passphrase of {who}: ", variable)
+    new = passphrase_of(new_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True)
+    stdout.print(f"{key_changes.change_passphrase(home(), _office(office), who, old, new)} has a new passphrase")
+    return Exit.ACCEPTED
+
+
+def _office(given: Path | None) -> Path:
+    return given or keys.folder(home())
+
+
+def _ca_passphrase(file: Path | None) -> str:
+    """The authority's, from its own file where that still lies at the bench."""
+    left = keys.folder(home()) / keys.AUTHORITY_PASSPHRASE
+    if file is None and not os.environ.get(CA_PASSPHRASE) and left.is_file():
+        file = left
+    return passphrase_of(file, "passphrase of the authority: ", CA_PASSPHRASE, only=True)

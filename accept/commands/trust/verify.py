@@ -1,39 +1,80 @@
 """`accept verify`."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-
-from cryptography import x509
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate import keys
-from accept.certificate.attachments import Rejudge
+from accept.certificate.revocation import beside, revoked_in
 from accept.commands.trust.bench_keys import DEMO
-from accept.verify.rejudge import rejudge, rejudge_demo
-from accept.verify.verification import Verification, verify
+from accept.verify.rejudge import read_certificate, rejudge, rejudge_demo
+from accept.verify.verification import Outcome, Verification, verify
+from specs.spec import load
+from specs.errors import AcceptError
+
+REQUIREMENTS = ("accepted", "countersigned")
+_EXIT = {Outcome.VALID: Exit.ACCEPTED, Outcome.SIGNED: Exit.INCOMPLETE, Outcome.NOT_VALID: Exit.REJECTED}
+
+
+class RequirementError(AcceptError, ValueError):
+    """A requirement that cannot be asked for; the text names those that can."""
+
+
+@dataclass(frozen=True)
+class VerifyOptions:
+    """trust: CA certificates instead of this bench's. records: folder with what was too large to attach. require: what
+    must be true beside validity. spec: the spec that it must have been judged by. demo: of a demonstration."""
+
+    trust: Sequence[Path] = ()
+    records: Path | None = None
+    require: Sequence[str] = field(default=())
+    spec: str | None = None
+    demo: bool = False
 
 
 @clear_errors
-def run(path: Path, trust: list[Path]) -> Exit:
+def run(path: Path, options: VerifyOptions) -> Exit:
     """One line on stdout, valid or not and why; what was looked at on stderr."""
-    report = verify_here(path.read_bytes(), trust)
+    unknown = [word for word in options.require if word not in REQUIREMENTS]
+    if unknown:
+        raise RequirementError(f"--require {unknown[0]}: expected one or more of {', '.join(REQUIREMENTS)}")
+    wanted_spec = load(options.spec).sha256 if options.spec else None
+    report = verify_here(read_certificate(path), options)
     for line in report.details:
         say(f"  {line}")
-    stdout.print(f"{'valid' if report.valid else 'NOT VALID'}: {report.reason}", soft_wrap=True)
-    return Exit.ACCEPTED if report.valid else Exit.REJECTED
+    missing = _unfulfilled(report, options.require, wanted_spec)
+    words = {Outcome.VALID: "valid", Outcome.SIGNED: "SIGNED, NOT FULLY VERIFIED", Outcome.NOT_VALID: "NOT VALID"}
+    head = "DEMO, no acceptance of a real unit: " if options.demo else ""
+    tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
+    stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
+    return Exit.REJECTED if missing else _EXIT[report.outcome]
 
 
-def verify_here(pdf: bytes, trust: list[Path]) -> Verification:
-    """Verification against the CAs named, else against this bench's own, else against that of the demo."""
-    if trust:
-        return verify(pdf, [keys.certificate_of(path) for path in trust], rejudge)
-    known: list[tuple[x509.Certificate, Rejudge]] = []
-    if keys.exist(home()):
-        known.append((keys.ca(home()), rejudge))
-    if keys.exist(home() / DEMO):
-        known.append((keys.ca(home() / DEMO), rejudge_demo))
-    if not known:
-        return Verification(False, f"no trusted CA: no keys found in {home()}; name a CA certificate with --trust")
-    reports = [verify(pdf, [ca], judge) for ca, judge in known]
-    return next((r for r in reports if r.valid), reports[0])
+def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
+    """What was required of a certificate and is not so."""
+    if report.outcome is Outcome.NOT_VALID:
+        return []
+    missing = []
+    if "accepted" in require and report.verdict != "accepted":
+        missing.append(f"the unit is {report.verdict}, not accepted")
+    if "countersigned" in require and not report.countersigned:
+        missing.append("it is not countersigned")
+    if spec_sha256 is not None and report.spec_sha256 != spec_sha256:
+        missing.append(f"it was judged by spec {report.spec_sha256[:12]}, not {spec_sha256[:12]}")
+    return missing
+
+
+def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
+    """Verification against the CAs named, else against this bench's own; the demo's only where it is asked for."""
+    place = home() / DEMO if options.demo else home()
+    if not options.trust and not keys.exist(place):
+        words = f"no trusted CA: no keys found in {place}; name a CA certificate with --trust"
+        return Verification(Outcome.NOT_VALID, words)
+    paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
+    trust = [keys.certificate_of(path) for path in paths]
+    revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
+    judge = rejudge_demo if options.demo else rejudge
+    return verify(pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked)

@@ -20,7 +20,7 @@ from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut
 from accept.simulate.unit import TRUTH_FILE
 from accept.store import open_store
-from accept.verify.rejudge import is_valid, ready
+from accept.verify.rejudge import is_valid_demo, ready
 
 
 @clear_errors
@@ -41,8 +41,8 @@ def run(out: Path, operator: str | None) -> Exit:
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
             report = judge_batch.run(order, store, say)
         files = {u["serial"]: out / u["certificate"] for u in report.units}
-        pending = [elsewhere.submit(is_valid, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
-        valid = [is_valid(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
+        pending = [elsewhere.submit(is_valid_demo, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
+        valid = [is_valid_demo(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
         valid += [answer.result() for answer in pending]
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))

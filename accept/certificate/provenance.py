@@ -1,0 +1,57 @@
+"""What a certificate states beside its result: which attempt it is, what it replaces, where the bench's store stood,
+who approved the spec, what calibration stands behind it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from accept.certificate.content import CertificateContent
+
+NOT_STATED = "not stated"
+
+
+def statements(contents: CertificateContent) -> dict[str, str]:
+    """Name -> sentence, in the order in which page and `accept verify` show them."""
+    return {
+        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
+        "Models": _models(contents),
+        "Attempt": _attempt(contents.provenance),
+        "Calibration": _calibration(contents.result.get("calibration")),
+        "Store": _head(contents.provenance.get("head")),
+    }
+
+
+def _approved(approval: Mapping[str, Any] | None) -> str:
+    if approval is None:
+        return ""
+    if approval.get("builtin"):
+        return "; comes with the program"
+    if approval.get("person"):
+        return f"; approved by {approval['person']} on {str(approval.get('time', ''))[:10]}"
+    return f"; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
+
+
+def _models(contents: CertificateContent) -> str:
+    named = [f"{n} ({f} {digest[:12]})" for n, m in sorted(contents.models.items()) for f, digest in m.hashes.items()]
+    return "; ".join(named)
+
+
+def _attempt(provenance: Mapping[str, Any]) -> str:
+    number, before = provenance.get("attempt"), provenance.get("replaces")
+    if number is None:
+        return NOT_STATED
+    if before is None:
+        return str(number)
+    certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
+    return f"{number}, replaces '{before['verdict']}' of {str(before['time'])[:19].replace('T', ' ')} UTC{certificate}"
+
+
+def _calibration(given: Mapping[str, Any] | None) -> str:
+    if given is None:
+        return NOT_STATED
+    wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
+    state = f"{len(wrong)} not valid" if wrong else "all valid"
+    return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
+
+
+def _head(head: Mapping[str, Any] | None) -> str:
+    return NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}"

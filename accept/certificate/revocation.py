@@ -1,0 +1,82 @@
+"""Keys that must no longer sign: the authority's signed list (CRL, RFC 5280), honoured by date."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.base.atomic_files import write_atomic
+from specs.errors import AcceptError
+from specs.files import read_bounded
+
+FILE = "ca.crl.pem"
+REASONS = {
+    "left": x509.ReasonFlags.affiliation_changed,
+    "lost": x509.ReasonFlags.cessation_of_operation,
+    "compromised": x509.ReasonFlags.key_compromise,
+}
+_LIFE = timedelta(days=365 * 20)  # the list is valid until the next one; nobody fetches it from a network
+
+
+class RevocationError(AcceptError, ValueError):
+    """A list of revoked keys that cannot be used; the text names the file and what is wrong."""
+
+
+@dataclass(frozen=True)
+class Revoked:
+    """A revoked certificate: its number, since when, and whether somebody else may hold its key."""
+
+    serial_number: int
+    since: datetime
+    compromised: bool
+
+
+def revoked_in(path: Path, ca: x509.Certificate) -> list[Revoked]:
+    """Entries of an authority's list, none where there is no file. Raises RevocationError for a list that is damaged or
+    is not signed by this authority."""
+    try:
+        content = read_bounded(path)
+    except FileNotFoundError:
+        return []
+    except OSError as e:
+        raise RevocationError(f"{path}: cannot be read ({e.strerror})") from e
+    try:
+        listed = x509.load_pem_x509_crl(content)
+        key = ca.public_key()
+        signed = isinstance(key, ec.EllipticCurvePublicKey) and listed.is_signature_valid(key)
+    except ValueError as e:
+        raise RevocationError(f"{path}: is no list of revoked keys ({e})") from e
+    if not signed:
+        raise RevocationError(f"{path}: is not signed by the authority {ca.subject.rfc4514_string()}")
+    return [_entry(one) for one in listed]
+
+
+def beside(ca_path: Path) -> Path:
+    """Where an authority's list is looked for: `ca.crl.pem` for `ca.pem`."""
+    return ca_path.with_suffix(".crl.pem")
+
+
+def write(path: Path, ca: x509.Certificate, key: ec.EllipticCurvePrivateKey, entries: Sequence[Revoked]) -> None:
+    """Write a list with these entries. Raises OSError."""
+    now = datetime.now(UTC).replace(microsecond=0)
+    builder = x509.CertificateRevocationListBuilder().issuer_name(ca.subject)
+    builder = builder.last_update(now).next_update(now + _LIFE)
+    for entry in entries:
+        reason = REASONS["compromised" if entry.compromised else "left"]
+        one = x509.RevokedCertificateBuilder().serial_number(entry.serial_number).revocation_date(entry.since)
+        builder = builder.add_revoked_certificate(one.add_extension(x509.CRLReason(reason), critical=False).build())
+    builder = builder.add_extension(x509.CRLNumber(len(entries)), critical=False)
+    write_atomic(path, builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM))
+
+
+def _entry(one: x509.RevokedCertificate) -> Revoked:
+    try:
+        reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
+    except x509.ExtensionNotFound:
+        reason = x509.ReasonFlags.unspecified
+    return Revoked(one.serial_number, one.revocation_date_utc, reason is x509.ReasonFlags.key_compromise)

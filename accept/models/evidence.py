@@ -1,0 +1,121 @@
+"""The model files behind a verdict: read once, hashed, attached to the certificate and opened again from there."""
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from accept.models.model_file import Opened, opened_of
+from checks.acceptance import CHECKS
+from checks.errors import ModelError
+from checks.model.build import file_nodes
+from checks.model.model import Model
+from checks.model.structure.superelement import Superelement
+from hw.superelement import MAX_BYTES, files_of, read_superelement
+from specs.spec import Spec
+from specs.strict import SpecError
+from specs.files import read_bounded
+from specs.model import ModelSpec, builtin_models, load_model, parse_model
+
+
+@dataclass(frozen=True, eq=False)
+class ModelFiles:
+    """A model that is a file: its TOML first, then the files of matrices that it names, by file name."""
+
+    name: str
+    files: Mapping[str, bytes]
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        return {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
+
+
+@dataclass
+class Models:
+    """Opens the models that a spec names, each once, and keeps the files of those that are no built-in.
+
+    given : model files by the name that the spec uses, where they come from a certificate; then no other is opened.
+    """
+
+    given: Mapping[str, "ModelFolder"] | None = None
+    _opened: dict[str, Opened] = field(default_factory=dict, init=False, repr=False)
+
+    def hashes(self, spec: Spec) -> dict[str, dict[str, str]]:
+        """Name -> file name -> sha256 of every model file that a spec names."""
+        if self.given is None:
+            return hashes(evidence_of(named_models(spec)))
+        return {name: folder.hashes for name, folder in sorted(self.given.items())}
+
+    def open(self, name: str) -> Model:
+        """Raises SpecError, ModelError, OSError."""
+        if name not in self._opened:
+            self._opened[name] = self._open(name)
+        return self._opened[name].model
+
+    def _open(self, name: str) -> Opened:
+        if name in builtin_models() or self.given is None:
+            return opened_of(load_model(name))
+        if name not in self.given:
+            raise SpecError(name, ["is a model file of the spec, but is not attached"])
+        return self.given[name].open()
+
+
+@dataclass(frozen=True)
+class ModelFolder:
+    """Files of one model, unpacked from a certificate into a folder of their own. names: the TOML first."""
+
+    folder: Path
+    names: tuple[str, ...]
+
+    @property
+    def hashes(self) -> dict[str, str]:
+        return {n: hashlib.sha256(read_bounded(self.folder / n, MAX_BYTES)).hexdigest() for n in self.names}
+
+    def open(self) -> Opened:
+        """Raises SpecError, ModelError, OSError."""
+        path = self.folder / self.names[0]
+        spec = parse_model(read_bounded(path), path.name, self.folder)
+        return opened_of(spec, self._matrices)
+
+    def _matrices(self, spec: ModelSpec) -> Superelement | None:
+        """Matrices lie beside the TOML here, wherever it says that they are."""
+        if spec.apa_file is None:
+            return None
+        return read_superelement(self.folder / spec.apa_file.name, file_nodes(spec))
+
+
+def named_models(spec: Spec) -> list[str]:
+    """Models that a spec asks for, built-in names and files: its checks' and the one that responses are explained by."""
+    names = []
+    for check, asked in spec.checks.items():
+        declared = CHECKS[check]
+        if declared.model is not None:
+            default = next(s.default for s in declared.settings if s.name == declared.model)
+            names.append(str(asked.settings.get(declared.model, default)))
+    if spec.gap is not None:
+        names.append(spec.gap.model)
+    return list(dict.fromkeys(names))
+
+
+def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
+    """Name -> files of every model among these that is no built-in one. A model that cannot be read has no files: the
+    check that asks for it gives no result."""
+    found = {}
+    for name in names:
+        if name not in builtin_models():
+            found[name] = ModelFiles(name, _read(name))
+    return found
+
+
+def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
+    """Name -> file name -> sha256: what a result keeps of its models."""
+    return {name: files.hashes for name, files in sorted(evidence.items())}
+
+
+def _read(name: str) -> dict[str, bytes]:
+    try:
+        spec = load_model(name)
+        paths = [] if spec.apa_file is None else files_of(spec.apa_file)
+        return {Path(name).name: spec.text.encode()} | {p.name: read_bounded(p, MAX_BYTES) for p in paths}
+    except (SpecError, ModelError, OSError):
+        return {}

@@ -1,0 +1,29 @@
+"""Reading files that somebody else wrote: regular files only, and never more bytes than were asked for."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
+
+
+def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
+    """All bytes of a regular file of at most `limit` bytes.
+
+    A pipe would wait for ever and a device never ends: neither is read. Raises OSError, whose `strerror` says why.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "is a folder, expected a file", str(path))
+        if not stat.S_ISREG(mode):
+            raise OSError(errno.EINVAL, "is a pipe or a device, expected a regular file", str(path))
+        with os.fdopen(handle, "rb", closefd=False) as file:
+            content = file.read(limit + 1)
+    finally:
+        os.close(handle)
+    if len(content) > limit:
+        raise OSError(errno.EFBIG, f"is larger than {limit} bytes", str(path))
+    return content
