@@ -97,14 +97,14 @@ def judge(folders: list[Path], out: Path, credential: keys.Credential | None) ->
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
-        keys.init(place / "home", "bench", "bench", "bench")
+        keys.init(place / "home", "correct horse", "bench")
         folders = copies(place / "units")
         typed = [make_unit(place / "typed" / f"T-{n:02d}", f"T-{n:02d}", GOOD) for n in range(COUNT)]
         least = spent(lambda: read_all(folders)) - spent(lambda: read_all(typed))
         print(f"reading and one rfft of every record: {least.wall:.2f} s, {least.cpu:.2f} s of processors")
         for words, credential in (
             ("judged", None),
-            ("judged and certified", keys.unlock(place / "home", keys.TECHNICIAN, "bench")),
+            ("judged and certified", keys.unlock(place / "home", keys.TECHNICIAN, "correct horse")),
         ):
             start_up = spent(partial(judge, typed, place / f"typed {words}", credential))
             took = spent(partial(judge, folders, place / f"units {words}", credential)) - start_up

@@ -36,8 +36,9 @@ def seconds(job: Callable[[], object]) -> float:
 def main() -> None:
     with TemporaryDirectory() as folder:
         home = Path(folder)
-        keys.init(home, "x", "Technician", "Assurance", when=WHEN)
-        technician, qa = (keys.unlock(home, role, "x") for role in (TECHNICIAN, QA))
+        keys.init(home, "correct horse", "Technician", "Assurance", "battery staple", when=WHEN)
+        technician = keys.unlock(home, TECHNICIAN, "correct horse")
+        qa = keys.unlock(home, QA, "battery staple")
         made = certificate_contents(home / "unit")
         unsigned = render(made)
         signed = sign(unsigned, technician, WHEN)

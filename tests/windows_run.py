@@ -63,7 +63,7 @@ def workflow(folder: Path) -> None:
             ("stiffness", "k_N_per_um", 1.75),
         ):
             session.take(step, session.step(step).check.inputs[name], Measured(value))
-        certify.make_keys(session.home, "Ann", "correct horse", "battery staple")
+        certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
         assert session.judge().verdict == "accepted"
         assert certify.sign_unit(session, "correct horse").valid
         session.close()

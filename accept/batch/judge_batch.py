@@ -24,20 +24,25 @@ from accept.certificate import events
 from accept.certificate.certify import certify
 from accept.certificate.commissioning import commissioned
 from accept.certificate.keys import Credential
+from accept.certificate.provenance import provenance_of
+from accept.certificate.spec_approval import approval_of
 from accept.fleet import golden
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
-from accept.store import BenchState, Store, fold
+from accept.models.evidence import evidence_of, hashes, named_models
+from accept.store import BenchState, Store, StoreHead, UnitState, fold
 from accept.units import unit_folder
 from accept.units.shared_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.bench import BenchFile
+from specs.files import read_bounded
 from specs.spec import Spec
 
 Say = Callable[[str], None]
 CERTIFICATES = "certificates"
+MAX_CERTIFICATE_BYTES = 200_000_000
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
 
 
@@ -58,6 +63,7 @@ class BatchRequest:
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
     pool: ProcessPoolExecutor | None = None
+    _models: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict, init=False, repr=False)
     _starts: dict[str, StartModel | None] = field(default_factory=dict, init=False, repr=False)
 
     def calibration(self, folder: UnitFolder) -> Statement | None:
@@ -67,6 +73,12 @@ class BatchRequest:
         proven = commissioned(self.bench, home())
         stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on, proven)
         return calibration.checked(stated, folder.measured)
+
+    def model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
+        """Of the model files that the spec of this kind names: when one changes, so may the verdict."""
+        if kind not in self._models:
+            self._models[kind] = hashes(evidence_of(named_models(self.specs[kind])))
+        return self._models[kind]
 
     def start(self, folder: UnitFolder) -> StartModel | None:
         """The model that a unit's responses are explained by; None where there is nothing to explain or to explain
@@ -103,6 +115,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
         "batch_started", "", {"out": str(order.out), "units": len(folders), "specs": names}, who=order.operator
     )
     state = fold(store.events())
+    head = store.head()
     jobs = []
     for folder in folders:
         known = _unchanged(folder, order, state)
@@ -111,7 +124,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
             report.unchanged.append(folder.serial)
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
-            jobs.append(_job(folder, order))
+            jobs.append(_job(folder, order, state, head))
     for number, (path, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
         _keep(path, judged, order, store, report, _numbered(say, number, len(jobs)))
     report.units.sort(key=lambda u: u["serial"])
@@ -190,6 +203,8 @@ def _unchanged(folder: UnitFolder, order: BatchRequest, state: BenchState) -> di
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
+    if known.result.get("models", {}) != order.model_hashes(folder.kind):
+        return None
     if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
         return None
     explanation = known.result.get("gap")
@@ -205,22 +220,31 @@ def _unchanged(folder: UnitFolder, order: BatchRequest, state: BenchState) -> di
 
 def _sha256(path: Path) -> str | None:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return hashlib.sha256(read_bounded(path, MAX_CERTIFICATE_BYTES)).hexdigest()
     except OSError:
         return None
 
 
-def _job(folder: UnitFolder, order: BatchRequest) -> Job:
+def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: StoreHead) -> Job:
+    spec = order.specs[folder.kind]
     return partial(
         judge,
         folder,
-        order.specs[folder.kind],
+        spec,
         order.operator,
         stated=order.calibration(folder),
         start=order.start(folder),
         out=order.out,
         draw=order.credential is not None,
+        provenance=_provenance(order, spec, state.units.get(folder.serial), head),
     )
+
+
+def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head: StoreHead) -> dict[str, Any] | None:
+    if order.credential is None:
+        return None
+    approval = approval_of(spec, home(), order.credential.ca)
+    return provenance_of(before, head, approval, demo=order.credential.demo)
 
 
 def processes(count: int) -> ProcessPoolExecutor:

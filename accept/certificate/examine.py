@@ -1,8 +1,9 @@
 """A unit judged, explained and drawn: all that its certificate says, before anything is stored or signed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from accept.gap.attach_to_result import StartModel, explained
 from accept.judging.calibration import Statement
@@ -36,24 +37,33 @@ def examine(
     start: StartModel | None = None,
     out: Path | None = None,
     draw: bool = True,
+    provenance: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
-    certificate. Plain data goes in and comes back, so that another process can do it.
+    certificate with what it states beside the result (`provenance`). Plain data goes in and comes back, so that another
+    process can do it.
 
     Raises UnitError, ContentError."""
     held = loaded(unit)
     result = explained(judge_unit(held, spec, stated), held, start, say, out)
-    return drawn(result, spec, held, operator) if draw else _bare(result, spec, unit.path, operator)
+    return drawn(result, spec, held, operator, provenance) if draw else _bare(result, spec, unit.path, operator)
 
 
-def drawn(result: UnitResult, spec: Spec, unit: Path | LoadedUnit, operator: str) -> JudgedUnit:
+def drawn(
+    result: UnitResult,
+    spec: Spec,
+    unit: Path | LoadedUnit,
+    operator: str,
+    provenance: Mapping[str, Any] | None = None,
+) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.content import content_of
     from accept.certificate.document import render  # loads reportlab: only when wanted
 
     folder = unit.folder.path if isinstance(unit, LoadedUnit) else unit
-    unsigned = render(content_of(result, spec, folder, operator, held=contents_of(unit)))
+    contents = content_of(result, spec, folder, operator, held=contents_of(unit), provenance=provenance)
+    unsigned = render(contents)
     return replace(_bare(result, spec, folder, operator), unsigned=unsigned)
 
 

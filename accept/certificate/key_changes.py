@@ -49,7 +49,9 @@ def issue_request(office: Path, content: bytes, passphrase: str, when: datetime 
     key = asked.public_key()
     if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey):
         raise KeysError("the request is not signed by its own key, which must be of the curve P-256")
-    return issue(office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when)
+    return issue(
+        office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when
+    )
 
 
 def issue(
@@ -150,7 +152,10 @@ def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) ->
 def _known(office: Path) -> Iterator[x509.Certificate]:
     """Everybody whom the authority gave a certificate, each once."""
     home = office.parent
-    paths = [*sorted((office / ISSUED).glob("*.pem")), *(keys.person_files(home) if office == keys.folder(home) else [])]
+    paths = [
+        *sorted((office / ISSUED).glob("*.pem")),
+        *(keys.person_files(home) if office == keys.folder(home) else []),
+    ]
     seen = {c.serial_number: c for c in map(keys.certificate_of, paths)}
     yield from seen.values()
 

@@ -98,8 +98,8 @@ def init(
     """Make the authority and the technician's key, all or none; returns their folder.
 
     qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own.
-    authority_passphrase: None makes one and leaves it in `authority-passphrase.txt` of the folder, for its owner to take
-    off the bench. demo: an authority that only demonstrations trust.
+    authority_passphrase: None makes one and leaves it in `authority-passphrase.txt` of the folder, for its owner to
+    take off the bench. demo: an authority that only demonstrations trust.
     Raises KeysError when there are keys already, a name is empty or taken twice, a passphrase is too short or used
     twice, or the folder cannot be written.
     """
@@ -127,7 +127,9 @@ def init(
     return folder(home)
 
 
-def unlock(home: Path, role: str, passphrase: str, person: str | None = None, now: datetime | None = None) -> Credential:
+def unlock(
+    home: Path, role: str, passphrase: str, person: str | None = None, now: datetime | None = None
+) -> Credential:
     """Opened key of a role, of the person named where several have one. Raises KeysError, also for a key that has run
     out or was revoked: what it signs would not verify."""
     if role not in ROLES:
@@ -160,7 +162,7 @@ def check_usable(home: Path, credential: Credential, now: datetime) -> None:
 
 def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
     """Certificates of persons at this bench, those of a role where it is named."""
-    for path in sorted(folder(home).glob("*.pem")):
+    for path in sorted(folder(home).glob("*.pem"), reverse=True):  # technicians first
         if path.name in (f"{CA}.pem", revocation.FILE) or path.name.endswith((".key.pem", ".request.pem")):
             continue
         if role is None or authority.role_of(certificate_of(path)) == role:
@@ -172,6 +174,8 @@ def _chosen(home: Path, role: str, person: str | None) -> Path:
     fitting = [path for path, name in there.items() if person is None or same_person(name, person)]
     if len(fitting) == 1:
         return fitting[0]
+    if not exist(home):
+        raise KeysError(f"{folder(home)}: there are no keys; `accept keys init` makes keys")
     if not there:
         raise KeysError(f"{folder(home)}: there is no key of a {role}; `accept keys request` makes one for a person")
     whose = ", ".join(there.values())

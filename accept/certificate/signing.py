@@ -57,14 +57,15 @@ def sign(pdf: bytes, credential: Credential, when: datetime, signer: Signer | No
 
     when : time of signing with its zone; the bench's clock, not a trusted timestamp.
     signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
-    Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, not a certificate.
+    Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
+    certificate.
     """
     if when.tzinfo is None:
         raise SigningRefused("the time of signing has no time zone")
     valid_to = credential.certificate.not_valid_after_utc
     if not credential.certificate.not_valid_before_utc <= when <= valid_to:
-        words = f"the key of {credential.person} is not valid at {when:%Y-%m-%d %H:%M} UTC (valid to {valid_to:%Y-%m-%d})"
-        raise SigningRefused(f"{words}; what it signs would not verify")
+        words = f"the key of {credential.person}, valid to {valid_to:%Y-%m-%d}, is not valid at {when:%Y-%m-%d %H:%M}"
+        raise SigningRefused(f"{words} UTC; what it signs would not verify")
     try:
         _check_order(pdf, credential.role)
         return asyncio.run(_append(pdf, credential, when.replace(microsecond=0), signer or _signer(credential)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Step:
-    """In words; complete: False where the step could not be done in full, so that the certificate is not plainly valid."""
+    """In words; complete: False where it could not be done in full: the certificate is then not plainly valid."""
 
     words: str
     complete: bool = True

@@ -16,7 +16,9 @@ Who = Annotated[str, typer.Argument(help="Name of the person, or sha256 of the c
 @app.command("init")
 def init(
     technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,
-    qa: Annotated[str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")] = None,
+    qa: Annotated[
+        str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")
+    ] = None,
     passphrase_file: PassphraseFile = None,
 ) -> None:
     """Make the bench's authority and the technician's key."""

@@ -179,6 +179,28 @@ def spec_checks() -> None:
     raise typer.Exit(command.checks())
 
 
+@spec_app.command("copy")
+def spec_copy(
+    name: Annotated[str, typer.Argument(help="Built-in name.")],
+    file: Annotated[Path, typer.Argument(help="The TOML file to write.")],
+) -> None:
+    """Write a built-in spec as TOML, to change it."""
+    from accept.commands.units import spec as command
+
+    raise typer.Exit(command.copy(name, file))
+
+
+@spec_app.command("approve")
+def spec_approve(
+    file: Annotated[str, typer.Argument(help="TOML file of the spec.")],
+    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
+) -> None:
+    """Approve a spec with the key of quality assurance."""
+    from accept.commands.units import spec as command
+
+    raise typer.Exit(command.approve(file, passphrase_file))
+
+
 @store_app.command("check")
 def store_check() -> None:
     """Walk the chain of events. Names the first that is altered or missing."""

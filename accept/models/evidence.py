@@ -85,7 +85,7 @@ class ModelFolder:
 
 
 def named_models(spec: Spec) -> list[str]:
-    """Models that a spec asks for, built-in names and files: its checks' and the one that responses are explained by."""
+    """Models that a spec asks for, by built-in name or file: its checks' and the one that explains responses."""
     names = []
     for check, asked in spec.checks.items():
         declared = CHECKS[check]

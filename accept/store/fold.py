@@ -44,6 +44,7 @@ class UnitState:
     attempts: int = 1
     certificate: Certificate | None = None
     seq: int = 0  # the event of the last judgement
+    time: str = ""  # of it, UTC, ISO 8601
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
         """Whether judging again could only repeat the result: same inputs, same spec, same code."""
@@ -85,7 +86,9 @@ def _judged(units: dict[str, UnitState], refused: dict[str, str], event: Event) 
     judgement = {name: data[name] for name in ("path", "inputs", "spec_sha256", "code_sha256", "result")}
     verdict, attempts = str(data["result"]["verdict"]), before.attempts + 1 if before else 1
     # Without a certificate: the old one certifies an old result.
-    units[event.subject] = UnitState(event.subject, **judgement, verdict=verdict, attempts=attempts, seq=event.seq)
+    units[event.subject] = UnitState(
+        event.subject, **judgement, verdict=verdict, attempts=attempts, seq=event.seq, time=event.time
+    )
     refused.pop(data["path"], None)
 
 

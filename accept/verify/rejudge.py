@@ -49,9 +49,11 @@ def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
     return {"gap": result["gap"]} if "gap" in result else {}
 
 
-def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
+def verify_file(
+    path: Path, trust: Sequence[x509.Certificate], demo: bool = False, records: Path | None = None
+) -> Verification:
     """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
-    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo)
+    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo, records=records)
 
 
 def read_certificate(path: Path) -> bytes:

@@ -115,12 +115,15 @@ def verify(
         details += [_words(s) for s in signatures]
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
         contents = _guarded("the attachments", attachments.read, signed)
-        details += [one_line(f"{k.lower()}: {v}") for k, v in _guarded("the statements", statements, contents).items() if v]
+        details += [
+            one_line(f"{k.lower()}: {v}") for k, v in _guarded("the statements", statements, contents).items() if v
+        ]
+        judged = contents
         if records is not None:
-            contents = _guarded("the records", attachments.with_records, contents, records)
+            judged = _guarded("the records", attachments.with_records, contents, records)
         steps = [
             _guarded("the page", check_page, signed, contents),
-            _guarded("judging again", attachments.check_result, contents, rejudge),
+            _guarded("judging again", attachments.check_result, judged, rejudge),
             _guarded("the spec", check_spec, contents, roots),
         ]
         details += [one_line(step.words) for step in steps if step.words]
@@ -190,7 +193,9 @@ def _signatures(
         _guarded("the signature", _certificate, pdf, s, p, trust) for s, p in zip(embedded, places, strict=True)
     ]
     found = [
-        _guarded(f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, covers_all=p[2] == len(pdf))
+        _guarded(
+            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, covers_all=p[2] == len(pdf)
+        )
         for s, c, p in zip(embedded, certificates, places, strict=True)
     ]
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:

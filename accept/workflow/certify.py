@@ -2,21 +2,27 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 from accept.certificate import keys
+from accept.certificate.authority import same_person
 from accept.certificate.certify import certify, sign_into
 from accept.certificate.examine import drawn
 from accept.certificate.keys import QA, TECHNICIAN, Credential
+from accept.certificate.provenance import provenance_of
 from accept.certificate.signing import SigningRefused
-from accept.verify.rejudge import verify_file
+from accept.certificate.spec_approval import approval_of
+from accept.store import fold
+from accept.verify.rejudge import read_certificate, verify_file
 from accept.verify.verification import Verification
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import certificate_name
 
 
-def make_keys(home: Path, operator: str, passphrase: str, qa_passphrase: str) -> None:
-    """The bench's first keys. Raises KeysError, for keys that exist already too."""
-    keys.init(home, passphrase, operator, "quality assurance", qa_passphrase or None)
+def make_keys(home: Path, operator: str, passphrase: str) -> Path:
+    """The bench's authority and the operator's key; returns the file with the authority's passphrase, which belongs off
+    the bench. Raises KeysError, for keys that exist already too."""
+    return keys.init(home, passphrase, operator) / keys.AUTHORITY_PASSPHRASE
 
 
 def sign_unit(session: Session, passphrase: str) -> Verification:
@@ -26,10 +32,12 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     OSError, StoreError.
     """
     credential = _unlocked(session, TECHNICIAN, passphrase)
+    if not same_person(credential.person, session.operator):
+        raise SigningRefused(f"{session.operator} is the operator, the key is that of {credential.person}")
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
-    judged = drawn(result, session.spec, session.folder, session.operator)
+    judged = drawn(result, session.spec, session.folder, credential.person, _provenance(session, credential))
     path = session.home / "certificates" / certificate_name(session.serial, session.attempt.number)
     _keep_older(path)
     certify(judged, session.store, path, credential, stored=True, who=credential.person)
@@ -42,17 +50,18 @@ def countersign_unit(session: Session, passphrase: str) -> Verification:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
-    before = verify_file(path, [credential.ca])
+    before = verify_file(path, [credential.ca], records=session.folder)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
-    sign_into(path, path.read_bytes(), credential, session.store, session.serial, credential.person, session.spec)
+    sign_into(path, read_certificate(path), credential, session.store, session.serial, credential.person, session.spec)
     return _verified(session, path, credential)
 
 
 def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
     if not passphrase:
         raise keys.KeysError("no passphrase was typed; nothing was signed")
-    return keys.unlock(session.home, role, passphrase)
+    several = role == TECHNICIAN and len(list(keys.person_files(session.home, role))) > 1
+    return keys.unlock(session.home, role, passphrase, session.operator if several else None)
 
 
 def _keep_older(path: Path) -> None:
@@ -67,4 +76,12 @@ def _keep_older(path: Path) -> None:
 
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
-    return verify_file(path, [credential.ca])
+    return verify_file(path, [credential.ca], records=session.folder)
+
+
+def _provenance(session: Session, credential: Credential) -> dict[str, Any]:
+    """This attempt's number, and what was judged before it began."""
+    approval = approval_of(session.spec, session.home, credential.ca)
+    before = fold(session.before_attempt()).units.get(session.serial)
+    number = session.attempt.number
+    return provenance_of(before, session.store.head(), approval, attempt=number, demo=credential.demo)

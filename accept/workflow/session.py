@@ -191,6 +191,11 @@ class Session:
             if e.seq > begun and e.what in (entries.TAKEN, entries.LINKED)
         )
 
+    def before_attempt(self) -> list[Event]:
+        """What is stored of the unit from before the present attempt."""
+        begun = max((e.seq for e in self._events if e.what == entries.STARTED), default=0)
+        return [e for e in self._events if e.seq < begun]
+
     def last_entry(self) -> Event | None:
         """What `undo` would take back."""
         seqs = self.attempt.undoable

@@ -79,8 +79,9 @@ def _make(home: Path, phrase: str, technician: str) -> None:
     place = keys.init(home, phrase, technician)
     say(f"made the bench's authority and the key of {technician} (technician) in {place}")
     say(
-        f"the authority's passphrase is in {place / keys.AUTHORITY_PASSPHRASE}: move that file and {place / 'ca.key.pem'} "
-        "off the bench. Quality assurance has no key yet: `accept keys request --role qa --name NAME`"
+        f"the authority's passphrase is in {place / keys.AUTHORITY_PASSPHRASE}: move that file and "
+        f"{place / 'ca.key.pem'} off the bench. "
+        "Quality assurance has no key yet: `accept keys request --role qa --name NAME`"
     )
 
 

@@ -31,7 +31,8 @@ def init(technician: str | None, qa: str | None, passphrase_file: Path | None) -
     place = keys.init(home(), phrase, operator_name(technician), qa, theirs, authority_passphrase=own or None)
     stdout.print(f"keys made in {place}; give {place / 'ca.pem'} to whoever verifies certificates")
     if not own:
-        say(f"the authority's passphrase is in {place / keys.AUTHORITY_PASSPHRASE}; move it and ca.key.pem off the bench")
+        left = place / keys.AUTHORITY_PASSPHRASE
+        say(f"the authority's passphrase is in {left}; move it and ca.key.pem off the bench")
     return Exit.ACCEPTED
 
 

@@ -27,10 +27,10 @@ def run(
     model: str | None = None,
 ) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
-    who = operator_name(operator)
     if model is not None:
         open_model(model)  # the one that is named, unlike a spec's, must be there
-    credential = bench_credential(home(), who) if certificates else None
+    credential = bench_credential(home(), operator) if certificates else None
+    who = credential.person if credential else operator_name(operator)
     order = judge_batch.BatchRequest(
         paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model
     )

@@ -11,12 +11,14 @@ from accept.batch import judge_batch
 from accept.batch.table import reasons
 from accept.certificate.certify import certify
 from accept.certificate.examine import examine
+from accept.certificate.provenance import provenance_of
+from accept.certificate.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.gap.attach_to_result import StartModel
 from accept.judging.calibration import statement
 from accept.models.model_file import open_model
-from accept.store import open_store
+from accept.store import fold, open_store
 from accept.units import unit_folder
 from specs.bench import load_bench
 
@@ -31,7 +33,6 @@ def run(
     model: str | None = None,
 ) -> Exit:
     """Judge one unit, write its certificate to `out`, and store both events."""
-    who = operator_name(operator)
     check_place(out)
     one = unit_folder.read(folder)
     if model is not None:
@@ -39,9 +40,14 @@ def run(
     chosen = judge_batch.spec_for(one, specs_for(spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    judged = examine(one, chosen, who, stated=stated, start=StartModel.of(chosen, model), say=say)
-    credential = bench_credential(home(), who)
+    credential = bench_credential(home(), operator)
+    who = credential.person if credential else operator_name(operator)
     with open_store() as store:
+        before = fold(store.events(one.serial)).units.get(one.serial)
+        approval = approval_of(chosen, home(), credential.ca if credential else None)
+        stated_too = provenance_of(before, store.head(), approval)
+        start = StartModel.of(chosen, model)
+        judged = examine(one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
         certify(judged, store, out, credential)
     result = judged.result
     for line in reasons([result.to_json()]):

@@ -1,9 +1,19 @@
 """`accept spec`."""
 
+from datetime import UTC, datetime
+from pathlib import Path
+
+import tomlkit
 from rich.table import Table
 
+from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.certificate import keys, spec_approval
+from accept.certificate.keys import QA
+from accept.commands.trust.bench_keys import passphrase_of
+from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.judging.check_docs import all_checks
 from accept.judging.judge_unit import load_spec
 from specs.spec import Limit, builtin
@@ -62,6 +72,32 @@ def validate(names: list[str]) -> Exit:
             say(str(e))
             worst = Exit.BAD_INPUT
     return worst
+
+
+@clear_errors
+def copy(name: str, file: Path) -> Exit:
+    """A built-in spec as a file to change; it gets a name of its own, so that nobody takes it for the built-in one."""
+    if file.exists():
+        raise SpecError(str(file), ["is there already; name a file that is not"])
+    known = builtin()
+    if name not in known:
+        raise SpecError(name, [f"no such built-in spec (there are {', '.join(known)})"])
+    document = tomlkit.parse(known[name].read_text("utf-8"))
+    own = file.stem if file.stem not in known else f"{file.stem}-copy"
+    document["name"] = own
+    write_atomic(file, tomlkit.dumps(document).encode("utf-8"))
+    stdout.print(f"{file}: spec '{own}', a copy of '{name}' ({load_spec(name).sha256[:12]}); change its limits there")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def approve(file: str, passphrase_file: Path | None) -> Exit:
+    """Approve a spec as quality assurance; certificates of this bench say so from then on."""
+    spec = load_spec(file)
+    credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
+    place = spec_approval.write(home(), spec_approval.approve(spec, credential, datetime.now(UTC)))
+    stdout.print(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}")
+    return Exit.ACCEPTED
 
 
 @clear_errors

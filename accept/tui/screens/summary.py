@@ -1,5 +1,6 @@
 """The end of a unit: all findings, the verdict, what is missing; signed, countersigned, verified."""
 
+from pathlib import Path
 from typing import ClassVar
 
 from rich.text import Text
@@ -15,13 +16,23 @@ from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.widgets.limit_bar import limits, numbers
-from accept.verify.verification import Verification
+from accept.verify.verification import Outcome, Verification
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
 from checks.verdict import Verdict
 
+<<<<<<< HEAD
+=======
+_OUTCOMES = {
+    Outcome.VALID: "✓ verified",
+    Outcome.SIGNED: "◐ signed, not fully verified",
+    Outcome.NOT_VALID: "✗ NOT VALID",
+}
+_COLOUR = {"accepted": "bold green", "rejected": "bold red", "conditional": "bold yellow", "incomplete": "bold magenta"}
+
+>>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
 
 class Summary(Working[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
@@ -100,7 +111,7 @@ class Summary(Working[bool]):
             by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
             words = f"certificate: {attempt.certificate}\nsigned by: {by}"
         if self.report is not None:
-            words = f"{'✓ verified' if self.report.valid else '✗ NOT VALID'}: {self.report.reason}\n{words}"
+            words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
         self.query_one("#certificate", Static).update(words)
 
     def action_sign(self) -> None:
@@ -121,12 +132,15 @@ class Summary(Working[bool]):
     def _first_keys(self, answer: list[str] | None) -> None:
         if answer is None:
             return
-        first, again, qa = answer
+        first, again = answer
         if not first or first != again:
             self.say("The passphrases differ or are empty; no keys were created", "bad")
             return
         home, operator = self.bench.home, self.session.operator
-        self.send(lambda: make_keys(home, operator, first, qa), lambda _: self._sign([first]), "making keys")
+        self.send(lambda: make_keys(home, operator, first), lambda left: self._made(first, left), "making keys")
+
+    def _made(self, passphrase: str, left: Path) -> None:
+        self.app.push_screen(Help("Keys were created", _OFF_THE_BENCH.format(left)), lambda _: self._sign([passphrase]))
 
     def _sign(self, answer: list[str] | None) -> None:
         if answer is not None:
@@ -152,7 +166,13 @@ class Summary(Working[bool]):
         self.report = report
         self._show_certificate()
         if report.valid:
+<<<<<<< HEAD
             self.say("Signed and verified. F4: next unit", "good")
+=======
+            self.say("signed and verified; F4: next unit", "good")
+        elif report.outcome is Outcome.SIGNED:
+            self.say(f"signed, not fully verified: {report.reason}", "bad")
+>>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")
         if self.bench.hidden and not report.countersigned:
@@ -173,6 +193,7 @@ class Summary(Working[bool]):
 
 
 _FIRST_KEYS = (
+<<<<<<< HEAD
     "Choose the technician's passphrase. If you leave the QA passphrase empty, the QA key uses the same. A forgotten "
     "passphrase cannot be recovered."
 )
@@ -180,6 +201,19 @@ _FIRST_LINES = [
     QuestionLine("Passphrase", secret=True),
     QuestionLine("Repeat passphrase", secret=True),
     QuestionLine("QA passphrase (empty: the same)", secret=True),
+=======
+    "Choose your passphrase, 8 characters or more; the bench's authority and your key as technician are made now. "
+    "There is no way to find a forgotten one."
+)
+_OFF_THE_BENCH = (
+    "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: whoever "
+    "has both can give keys to anybody. Quality assurance gets a key of its own with: "
+    "accept keys request --role qa --name NAME"
+)
+_FIRST_LINES = [
+    QuestionLine("Passphrase", secret=True),
+    QuestionLine("The same again", secret=True),
+>>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
 ]
 
 

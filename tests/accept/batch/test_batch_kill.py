@@ -35,7 +35,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("bench")
     for serial in SERIALS:
         make_unit(folder / "units" / serial, serial, GOOD.replace("5.10", "1.72") if serial == "B" else GOOD)
-    keys.init(folder, "x", "Ada", "Grace", when=datetime(2026, 1, 1, tzinfo=UTC))
+    keys.init(folder, "correct horse", "Ada", when=datetime(2026, 1, 1, tzinfo=UTC))
     return folder
 
 
@@ -43,7 +43,7 @@ def work(bench: Path, folder: Path, points: Points) -> None:
     """A whole batch as `accept batch` runs it; what it says is acknowledged and goes to `acks`, line by line."""
     points.install()
     acks = os.open(folder / "acks", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    credential = keys.unlock(bench, TECHNICIAN, "x")
+    credential = keys.unlock(bench, TECHNICIAN, "correct horse")
     order = judge_batch.BatchRequest(
         [bench / "units"], folder / "out", {"apa": load_spec("apa-basic")}, "Ada", credential, 1
     )

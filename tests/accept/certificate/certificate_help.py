@@ -34,7 +34,9 @@ unit = "um"
 rule = "simple"
 source = "[STB] 2.3"
 """
-UNIT_TOML = b'serial = "APA-03"\nkind = "apa"\n[capacitance]\nsensor_uF = 1.72\n'
+UNIT_TOML = (
+    b'serial = "APA-03"\nkind = "apa"\n[capacitance]\nsensor_uF = 1.72\n[stroke]\none_stack = "raw/stroke.mat"\n'
+)
 RECORD = bytes(range(256)) * 20
 
 

@@ -115,7 +115,8 @@ def test_attachments_give_the_dossier_back(made: CertificateContent, pdf: bytes)
     assert hashlib.sha256(inside["results.json"]).hexdigest() == made.record_sha256
     assert made.record_sha256 in code_text(made)
     manifest = json.loads(inside["manifest.json"])
-    assert manifest["inputs"]["raw/stroke.mat"] == {"sha256": hashlib.sha256(RECORD).hexdigest(), "attached": True}
+    stated = {"sha256": hashlib.sha256(RECORD).hexdigest(), "attached": True, "bytes": len(RECORD)}
+    assert manifest["inputs"]["raw/stroke.mat"] == stated
     assert render(certificate_content.read(inside)) == pdf
 
 

@@ -11,7 +11,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import load_der_public_key
 
-from accept.certificate import encrypted_key, keys
+from accept.certificate import encrypted_key, key_changes, keys
 from accept.certificate.document import render
 from accept.certificate.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.signing import SigningRefused, sign
@@ -34,22 +34,29 @@ MISSING = [
 @pytest.fixture
 def bench(bench_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
-    keys.init(bench_home, "x", "T", "Q", when=WHEN)
+    keys.init(bench_home, "correct horse", "T", authority_passphrase="battery staple", when=WHEN)
     return bench_home
 
 
 def test_a_certificate_for_a_key_elsewhere(bench: Path) -> None:
     key = ec.generate_private_key(ec.SECP256R1())
-    leaf = keys.issue(bench, TECHNICIAN, "M. Keller", key.public_key(), "x", WHEN)
+    leaf = key_changes.issue(keys.folder(bench), TECHNICIAN, "M. Keller", key.public_key(), "battery staple", WHEN)
     assert leaf.issuer == keys.ca(bench).subject
     with pytest.raises(KeysError, match="does not open"):
-        keys.issue(bench, TECHNICIAN, "M. Keller", key.public_key(), "wrong", WHEN)
+        key_changes.issue(keys.folder(bench), TECHNICIAN, "M. Keller", key.public_key(), "wrong", WHEN)
     with pytest.raises(KeysError, match="P-256"):
-        keys.issue(bench, TECHNICIAN, "M. Keller", ec.generate_private_key(ec.SECP384R1()).public_key(), "x", WHEN)
+        key_changes.issue(
+            keys.folder(bench),
+            TECHNICIAN,
+            "M. Keller",
+            ec.generate_private_key(ec.SECP384R1()).public_key(),
+            "battery staple",
+            WHEN,
+        )
 
 
 def test_without_a_key_and_without_a_token_nothing_is_signed(bench: Path, tmp_path: Path) -> None:
-    known = keys.unlock(bench, TECHNICIAN, "x")
+    known = keys.unlock(bench, TECHNICIAN, "correct horse")
     with pytest.raises(SigningRefused, match="no key found to sign as"):
         sign(render(certificate_contents(tmp_path)), Credential(TECHNICIAN, None, known.certificate, known.ca), WHEN)
 
@@ -71,7 +78,7 @@ def test_a_token_signs(bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     public = load_der_public_key(out.read_bytes())
     assert isinstance(public, ec.EllipticCurvePublicKey)
     now = datetime.now(UTC)
-    leaf = keys.issue(bench, TECHNICIAN, "M. Keller", public, "x", now)
+    leaf = key_changes.issue(keys.folder(bench), TECHNICIAN, "M. Keller", public, "battery staple", now)
     credential = Credential(TECHNICIAN, None, leaf, keys.ca(bench))
     unsigned = render(certificate_contents(tmp_path / "unit"))
     with token_signer(Token(LIBRARY, "bench", "tech"), "1234", credential) as signer:

@@ -25,7 +25,7 @@ from accept.certificate.keys import QA, TECHNICIAN
 from accept.certificate.result_diff import differences
 from accept.certificate.signing import sign
 from accept.pdf.assemble import assemble
-from accept.verify.verification import Verification, verify
+from accept.verify.verification import Outcome, Verification, verify
 from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, made_bench, refused
 
@@ -66,7 +66,8 @@ def test_without_its_countersignature_it_is_the_certificate_before(bench: Bench)
 
 
 def test_it_still_holds_when_the_certificates_have_run_out(bench: Bench) -> None:
-    assert verify(bench.countersigned, bench.trust, now=WHEN + timedelta(days=365 * 15)).valid
+    later = WHEN + timedelta(days=365 * 15)
+    assert verify(bench.countersigned, bench.trust, lambda _: result().to_json(), later).valid
 
 
 # --- page, data and result -------------------------------------------------------------------------------------------
@@ -113,8 +114,9 @@ def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None
     """Another version may draw another page: the bytes are not compared, serial and verdict are."""
     old, good = (replace(d, code_sha256="0" * 64) for d in (certificate_contents(tmp_path), good_content(tmp_path)))
     report = bench.check(sign(page_over(old, old), bench.technician, WHEN))
-    assert report.valid, report.reason
-    assert any("drawn by another version" in line for line in report.details)
+    assert report.outcome is Outcome.SIGNED, report.reason
+    assert "page not compared" in report.reason
+    assert "its text says the same" in report.reason
     refused(bench.check(sign(page_over(old, good), bench.technician, WHEN)), "does not show 'ACCEPTED'")
 
 
@@ -147,11 +149,20 @@ def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
     refused(bench.check(bench.signed, rejudge=judge), "judging again cannot be read: OSError: disk full")
 
 
-def test_too_large_records_are_told_not_judged(bench: Bench, tmp_path: Path) -> None:
+def test_too_large_records_are_not_judged_but_the_other_sections_are(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An outcome of its own; with the records beside it is judged in full, and only with those records."""
     small = sign(render(certificate_contents(tmp_path, size_limit=100)), bench.technician, WHEN)
-    report = bench.check(small, rejudge=lambda a: pytest.fail("must not be called"))
-    assert report.valid
-    assert any("raw/stroke.mat too large to be attached" in line for line in report.details)
+    refused(bench.check(small), "although there is room for it")
+    monkeypatch.setattr(contents, "SIZE_LIMIT", 100)
+    report = bench.check(small)
+    assert report.outcome is Outcome.SIGNED
+    assert "not judged again: stroke (raw/stroke.mat not attached" in report.reason
+    refused(bench.check(small, rejudge=lambda a: result(1.73).to_json()), "sensor_uF")
+    assert bench.check(small, records=tmp_path).valid
+    (tmp_path / "raw/stroke.mat").write_bytes(b"other")
+    refused(bench.check(small, records=tmp_path), "is not the file that was judged")
 
 
 @pytest.mark.parametrize("name", ["../evil", "/etc/passwd", "a/../../b", "c:\\x", "..\\x", ""])
@@ -185,6 +196,11 @@ def test_keys_made_by_init_verify_by_the_bench_ca(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
-    keys.init(tmp_path, "x", "A. Technician", "B. Assurance", when=WHEN)
-    pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "x"), WHEN)
-    assert verify(sign(pdf, keys.unlock(tmp_path, QA, "x"), LATER), [keys.ca(tmp_path)], now=NOW).valid
+    keys.init(tmp_path, "correct horse", "A. Technician", "B. Assurance", "battery staple", when=WHEN)
+    pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
+    assert verify(
+        sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
+        [keys.ca(tmp_path)],
+        lambda _: result().to_json(),
+        NOW,
+    ).valid

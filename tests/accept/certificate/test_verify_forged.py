@@ -18,7 +18,7 @@ from pypdf import PdfReader, PdfWriter
 from accept.certificate import authority
 from accept.certificate import content as certificate_content
 from accept.certificate.keys import QA, TECHNICIAN, Credential
-from accept.certificate.signing import _append, _signer, sign
+from accept.certificate.signing import SigningRefused, _append, _signer, sign
 from accept.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
@@ -105,7 +105,9 @@ def test_a_foreign_bench_with_the_same_names_is_refused(bench: Bench) -> None:
     technician, qa = credentials()
     forged = sign(sign(bench.unsigned, technician, WHEN), qa, LATER)
     refused(bench.check(forged), "not made under a trusted CA")
-    assert verify(forged, [technician.ca], now=NOW).valid  # it is only the trust that lacks
+    assert verify(
+        forged, [technician.ca], lambda _: result().to_json(), now=NOW
+    ).valid  # it is only the trust that lacks
     refused(bench.check(sign(bench.signed, qa, LATER)), "not made under a trusted CA")
 
 
@@ -160,8 +162,10 @@ def test_the_ca_itself_must_not_sign(bench: Bench) -> None:
 @pytest.mark.parametrize("days", [-2, 365 * 5 + 1])
 def test_outside_the_life_of_the_certificate_is_refused(bench: Bench, days: int) -> None:
     when = WHEN + timedelta(days=days)
-    report = verify(sign(bench.unsigned, bench.technician, when), bench.trust, now=when)
-    refused(report, "was not valid at")
+    with pytest.raises(SigningRefused, match="is not valid at"):
+        sign(bench.unsigned, bench.technician, when)
+    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, _signer(bench.technician)))
+    refused(verify(signed, bench.trust, now=when), "was not valid at")
 
 
 def test_a_signature_from_the_future_is_refused(bench: Bench) -> None:

@@ -158,7 +158,7 @@ def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events
 @pytest.mark.parametrize("seed", range(10 if SOAK else 1))
 def test_a_run_that_is_killed_again_and_again_loses_nothing(seed: int, bench_home: Path, tmp_path: Path):
     rng, events = random.Random(seed), 0
-    keys.init(bench_home, "correct horse", "Ann", "Quinn")
+    keys.init(bench_home, "correct horse", "Ann", "Quinn", "battery staple")
     with bench_for_seed(tmp_path, 4) as (records, bench):
         run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
         for _ in range(KILLS_A_RUN):

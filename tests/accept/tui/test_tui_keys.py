@@ -70,7 +70,7 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
 
 
 async def test_random_keys(tmp_path):
-    signing_keys.init(home(), "correct horse", "Ann", "Quinn")
+    signing_keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
     rng, sent, kept = random.Random(8), 0, None
     while sent < COUNT:
         async with running(loader("apa-basic", tmp_path)) as pilot:

@@ -159,7 +159,7 @@ async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, mon
 
 
 def test_what_was_explained_goes_on_the_certificate(begun):
-    certify.make_keys(begun.home, "Ann", "correct horse", "")
+    certify.make_keys(begun.home, "Ann", "correct horse")
     begun.spec = begun.spec.model_copy(update={"checks": {"frf": begun.spec.checks["frf"]}})  # the quick one of them
     event = begun.explain(lambda folder, spec: Explained(FOUND, PANELS))
     assert event.what == "gap_explained"

@@ -57,7 +57,7 @@ def fill(session: Session) -> None:
 
 
 def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
-    certify.make_keys(session.home, "Ann", "correct horse", "battery staple")
+    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     fill(session)
     assert session.judge().verdict == "accepted"
     report = certify.sign_unit(session, "correct horse")
@@ -69,7 +69,7 @@ def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
 
 
 def test_nothing_is_signed_without_the_passphrase(session: Session):
-    certify.make_keys(session.home, "Ann", "correct horse", "")
+    certify.make_keys(session.home, "Ann", "correct horse")
     fill(session)
     for wrong in ("", "wrong"):
         with pytest.raises(certify.keys.KeysError):
@@ -187,7 +187,7 @@ def test_an_entry_after_the_verdict_makes_it_stale(session: Session):
 
 def test_a_certificate_holds_as_long_as_the_same_is_found_again(session: Session, store: Store):
     """After a restart the summary judges once more: what was signed stays signed, unless something else is found."""
-    certify.make_keys(session.home, "Ann", "correct horse", "")
+    certify.make_keys(session.home, "Ann", "correct horse")
     fill(session)
     session.judge()
     certify.sign_unit(session, "correct horse")

@@ -140,7 +140,7 @@ def test_the_days_are_written_by_the_workflow(store):
 
 def test_notes_and_reasons_reach_the_certificate(store):
     session = fresh(store)
-    certify.make_keys(session.home, "Ann", "correct horse", "")
+    certify.make_keys(session.home, "Ann", "correct horse")
     fill(session)
     session.remeasure("stroke", "gauge was loose")
     take(session, "stroke", "stroke_um", 365.5)
@@ -155,7 +155,7 @@ def test_notes_and_reasons_reach_the_certificate(store):
 
 def test_a_note_after_the_signature_asks_for_a_new_one(store):
     session = fresh(store)
-    certify.make_keys(session.home, "Ann", "correct horse", "")
+    certify.make_keys(session.home, "Ann", "correct horse")
     fill(session)
     session.judge()
     certify.sign_unit(session, "correct horse")
