@@ -24,7 +24,13 @@ stdout = Console(highlight=False, markup=False, soft_wrap=False, width=None if s
 
 def say(words: str) -> None:
     """Talk goes to stderr, so that stdout stays data."""
-    print(words, file=sys.stderr, flush=True)
+    print("\n".join(one_line(line) for line in words.split("\n")), file=sys.stderr, flush=True)
+
+
+def one_line(text: str) -> str:
+    """Text from elsewhere as a terminal, a log or a table may show it: on one line, without anything that moves the
+    cursor or writes from right to left; what cannot be shown is escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:

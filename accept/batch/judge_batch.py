@@ -32,7 +32,7 @@ from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
 from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import BenchState, Store, StoreHead, UnitState, fold
+from accept.store import BenchState, Store, UnitState, fold
 from accept.units import unit_folder
 from accept.units.shared_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -41,6 +41,7 @@ from specs.files import read_bounded
 from specs.spec import Spec
 
 Say = Callable[[str], None]
+Head = dict[str, Any] | None
 CERTIFICATES = "certificates"
 MAX_CERTIFICATE_BYTES = 200_000_000
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
@@ -115,7 +116,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
         "batch_started", "", {"out": str(order.out), "units": len(folders), "specs": names}, who=order.operator
     )
     state = fold(store.events())
-    head = store.head()
+    head = store.signed_head()
     jobs = []
     for folder in folders:
         known = _unchanged(folder, order, state)
@@ -225,7 +226,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: StoreHead) -> Job:
+def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: Head) -> Job:
     spec = order.specs[folder.kind]
     return partial(
         judge,
@@ -240,7 +241,7 @@ def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: Store
     )
 
 
-def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head: StoreHead) -> dict[str, Any] | None:
+def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head: Head) -> dict[str, Any] | None:
     if order.credential is None:
         return None
     approval = approval_of(spec, home(), order.credential.ca)

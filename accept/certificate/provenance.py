@@ -5,21 +5,21 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.content import CertificateContent
-from accept.store import StoreHead, UnitState
+from accept.store import UnitState
 
 NOT_STATED = "not stated"
 
 
 def provenance_of(
     before: UnitState | None,
-    head: StoreHead | None,
+    head: Mapping[str, Any] | None,
     approval: Mapping[str, Any],
     *,
     attempt: int | None = None,
     demo: bool = False,
 ) -> dict[str, Any]:
     """What a certificate is to state. before: what the store knows of the unit's last judgement, None for a first one;
-    head: the store's last event when the unit was judged; attempt: its number, where it is not one more than `before`.
+    head: `Store.signed_head` when the unit was judged; attempt: its number, where it is not one more than `before`.
     """
     replaces = None
     if before is not None:
@@ -28,7 +28,7 @@ def provenance_of(
     number = attempt or (before.attempts + 1 if before else 1)
     stated: dict[str, Any] = {"attempt": number, "replaces": replaces, "approval": dict(approval)}
     if head is not None:
-        stated["head"] = {"seq": head.seq, "hash": head.hash}
+        stated["head"] = dict(head)
     return stated | ({"demo": True} if demo else {})
 
 

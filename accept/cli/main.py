@@ -18,6 +18,7 @@ from accept.cli.misalign import app as lookup_app
 from accept.cli.misalign import misalign
 from accept.cli.model import app as model_app
 from accept.cli.simulate import app as simulate_app
+from accept.cli.store import app as store_app
 
 app = typer.Typer(
     name="accept",
@@ -28,7 +29,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 spec_app = typer.Typer(help="Acceptance specs: list, show, validate.", no_args_is_help=True)
-store_app = typer.Typer(help="The bench's event store.", no_args_is_help=True)
 app.add_typer(spec_app, name="spec")
 app.add_typer(keys_app, name="keys")
 app.add_typer(store_app, name="store")
@@ -199,22 +199,6 @@ def spec_approve(
     from accept.commands.units import spec as command
 
     raise typer.Exit(command.approve(file, passphrase_file))
-
-
-@store_app.command("check")
-def store_check() -> None:
-    """Walk the chain of events. Names the first that is altered or missing."""
-    from accept.commands.trust import store as command
-
-    raise typer.Exit(command.check())
-
-
-@store_app.command("log")
-def store_log(serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None) -> None:
-    """Who did what, when, by which spec and code."""
-    from accept.commands.trust import store as command
-
-    raise typer.Exit(command.log(serial))
 
 
 @app.command("run")

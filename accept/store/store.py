@@ -1,6 +1,8 @@
 """The store: appends events under a lock, reads them back verified, and checks the whole chain."""
 
+import hashlib
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -14,20 +16,28 @@ from accept.base.home import HomeError, home
 from accept.base.version import code_sha256
 from accept.store import tables
 from accept.store.anchor import Anchor
-from accept.store.chain import START, ChainBreak, StoreHead, first_problem
+from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, make_engine, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
+from accept.store.seal import Sealer, file_looks, rows_look
 
+BENCH_KEY = "bench.key"  # in the bench's folder
 _PAGE = 500  # events read at once; between pages no lock is held
 
 
 class Store:
     """An open event store; a context manager. May be shared by threads; other processes open their own."""
 
-    def __init__(self, engine: Engine, where: str, anchor: Anchor | None) -> None:
+    def __init__(
+        self, engine: Engine, where: str, anchor: Anchor | None, sealer: Sealer | None = None, file: Path | None = None
+    ) -> None:
+        """sealer: where its seal is kept, None for one in memory. file: of the database, None for a server."""
         self.where = where
-        self._engine, self._anchor = engine, anchor
+        self._engine, self._anchor, self._sealer, self._file = engine, anchor, sealer, file
+        self._checked: StoreHead | None = None  # up to where the chain was walked or written by this program
+        self._made = 0.0  # when the chain was last walked whole [s]
+        self._looks = ""  # what the database looked like then
 
     def __enter__(self) -> "Store":
         return self
@@ -38,7 +48,77 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        self._engine.dispose()
+        """Let go of the database; what this program checked and wrote is sealed where nobody else wrote meanwhile."""
+        head, file = self._checked, self._file
+        undisturbed = head not in (None, START) and file is not None and self._looks == file_looks(file)
+        self._engine.dispose()  # the log of writes goes into the file now
+        if undisturbed and self._sealer and head and file:
+            self._sealer.write(head, file_looks(file), self._made)
+
+    def verify(self) -> None:
+        """Check the chain before it is used: whole, or from the last seal where the database is as it was sealed.
+
+        Raises StoreError where it does not hold: nothing in it is believed then, and nothing appended.
+        """
+        if self._unchanged_since_seal():
+            return
+        self._made = time.time()
+        problem = self.check()
+        if problem is not None:
+            raise StoreError(
+                f"{self.where}: does not hold: {problem}; nothing in it is believed. `accept store check` says more, "
+                "`accept store restore` takes a backup"
+            )
+
+    def _unchanged_since_seal(self) -> bool:
+        seal = self._sealer.read() if self._sealer else None
+        if seal is None:
+            return False
+        before = file_looks(self._file) if self._file else ""
+        with reported(self.where), snapshot(self._engine) as connection:
+            head = _head_row(connection)
+            looks = before or rows_look(connection, seal.head.seq)
+            if head is None or looks != seal.looks or self._tail_problem(connection, seal.head, head) is not None:
+                return False
+            self._made = seal.made
+            self._hold(connection, head, before)
+        return True
+
+    def _hold(self, connection: Connection, head: StoreHead, looks: str) -> None:
+        """Remember what was checked; a server's rows are sealed at once, in the transaction that saw them."""
+        self._checked, self._looks = head, looks
+        if self._sealer and self._file is None and head != START:
+            self._sealer.write(head, rows_look(connection, head.seq), self._made)
+
+    def _tail_problem(self, connection: Connection, sealed: StoreHead, head: StoreHead) -> ChainBreak | None:
+        """As `first_problem`, of the events after the sealed ones."""
+        try:
+            anchors = self._anchors(None)
+        except ValueError as e:
+            return ChainBreak(0, str(e))
+        if self._anchor and self._anchor.read() is None and head != START:
+            return ChainBreak(0, f"{self._anchor.path.name} is missing")
+        last = sealed
+        ordered = select(tables.events).where(tables.events.c.seq >= sealed.seq).order_by(tables.events.c.seq)
+        for number, event in enumerate(map(_event, connection.execute(ordered))):
+            if number == 0:
+                if not event.intact or _head_of(event) != sealed:
+                    return ChainBreak(sealed.seq, f"event {sealed.seq} is not the one that was sealed")
+                continue
+            if problem := misfit(event, last):
+                return problem
+            last = _head_of(event)
+        ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
+        return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
+
+    def signed_head(self) -> dict[str, Any] | None:
+        """The last event with the bench's signature, for certificates and `accept store head`; None for an empty store
+        or one in memory. Raises StoreError."""
+        head = self.head()
+        if self._sealer is None or head == START:
+            return None
+        with reported(self.where):
+            return self._sealer.signed_head(head)
 
     def append(self, what: str, subject: str, payload: Mapping[str, Any], *, who: str, spec: str = "") -> Event:
         """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
@@ -54,13 +134,17 @@ class Store:
             return []
         with reported(self.where):
             with appending(self._engine) as connection:
-                new = _chained(entries, who, self._end(connection))
+                end = self._end(connection)
+                ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
+                new = _chained(entries, who, end)
                 connection.execute(insert(tables.events), [asdict(event) for event in new])
                 connection.execute(
                     update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash)
                 )
             if self._anchor:
                 self._anchor.write(_head_of(new[-1]))
+            if ours and self._file:  # nobody else wrote since: what is sealed is what this program checked and wrote
+                self._checked, self._looks = _head_of(new[-1]), file_looks(self._file)
         return new
 
     def events(self, subject: str | None = None, what: str | None = None, after: int = 0) -> Iterator[Event]:
@@ -78,6 +162,16 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
+    @property
+    def engine(self) -> Engine:
+        """For whoever copies a whole store."""
+        return self._engine
+
+    def keep_head(self, head: StoreHead) -> None:
+        """Write the head's file after events were copied in as they are. Raises StoreError."""
+        if self._anchor:
+            self._anchor.write(head)
+
     def head(self) -> StoreHead:
         """Number and hash of the last event; keep it elsewhere and `check` proves that nothing before it changed."""
         found = self._read(select(tables.events).order_by(tables.events.c.seq.desc()).limit(1))
@@ -92,19 +186,28 @@ class Store:
             anchors = self._anchors(exported)  # read before the events: they may only be ahead of it
         except ValueError as e:
             return ChainBreak(0, str(e))
+        missing = self._anchor is not None and self._anchor.read() is None
+        before = file_looks(self._file) if self._file else ""
         with reported(self.where), snapshot(self._engine) as connection:
             if foreign := tables.foreign_columns(connection):
                 return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
             row = _head_row(connection)
             if row is None:
                 return ChainBreak(0, "the row of table head is missing or altered")
+            if missing and self._anchor is not None and row != START:
+                return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
-            return first_problem(map(_event, connection.execute(ordered)), row, anchors)
+            problem = first_problem(map(_event, connection.execute(ordered)), row, anchors)
+            if problem is None:
+                self._hold(connection, row, before)
+            return problem
 
     def _anchors(self, exported: StoreHead | None) -> dict[str, StoreHead]:
         kept = {"the exported head": exported} if exported else {}
         if self._anchor and (head := self._anchor.read()):
             kept[self._anchor.path.name] = head
+        if self._sealer and (sealed := self._sealer.read(old_too=True)):
+            kept["the bench's seal"] = sealed.head
         return kept
 
     def _end(self, connection: Connection) -> StoreHead:
@@ -125,7 +228,9 @@ class Store:
             kept = self._anchor.read() if self._anchor else None
         except ValueError as e:
             raise StoreError(f"{self.where}: {e}") from e
-        if kept is None or kept in (head, START):
+        if kept is None:
+            return head == START
+        if kept in (head, START):
             return True
         there = select(tables.events.c.hash).where(tables.events.c.seq == kept.seq)
         return connection.scalar(there) == kept.hash
@@ -139,11 +244,12 @@ class Store:
         return found
 
 
-def open_store(url: str | None = None, *, timeout_s: float = 20.0) -> Store:
+def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True) -> Store:
     """Open the store, made when absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
 
     url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s].
-    Raises StoreError when it cannot be opened or made, or was written by a newer version.
+    check : the chain must hold (`Store.verify`); without it only to look at what is broken.
+    Raises StoreError when it cannot be opened or made, was written by a newer version, or does not hold.
     """
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
@@ -156,7 +262,26 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0) -> Store:
         except BaseException:
             engine.dispose()
             raise
-    return Store(engine, where, Anchor.beside(parsed))
+    anchor = Anchor.beside(parsed)
+    file = Path(str(parsed.database)) if anchor else None
+    store = Store(engine, where, anchor, _sealer(parsed, file), file)
+    if check:
+        try:
+            store.verify()
+        except BaseException:
+            engine.dispose()
+            raise
+    return store
+
+
+def _sealer(url: URL, file: Path | None) -> Sealer | None:
+    """Beside the file of SQLite, in the bench's folder for a server, none for a database in memory."""
+    if file is not None:
+        return Sealer(file.with_suffix(".seal"), home() / BENCH_KEY)
+    if url.get_backend_name() == "sqlite":
+        return None
+    named = hashlib.sha256(f"{url.host}:{url.port}/{url.database}?{url.query}".encode()).hexdigest()[:16]
+    return Sealer(home() / f"store-{named}.seal", home() / BENCH_KEY)
 
 
 def _default_path() -> Path:

@@ -84,4 +84,4 @@ def _provenance(session: Session, credential: Credential) -> dict[str, Any]:
     approval = approval_of(session.spec, session.home, credential.ca)
     before = fold(session.before_attempt()).units.get(session.serial)
     number = session.attempt.number
-    return provenance_of(before, session.store.head(), approval, attempt=number, demo=credential.demo)
+    return provenance_of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo)

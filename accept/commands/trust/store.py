@@ -1,31 +1,114 @@
 """`accept store`."""
 
-from accept.base.console import clear_errors, say, stdout
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import write_atomic
+from accept.base.console import clear_errors, one_line, say, stdout
 from accept.base.exit_codes import Exit
-from accept.store import check_lines, open_store
+from accept.base.home import home
+from accept.certificate import attachments
+from accept.certificate.errors import InvalidCertificate
+from accept.store import Event, StoreError, StoreHead, check_lines, open_store
+from accept.store.backup import back_up, restore
+from accept.store.seal import head_problem
+from accept.verify.rejudge import read_certificate
 
 
 @clear_errors
-def check() -> Exit:
-    """Walk the chain of events and say where it breaks."""
-    with open_store() as store:
-        unbroken, lines = check_lines(store)
+def check(head: Path | None = None) -> Exit:
+    """Walk the whole chain; hold it against an exported head, or against that in a certificate."""
+    kept = _kept_head(head) if head else None
+    with open_store(check=False) as store:
+        unbroken, lines = check_lines(store, kept)
     for line in lines:
-        (stdout.print if unbroken else say)(line)
+        (stdout.print if unbroken else say)(one_line(line))
     return Exit.ACCEPTED if unbroken else Exit.REJECTED
 
 
+def _kept_head(path: Path) -> StoreHead:
+    """Of a file that `accept store head` wrote, or of a certificate. Raises StoreError, OSError."""
+    content = read_certificate(path)
+    try:
+        if content.startswith(b"%PDF-"):
+            stated: Mapping[str, Any] | None = attachments.read(content).provenance.get("head")
+        else:
+            stated = json.loads(content)
+        if stated is None:
+            raise StoreError(f"{path}: states no head of a store")
+        given = dict(stated)
+        if "signature" in given and (problem := head_problem(given)):
+            raise StoreError(f"{path}: {problem}")
+        return StoreHead.parse(f"{int(given['seq'])} {given['hash']}")
+    except (ValueError, KeyError, TypeError, InvalidCertificate) as e:
+        raise StoreError(f"{path}: holds no head of a store ({e})") from e
+
+
 @clear_errors
-def log(serial: str | None) -> Exit:
-    """Print the events, of one unit or of all."""
-    found = False
+def head(out: Path | None) -> Exit:
+    """Export the signed head; kept elsewhere, it shows later that nothing before it was changed or cut off."""
     with open_store() as store:
+        signed = store.signed_head()
+    if signed is None:
+        raise StoreError("the store holds no event yet, so it has no head")
+    text = json.dumps(signed, indent=1) + "\n"
+    if out is None:
+        print(text, end="")
+    else:
+        write_atomic(out, text.encode())
+        say(f"event {signed['seq']}: head in {out}; `accept store check --head {out}` holds the store against it")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def backup(file: Path) -> Exit:
+    """Copy the whole store into one file, with its signed head beside it."""
+    with open_store() as store:
+        kept = back_up(store, file)
+    stdout.print(f"{kept.seq} events in {file}; its signed head in {file}.head.json")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def take_back(file: Path) -> Exit:
+    """Replace the bench's store by a backup; what was there is set aside."""
+    if os.environ.get("ACCEPT_STORE_URL"):
+        raise StoreError("ACCEPT_STORE_URL names another store; restore works on the file in the bench's folder")
+    kept, aside = restore(file, home() / "store.sqlite")
+    stdout.print(f"restored: {kept.seq} events, head {kept.hash}")
+    if aside is not None:
+        say(f"the store that was there is in {aside}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def log(serial: str | None, full: bool = False) -> Exit:
+    """A line an event; with `full` its payload and hash too. What is shown is checked event by event."""
+    found = False
+    with open_store(check=False) as store:
+        if problem := store.check():
+            say(f"warning: the store does not hold: {one_line(str(problem))}")
         for event in store.events(subject=serial):
             found = True
             spec = event.spec.split("@")[0]
-            code = f"code {event.code[:8]}"
-            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, spec, code)
-            print("  ".join(word for word in words if word))
+            words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, _verdict(event), spec)
+            print("  ".join(one_line(word) for word in (*words, f"code {event.code[:8]}") if word))
+            if full:
+                print(f"    spec {one_line(event.spec)}  hash {event.hash}\n    {one_line(event.payload)}")
     if not found:
-        say("no event yet" if serial is None else f"no event of a unit '{serial}'")
+        say("no event yet" if serial is None else f"no event of a unit '{one_line(serial)}'")
     return Exit.ACCEPTED
+
+
+def _verdict(event: Event) -> str:
+    """What an auditor asks of an event: the verdict and what decided it, the role of a signature, a reason."""
+    data = event.data
+    result = data.get("result")
+    if event.what == "unit_judged" and isinstance(result, dict):
+        deciding = [f["quantity"] for f in result.get("findings", []) if f["verdict"] != "pass"]
+        return f"{result.get('verdict')}{' (' + ', '.join(deciding) + ')' if deciding else ''}"
+    shown = [str(data[key]) for key in ("verdict", "role", "reason") if data.get(key)]
+    return ", ".join(shown)

@@ -45,7 +45,7 @@ def run(
     with open_store() as store:
         before = fold(store.events(one.serial)).units.get(one.serial)
         approval = approval_of(chosen, home(), credential.ca if credential else None)
-        stated_too = provenance_of(before, store.head(), approval)
+        stated_too = provenance_of(before, store.signed_head(), approval)
         start = StartModel.of(chosen, model)
         judged = examine(one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
         certify(judged, store, out, credential)

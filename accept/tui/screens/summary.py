@@ -23,16 +23,11 @@ from accept.workflow.session import Session
 from accept.workflow.status import of_findings
 from checks.verdict import Verdict
 
-<<<<<<< HEAD
-=======
 _OUTCOMES = {
     Outcome.VALID: "✓ verified",
     Outcome.SIGNED: "◐ signed, not fully verified",
     Outcome.NOT_VALID: "✗ NOT VALID",
 }
-_COLOUR = {"accepted": "bold green", "rejected": "bold red", "conditional": "bold yellow", "incomplete": "bold magenta"}
-
->>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
 
 class Summary(Working[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
@@ -166,13 +161,9 @@ class Summary(Working[bool]):
         self.report = report
         self._show_certificate()
         if report.valid:
-<<<<<<< HEAD
             self.say("Signed and verified. F4: next unit", "good")
-=======
-            self.say("signed and verified; F4: next unit", "good")
         elif report.outcome is Outcome.SIGNED:
-            self.say(f"signed, not fully verified: {report.reason}", "bad")
->>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
+            self.say(f"Signed, not fully verified: {report.reason}", "bad")
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")
         if self.bench.hidden and not report.countersigned:
@@ -193,17 +184,8 @@ class Summary(Working[bool]):
 
 
 _FIRST_KEYS = (
-<<<<<<< HEAD
-    "Choose the technician's passphrase. If you leave the QA passphrase empty, the QA key uses the same. A forgotten "
-    "passphrase cannot be recovered."
-)
-_FIRST_LINES = [
-    QuestionLine("Passphrase", secret=True),
-    QuestionLine("Repeat passphrase", secret=True),
-    QuestionLine("QA passphrase (empty: the same)", secret=True),
-=======
-    "Choose your passphrase, 8 characters or more; the bench's authority and your key as technician are made now. "
-    "There is no way to find a forgotten one."
+    "Choose your passphrase: 8 characters or more. The bench's authority and your key as technician are created now. A "
+    "forgotten passphrase cannot be recovered."
 )
 _OFF_THE_BENCH = (
     "The passphrase of the bench's authority is in {}. Move that file and ca.key.pem beside it off the bench: whoever "
@@ -212,8 +194,7 @@ _OFF_THE_BENCH = (
 )
 _FIRST_LINES = [
     QuestionLine("Passphrase", secret=True),
-    QuestionLine("The same again", secret=True),
->>>>>>> e3e7009 (Forgeries from inside, rebuilt from the product's own parts, each found; specs copied and approved)
+    QuestionLine("Repeat passphrase", secret=True),
 ]
 
 

@@ -1,0 +1,110 @@
+"""A store copied whole, from whatever database it lives in, and taken back."""
+
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+
+from sqlalchemy import insert, update
+
+from accept.base.atomic_files import write_atomic
+from accept.store import tables
+from accept.store.chain import START, StoreHead
+from accept.store.engine import appending
+from accept.store.errors import StoreError, reported
+from accept.store.event import Event
+from accept.store.store import Store, open_store
+
+_AT_ONCE = 500  # events written in one statement
+
+
+def back_up(store: Store, file: Path) -> StoreHead:
+    """Copy every event into a new SQLite file, and the signed head beside it (`FILE.head.json`); returns the head.
+
+    Raises StoreError, also where there is a file already or the store does not hold."""
+    if file.exists():
+        raise StoreError(f"{file}: is there already; a backup replaces nothing")
+    part = file.with_name(f".{file.name}.part")
+    part.unlink(missing_ok=True)
+    with open_store(f"sqlite:///{part}", check=False) as copy:
+        head = write_events(copy, store.events())
+        if problem := copy.check():
+            raise StoreError(f"{part}: the copy does not hold: {problem}")
+    for left in (part.with_suffix(".head"), part.with_suffix(".seal")):
+        left.unlink(missing_ok=True)
+    with reported(str(file)):
+        os.replace(part, file)
+        signed = store.signed_head()
+        write_atomic(file.with_name(f"{file.name}.head.json"), json.dumps(signed, indent=1).encode() + b"\n")
+    return head
+
+
+def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
+    """Make a backup the store of this bench; returns its head, and where the store that was there lies now.
+
+    Raises StoreError for a backup that does not hold; nothing was changed then.
+    """
+    if not file.is_file():
+        raise StoreError(f"{file}: there is no such backup")
+    kept = _kept_head(file)
+    with reported(str(file)):
+        part = target.with_name(f".{target.name}.restored")
+        part.unlink(missing_ok=True)
+    with open_store(f"sqlite:///{file}", check=False) as backup, open_store(f"sqlite:///{part}", check=False) as copy:
+        head = write_events(copy, backup.events())
+        if problem := copy.check(kept):
+            raise StoreError(f"{file}: does not hold: {problem}; nothing was restored")
+    with reported(str(target)):
+        aside = _set_aside(target)
+        for suffix in (".head", ".seal"):
+            if part.with_suffix(suffix).exists():
+                os.replace(part.with_suffix(suffix), target.with_suffix(suffix))
+        os.replace(part, target)
+    return head, aside
+
+
+def write_events(store: Store, events: Iterable[Event]) -> StoreHead:
+    """Put events into an empty store as they are. Raises StoreError where it is not empty."""
+    if store.head() != START:
+        raise StoreError(f"{store.where}: holds events already; a store is copied into an empty one")
+    head, held = START, list[Event]()
+    with reported(store.where), appending(store.engine) as connection:
+        for event in events:
+            held.append(event)
+            head = StoreHead(event.seq, event.hash)
+            if len(held) == _AT_ONCE:
+                connection.execute(insert(tables.events), [asdict(one) for one in held])
+                held.clear()
+        if held:
+            connection.execute(insert(tables.events), [asdict(one) for one in held])
+        connection.execute(update(tables.head).where(tables.head.c.id == 1).values(seq=head.seq, hash=head.hash))
+    store.keep_head(head)
+    return head
+
+
+def _kept_head(file: Path) -> StoreHead | None:
+    beside = file.with_name(f"{file.name}.head.json")
+    try:
+        found = json.loads(beside.read_bytes()) if beside.is_file() else None
+        return None if found is None else StoreHead(int(found["seq"]), str(found["hash"]))
+    except (OSError, ValueError, KeyError, TypeError) as e:
+        raise StoreError(f"{beside}: is no exported head ({e})") from e
+
+
+def _set_aside(target: Path) -> Path | None:
+    """The store that is there is never thrown away."""
+    if not target.exists():
+        return None
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
+    aside = target.with_name(f"{target.stem}-replaced-{stamp}{target.suffix}")
+    for suffix in ("-wal", "-shm"):
+        old = target.with_name(f"{target.name}{suffix}")
+        if old.exists():
+            os.replace(old, aside.with_name(f"{aside.name}{suffix}"))
+    for suffix in (".head", ".seal"):
+        if target.with_suffix(suffix).exists():
+            os.replace(target.with_suffix(suffix), aside.with_suffix(suffix))
+    os.replace(target, aside)
+    return aside

@@ -1,0 +1,130 @@
+"""What was checked once is sealed: number and hash of the last checked event, signed with the bench's own key.
+
+The seal lets a long store be used without walking it whole every time, and only then: it also holds what the database
+looked like when it was checked. For SQLite that is the file itself (its inode, size and times of change, of the log of
+writes too), which a program without the rights of an administrator cannot change unseen; for PostgreSQL it is the
+transactions that wrote the sealed rows. Where they differ, the whole chain is walked again.
+"""
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
+from sqlalchemy import Connection, text
+
+from accept.base.atomic_files import write_atomic
+from accept.store.chain import StoreHead
+from specs.files import read_bounded
+
+OLDEST_S = 24 * 3600.0  # a seal is believed for a day: then the chain is walked whole, whatever the file looks like
+
+
+@dataclass(frozen=True)
+class Seal:
+    """head: the last event that was checked. looks: what the database looked like then. made: time of sealing [s]."""
+
+    head: StoreHead
+    looks: str
+    made: float
+
+    def text(self) -> str:
+        return json.dumps({"head": str(self.head), "looks": self.looks, "made": self.made}, sort_keys=True)
+
+
+@dataclass(frozen=True)
+class Sealer:
+    """Reads and writes one seal. file: where it lies; key_file: the bench's own key, made when there is none. It is no
+    person's and has no passphrase, so that a bench can work unattended: whoever may read it can seal."""
+
+    file: Path
+    key_file: Path
+
+    def read(self, old_too: bool = False) -> Seal | None:
+        """The seal; None where there is none that this bench signed, or it is too old to be believed unasked."""
+        try:
+            stored = json.loads(read_bounded(self.file))
+            self._key().public_key().verify(bytes.fromhex(stored["signature"]), stored["sealed"].encode())
+            inner = json.loads(stored["sealed"])
+            seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
+        except (OSError, ValueError, KeyError, TypeError, InvalidSignature):
+            return None
+        return seal if old_too or 0.0 <= time.time() - seal.made <= OLDEST_S else None
+
+    def write(self, head: StoreHead, looks: str, made: float | None = None) -> None:
+        """Seal. A bench whose folder cannot be written does without: the chain is then walked every time."""
+        seal = Seal(head, looks, time.time() if made is None else made).text()
+        try:
+            signature = self._key().sign(seal.encode()).hex()
+            write_atomic(self.file, json.dumps({"sealed": seal, "signature": signature}).encode())
+        except (OSError, ValueError):
+            self.file.unlink(missing_ok=True)
+
+    def signed_head(self, head: StoreHead) -> dict[str, Any]:
+        """A head with the bench's signature: what certificates state and `accept store head` exports. Raises OSError."""
+        key = self._key()
+        public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
+        return {"seq": head.seq, "hash": head.hash, "bench": public, "signature": key.sign(_said(head)).hex()}
+
+    def _key(self) -> Ed25519PrivateKey:
+        try:
+            return self._stored_key()
+        except FileNotFoundError:
+            pass
+        raw = Ed25519PrivateKey.generate().private_bytes(Encoding.Raw, PrivateFormat.Raw, NoEncryption())
+        try:
+            self.key_file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            handle = os.open(self.key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with os.fdopen(handle, "wb") as file:
+                file.write(raw.hex().encode() + b"\n")
+        except FileExistsError:
+            pass  # another program made it meanwhile
+        return self._stored_key()
+
+    def _stored_key(self) -> Ed25519PrivateKey:
+        return Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(self.key_file).decode().strip()))
+
+
+def head_problem(given: Mapping[str, Any]) -> str | None:
+    """Why an exported head is not as a bench signed it, None where it is. Raises KeyError, TypeError, ValueError."""
+    head = StoreHead(int(given["seq"]), str(given["hash"]))
+    try:
+        Ed25519PublicKey.from_public_bytes(bytes.fromhex(given["bench"])).verify(
+            bytes.fromhex(given["signature"]), _said(head)
+        )
+    except InvalidSignature:
+        return "the head was changed after the bench signed it"
+    return None
+
+
+def rows_look(connection: Connection, upto: int) -> str:
+    """Which transactions wrote the rows up to an event, on PostgreSQL."""
+    rows = connection.execute(text("SELECT xmin::text FROM events WHERE seq <= :upto ORDER BY seq"), {"upto": upto})
+    written = hashlib.sha256()
+    for (xmin,) in rows:
+        written.update(f"{xmin} ".encode())
+    return written.hexdigest()
+
+
+def file_looks(database: Path) -> str:
+    """What the file of an SQLite database and its log of writes look like from outside."""
+    parts = []
+    for path in (database, database.with_name(f"{database.name}-wal")):
+        try:
+            found = path.stat()
+        except FileNotFoundError:
+            continue
+        if found.st_size or path == database:  # an empty log of writes is as good as none
+            parts.append((found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns))
+    return repr(parts)
+
+
+def _said(head: StoreHead) -> bytes:
+    return f"accept store head {head}".encode("ascii")
