@@ -9,7 +9,7 @@ from rich.console import Console
 
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
-from specs.spec import plugins
+from specs import plugins
 from specs.errors import AcceptError
 
 __all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]

@@ -48,7 +48,8 @@ def _only_signed(signed: bytes) -> None:
     could draw over the page in it."""
     reader = PdfFileReader(io.BytesIO(signed))
     before, after = reader.get_historical_resolver(0), reader.get_historical_resolver(1)
-    changed = {ref for ref in after.explicit_refs_in_revision() if not before.is_ref_unassignable(ref)}
+    rewritten = after.explicit_refs_in_revision()  # type: ignore[no-untyped-call]
+    changed = {ref for ref in rewritten if not before.is_ref_unassignable(ref)}
     field = next(ref.reference for name, _, ref in enumerate_sig_fields(reader) if name == TECHNICIAN)
     may = {reader.root_ref: _CATALOG, field: {"/AP", "/V"}, reader.trailer.raw_get("/Info").reference: {"/Producer"}}
     for ref in changed:

@@ -19,8 +19,8 @@ from accept.certificate.content import BEFORE, CertificateContent, canonical
 from accept.certificate.errors import InvalidCertificate
 from accept.certificate.keys import QA, Credential, KeysError
 from accept.certificate.step import Step
-from specs.spec import Spec, builtin, load
 from specs.files import read_bounded
+from specs.spec import Spec, builtin, load
 
 _SIGNED = ("name", "sha256", "person", "time")
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from checks.cause import Cause
 from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict, judge, unit_verdict
 from specs.spec import Limit, Spec
@@ -37,7 +38,7 @@ def _findings(entry: Mapping[str, Any], spec: Spec) -> Iterator[str]:
 def _again(finding: Mapping[str, Any], limit: Limit) -> Finding:
     value, U = finding["value"], finding["U"]
     if value is None:
-        return judge(finding["check"], Quantity.missing(finding["quantity"], "no value"), limit)
+        return judge(finding["check"], Quantity.missing(finding["quantity"], Cause.NOT_MEASURED), limit)
     return judge(finding["check"], Quantity(finding["quantity"], float(value), None if U is None else float(U)), limit)
 
 

@@ -12,10 +12,10 @@ from checks.model.build import file_nodes
 from checks.model.model import Model
 from checks.model.structure.superelement import Superelement
 from hw.superelement import MAX_BYTES, files_of, read_superelement
-from specs.spec import Spec
-from specs.strict import SpecError
 from specs.files import read_bounded
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
+from specs.spec import Spec
+from specs.strict import SpecError
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,9 @@ class Sealer:
             self.file.unlink(missing_ok=True)
 
     def signed_head(self, head: StoreHead) -> dict[str, Any]:
-        """A head with the bench's signature: what certificates state and `accept store head` exports. Raises OSError."""
+        """A head with the bench's signature: what certificates state and `accept store head` exports.
+
+        Raises OSError."""
         key = self._key()
         public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
         return {"seq": head.seq, "hash": head.hash, "bench": public, "signature": key.sign(_said(head)).hex()}

@@ -12,8 +12,8 @@ from accept.certificate.revocation import beside, revoked_in
 from accept.commands.trust.bench_keys import DEMO
 from accept.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.verify.verification import Outcome, Verification, verify
-from specs.spec import load
 from specs.errors import AcceptError
+from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned")
 _EXIT = {Outcome.VALID: Exit.ACCEPTED, Outcome.SIGNED: Exit.INCOMPLETE, Outcome.NOT_VALID: Exit.REJECTED}

@@ -250,7 +250,8 @@ def test_nothing_is_appended_to_a_damaged_end(original: Path, tmp_path: Path, st
     for verb in ("update", "delete"):
         raw.execute(f"DROP TRIGGER events_no_{verb}")
     raw.execute(statement)
-    with open_store(f"sqlite:///{tmp_path}/store.sqlite", check=False) as store, pytest.raises(StoreError, match="store check"):
+    url = f"sqlite:///{tmp_path}/store.sqlite"
+    with open_store(url, check=False) as store, pytest.raises(StoreError, match="store check"):
         store.append_many([NewEvent("a")], who="Ada")
 
 
