@@ -11,6 +11,7 @@ _ABSOLUTE = 1e-12
 # A tail probability moves faster than the value it belongs to: by z dz, and z is 5 at 1e-6.
 _RELATIVE_RISK = 1e-3  # so do the G and the p of a cause, which its sentence rounds to three digits
 _RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer
+ONLY_AGAIN = " is only judged again"  # how a line ends about what the attached result does not mention
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -32,7 +33,7 @@ def differences(attached: Any, again: Any, path: str = "") -> list[str]:
 
 def _entry(attached: Mapping[str, Any], again: Mapping[str, Any], key: str, path: str) -> list[str]:
     if key not in attached or key not in again:
-        return [f"{path} is only {'attached' if key in attached else 'judged again'}"]
+        return [f"{path} is only attached" if key in attached else f"{path}{ONLY_AGAIN}"]
     return differences(attached[key], again[key], path)
 
 

@@ -50,7 +50,7 @@ def revoked_in(path: Path, ca: x509.Certificate) -> list[Revoked]:
         key = ca.public_key()
         signed = isinstance(key, ec.EllipticCurvePublicKey) and listed.is_signature_valid(key)
     except ValueError as e:
-        raise RevocationError(f"{path}: is no list of revoked keys ({e})") from e
+        raise RevocationError(f"{path}: is not a list of revoked keys ({e})") from e
     if not signed:
         raise RevocationError(f"{path}: is not signed by the authority {ca.subject.rfc4514_string()}")
     return [_entry(one) for one in listed]

@@ -79,12 +79,15 @@ def test_demo_certificates_are_trusted_as_a_demo_only(tmp_path: Path) -> None:
     """The demo's key has no secret passphrase: what it signs is valid for the demo's own units and nothing else."""
     accept("demo", "--out", tmp_path)
     for serial in ("APA-01", "SIM-STRUT-01"):
-        assert accept("verify", tmp_path / "certificates" / f"{serial}.pdf").exit_code == 0
+        pdf = tmp_path / "certificates" / f"{serial}.pdf"
+        assert accept("verify", pdf).exit_code == 3
+        done = accept("verify", "--demo", pdf)
+        assert (done.exit_code, done.stdout.startswith("DEMO")) == (0, True)
     folder = make_unit(tmp_path / "forged", "APA-01")
     spec = load_spec("apa-basic")
     forged = render(content_of(judge_unit(unit_folder.read(folder), spec), spec, folder, "me"))
     (tmp_path / "forged.pdf").write_bytes(sign(forged, demo_credential(home()), datetime.now(UTC)))
-    done = accept("verify", tmp_path / "forged.pdf")
+    done = accept("verify", "--demo", tmp_path / "forged.pdf")
     assert done.exit_code == 3
     assert "not a unit of the demo" in done.stdout
 

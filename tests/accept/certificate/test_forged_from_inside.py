@@ -27,6 +27,7 @@ from accept.judging import judge_unit
 from accept.units import unit_folder
 from accept.verify.rejudge import rejudge, verify_file
 from accept.verify.verification import Outcome, verify
+from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 from tests.accept.units.units import make_unit
@@ -158,7 +159,7 @@ def test_countersigning_waits_until_it_was_judged_again(
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     monkeypatch.setattr(attachments, "SIZE_LIMIT", 0)
-    monkeypatch.setattr(content.content_of, "__defaults__", (0, None))
+    monkeypatch.setattr(content.content_of, "__defaults__", (0, {}, None))
     unit, pdf = make_unit(tmp_path / "unit", "A-1"), tmp_path / "a.pdf"
     (unit / "heights.csv").write_text("x_mm,y_mm,z_um\n" + "".join(f"{x},{x * x % 7},{x % 3}\n" for x in range(8)))
     text = (unit / "unit.toml").read_text()
@@ -335,8 +336,6 @@ def test_a_spec_of_ones_own_is_named_and_said_not_to_be_approved(tmp_path: Path,
 
 
 def test_a_spec_with_the_name_of_a_built_in_one_is_not_plainly_valid(tmp_path: Path, quick_keys: None) -> None:
-    from specs import builtin
-
     own, pdf = tmp_path / "apa-basic.toml", tmp_path / "a.pdf"
     own.write_text(builtin()["apa-basic"].read_text().replace("lower = 4.4", "lower = 0.1"))
     accept("report", written(tmp_path / "u", 1.72), "--spec", own, "--out", pdf)

@@ -97,7 +97,7 @@ def test_damaged_absent_and_mixed_up_keys_are_refused(home: Path, tmp_path: Path
     with pytest.raises(KeysError, match=r"is not the key of qa\.pem"):
         keys.unlock(copy, QA, "correct horse")
     (keys.folder(copy) / "ca.pem").write_bytes(b"-----BEGIN CERTIFICATE-----\nnonsense")
-    with pytest.raises(KeysError, match="is no certificate"):
+    with pytest.raises(KeysError, match="is not a certificate"):
         keys.ca(copy)
 
 
