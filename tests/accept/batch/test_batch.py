@@ -218,7 +218,9 @@ def test_a_wrong_passphrase_is_said(tmp_path: Path, monkeypatch) -> None:
     assert "technician.key.pem" in done.stderr
 
 
-def test_report_verify_countersign_and_store(tmp_path: Path) -> None:
+def test_report_verify_countersign_and_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    assert accept("keys", "init", "--qa", "Grace Hopper").exit_code == 0
     folder = make_unit(tmp_path / "a", "A")
     pdf = tmp_path / "A.pdf"
     assert accept("report", folder, "--out", pdf, "--spec", "apa-basic").exit_code == 0
