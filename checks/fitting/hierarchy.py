@@ -7,8 +7,7 @@ units are jointly normal, in closed form; scatter and weights come by expectatio
 The scatters of different parameters are taken as independent: five to ten units cannot tell the covariance of a
 hundred parameters. What is known of the mean keeps its correlations in full.
 
-Behmanesh, Moaveni, Lombaert, Papadimitriou, Mech. Syst. Signal Process. 64-65 (2015) 360 (hierarchical updating);
-Lange, Little, Taylor, J. Am. Stat. Assoc. 84 (1989) 881 (t weights); Gelman, Bayesian Analysis 1 (2006) 515.
+Hierarchical updating: [BEHMANESH15]; weights of t tails: [LLT89]; prior of a variance: [GELMAN06].
 """
 
 from collections.abc import Sequence
