@@ -41,7 +41,7 @@ def test_a_fault_of_a_check_is_no_result_and_leaves_its_traceback(
     make_unit(tmp_path / "U-1", "U-1")
     result = judge_unit(read(tmp_path / "U-1"), load("apa-basic"))
     (reason,) = {f.reason for f in result.findings if f.check == "capacitance"}
-    assert "internal error (ZeroDivisionError: a bug)" in str(reason)
+    assert "internal error: ZeroDivisionError: a bug" in str(reason)
     assert "ACCEPT_HOME/log/accept.log" in str(reason)
     written = log.read_text()
     assert "U-1: judging capacitance" in written

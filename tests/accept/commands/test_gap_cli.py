@@ -161,7 +161,7 @@ class TestImprovedModel:
         assert done.exit_code == 0
         assert "no_missing_effect" in done.stdout
 
-    @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.factor is None and e.record != "slow"))
+    @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.in_model))
     def test_no_effect_counts_twice(self, name: str, tmp_path: Path, crossed: SimpleNamespace) -> None:
         """A model written with any effect answers as the fit did, also where a calibrated value says the same thing."""
         effect, given = EFFECTS[name], opened("strut")
