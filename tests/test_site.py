@@ -1,4 +1,4 @@
-"""The documentation site builds without a warning: every page is reached, no link is broken, every API page has its module."""
+"""The documentation site builds without a warning: no page is missing, no link is broken, every API page has its module."""
 
 import subprocess
 import sys
