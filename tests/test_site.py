@@ -1,4 +1,4 @@
-"""The documentation site builds without a warning: no page is missing, no link is broken, every API page has its module."""
+"""The documentation site builds without a warning: no page or link is missing, every API page has its module."""
 
 import subprocess
 import sys

@@ -14,7 +14,7 @@ from specs.spec import builtin, load
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 PLACES = ("accept", "hw", "checks", "specs", "validation", "benchmarks", "tests", "docs")
-KEY = re.compile(r"(?<![\w\])])\[([A-Z][A-Z0-9][A-Z0-9-]+)\]")
+KEY = re.compile(r"(?<![\w\])])\[([A-Z][A-Z0-9][A-Z0-9-]+)\](?!\()")  # not a link
 # [STB] 3.1.7, 3.1.8 and 3.2.1 - the sections that follow a key directly.
 NUMBER = r"\d+(?:\.\d+)*"
 NO_QUANTITY = r"(?![\d.]*(?:-\d|\s*%|\s*(?:Hz|um|uF|s|V|N|kg)\b))"  # "[STB] 3.1.7, 5 s later" cites one section
