@@ -5,6 +5,9 @@ import os
 import tempfile
 from pathlib import Path
 
+_UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
+os.umask(_UMASK)
+
 
 def check_place(path: Path) -> None:
     """Raises, before long work, the OSError that would keep `path` from being written after it."""
@@ -15,6 +18,10 @@ def check_place(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(there))
     if not os.access(there, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
+
+
+_UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
+os.umask(_UMASK)
 
 
 def check_places(*paths: Path | None) -> None:
@@ -35,7 +42,7 @@ def write_atomic(path: Path, content: bytes) -> None:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
+        os.chmod(temporary, 0o666 & ~_UMASK)
         os.replace(temporary, path)
     except OSError as e:
         Path(temporary).unlink(missing_ok=True)

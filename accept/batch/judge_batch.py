@@ -161,10 +161,11 @@ def _readable(
                 _refuse(folder, str(e), store, order, report, say)
     first_seen = {u.path.resolve(): u for u in reversed(units)}  # the same folder named twice is one unit
     distinct = sorted(first_seen.values(), key=lambda u: u.serial)
-    folders = Counter(u.serial for u in distinct)
+    folders = Counter(u.serial.casefold() for u in distinct)  # a file system may take a and A for one
     for one in distinct:
-        if folders[one.serial] > 1:
-            others = ", ".join(str(u.path) for u in distinct if u.serial == one.serial and u is not one)
+        if folders[one.serial.casefold()] > 1:
+            same = [u for u in distinct if u.serial.casefold() == one.serial.casefold() and u is not one]
+            others = ", ".join(str(u.path) for u in same)
             where = one.path / unit_folder.UNIT_FILE
             reason = f"{where}: serial = '{one.serial}' is also that of {others}; serials must be unique"
             _refuse(one.path, reason, store, order, report, say)

@@ -40,7 +40,15 @@ def findings_frame(units: list[dict[str, Any]]) -> "pd.DataFrame":
 
 def results_csv(units: list[dict[str, Any]]) -> bytes:
     """A row per finding, and one per refused unit, with a header."""
-    return findings_frame(units).to_csv(index=False).encode()
+    return findings_frame(units).map(_cell).to_csv(index=False).encode()
+
+
+def _cell(value: Any) -> Any:
+    """A text that a spreadsheet would take for a formula gets an apostrophe in front, and none moves the cursor."""
+    if not isinstance(value, str):
+        return value
+    text = _clean(value)
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text
 
 
 def junit_xml(units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:

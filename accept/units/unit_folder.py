@@ -29,6 +29,7 @@ SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
 RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.json")
 MODEL_FOLDER = "spec-models"
+_DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
 SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
 
 
@@ -130,6 +131,8 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     serial = folder_header.string(data, "serial", problems)
     if serial and not SERIAL.fullmatch(serial):
         problems.append(f"serial = {serial!r}: expected 1 to 64 letters, digits, '.', '_' or '-', the first not a mark")
+    elif serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
+        problems.append(f"serial = {serial!r}: Windows keeps this name for itself, so no certificate can bear it")
     kind = folder_header.string(data, "kind", problems)
     if kind and kind not in KINDS:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")

@@ -1,19 +1,32 @@
 """The web server of `accept run --web`; imported only where the extra `web` is installed."""
 
 import re
+import secrets
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from aiohttp import web
 from aiohttp.typedefs import Handler
 from textual_serve.server import Server
 
+COOKIE = "accept-session"
 _ELSEWHERE = re.compile(r"<(link|script)\b[^>]*(?:href|src)\s*=\s*[\"']https?://[^>]*>(?:\s*</script>)?", re.DOTALL)
 
 
 class Loopback(Server):
     """Answers pages of its own address only: another site that is open in the same browser could otherwise press keys
     here, by name or by a name that points to this machine."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._token: str | None = secrets.token_urlsafe(24)
+        self._session = secrets.token_urlsafe(24)
+
+    @property
+    def address(self) -> str:
+        """What is typed into the browser, once."""
+        return f"http://{self._own}/?token={self._token}"
 
     def initialize_logging(self) -> None:
         """Its log would stand among the program's own words."""
@@ -35,7 +48,18 @@ class Loopback(Server):
         origin = request.headers.get("Origin")
         if request.host != self._own or origin not in (None, f"http://{self._own}"):
             raise web.HTTPForbidden(text=f"only http://{self._own} itself is answered")
-        return await handler(request)
+        if secrets.compare_digest(request.cookies.get(COOKIE, ""), self._session):
+            return await handler(request)
+        return self._admitted(request.query.get("token", ""))
+
+    def _admitted(self, token: str) -> web.StreamResponse:
+        """The first browser that brings the printed token gets the session; nobody else does, and no second one."""
+        if self._token is None or not secrets.compare_digest(token, self._token):
+            raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
+        self._token = None
+        answer = web.HTTPFound(f"http://{self._own}/")
+        answer.set_cookie(COOKIE, self._session, httponly=True, samesite="Strict")
+        return answer
 
 
 def template_without_strangers(folder: Path) -> None:

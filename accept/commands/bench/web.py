@@ -23,7 +23,7 @@ def run(arguments: Sequence[str], port: int) -> Exit:
     with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
         template_without_strangers(Path(folder))
         server = Loopback(command(arguments), HOST, port, "accept", templates_path=folder)
-        print(f"accept: http://{HOST}:{port} on this machine; Ctrl+C ends it", file=sys.stderr, flush=True)
+        print(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it", file=sys.stderr, flush=True)
         try:
             server.serve()
         except OSError as e:

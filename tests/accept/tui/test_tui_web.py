@@ -43,8 +43,11 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
     runner = server.AppRunner(await serving._make_app())
     await runner.setup()
     await server.TCPSite(runner, web.HOST, port).start()
-    async with aiohttp.ClientSession() as session:
-        async with session.get(own) as page:
+    async with aiohttp.ClientSession() as other, other.get(own) as page:
+        assert page.status == 403  # another user of this machine does not know the token
+    entrance = serving.address
+    async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as session:
+        async with session.get(entrance) as page:
             text = await page.text()
         assert page.status == 200
         assert own in text
@@ -53,6 +56,8 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
             assert page.status == 403  # a name of somebody else that points to this machine
         with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
             await first_screen(session, f"{own}/ws", "http://bench.example")
+        async with aiohttp.ClientSession() as other, other.get(entrance) as page:
+            assert page.status == 403  # the token is taken: one browser, once
         assert FIRST_SCREEN in await first_screen(session, f"{own}/ws?width=80&height=24", own)
     await runner.cleanup()
 
