@@ -190,7 +190,7 @@ class Link:
             except OSError as e:  # the device is gone; there is nothing left to close
                 self.note(f"closing failed: {cause(e)}")
         after = f" after {pending!r}" if pending else ""
-        words = "the adapter was unplugged or has lost its power; plug it in, and the next reading opens it again"
+        words = "the instrument or its adapter was unplugged; plug it in, and the next reading opens it again"
         return Unplugged(f"{self.settings}: went away{after} ({cause(error)}): {words}")
 
     def _take(self, count: int) -> bytes:

@@ -13,7 +13,7 @@ from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Series
 from checks.errors import RecordError
 
-SUFFIXES = (".mat", ".csv", ".uff")
+SUFFIXES = (".mat", ".csv", ".uff", ".tdms")
 STABLE_S = 2.0  # a file that is still written grows or is touched within that time
 
 

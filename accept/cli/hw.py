@@ -22,6 +22,16 @@ def hw_list(bench: Bench = None) -> None:
     raise typer.Exit(command.show_list(bench))
 
 
+@app.command("scan")
+def hw_scan(
+    resource: Annotated[list[str] | None, typer.Option(help="VISA name of an instrument to ask, too.")] = None,
+) -> None:
+    """Which ports and VISA instruments are there. Proposes a bench file; serial ports are only listened to."""
+    from accept.commands.bench import scan as command
+
+    raise typer.Exit(command.scan(resource or ()))
+
+
 @app.command("test")
 def hw_test(
     names: Annotated[list[str] | None, typer.Argument(help="Instruments by their names; else all.")] = None,

@@ -1,4 +1,4 @@
-"""Record files: .mat (MATLAB 5 to 7.3), .csv and .uff to records, and back."""
+"""Record files: .mat (MATLAB 5 to 7.3), .csv, .uff and .tdms to records, and back."""
 
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.reader import read, record_of

@@ -30,7 +30,7 @@ def read(
 def record_of(
     source: Source, series: Series, rename: Mapping[str, str] = NO_RENAME, limits: ReadLimits = DEFAULT_LIMITS
 ) -> Record:
-    """Record of the bytes of a .mat (MATLAB 5 to 7.3), .csv or .uff file; the content tells which.
+    """Record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
 
     series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
     the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file.

@@ -16,6 +16,7 @@ from hw.records.variable import Variable
 from specs.files import read_bounded
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+TDMS = b"TDSm"
 USERBLOCK_BYTES = 512  # of text that MATLAB puts before the HDF5 file
 
 
@@ -40,11 +41,17 @@ class Source:
             return open_mat73(self.file, raw)
         if len(raw) >= HEADER_BYTES and raw[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
             return open_mat5(self.file, raw)
+        if raw.startswith(TDMS):
+            from hw.records.tdms import open_tdms  # loads nptdms: only when wanted
+
+            return open_tdms(self.file, raw)
         if DELIMITER.match(raw):
             return open_uff(self.file, raw)
         if self.suffix == ".csv":
             return open_csv(self.file, raw)
-        raise RecordError(f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff; it starts with {raw[:20]!r}")
+        raise RecordError(
+            f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with {raw[:20]!r}"
+        )
 
 
 def load_bytes(path: Path, limits: ReadLimits) -> Source:

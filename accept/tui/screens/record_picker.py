@@ -14,7 +14,7 @@ from textual.widgets.option_list import Option
 
 from accept.tui.background.busy_screen import Working
 
-SUFFIXES = {".mat", ".csv", ".uff", ".unv", ".txt"}
+SUFFIXES = {".mat", ".csv", ".uff", ".unv", ".tdms", ".txt"}
 _MOST = 500  # of one folder
 
 

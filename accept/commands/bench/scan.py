@@ -1,0 +1,107 @@
+"""`accept hw scan`: which ports and network instruments are there, and a bench file to begin with.
+
+Nothing is written to an instrument that is not known. A serial port is only opened and listened to: what answers to a
+question can be found by `accept hw test`, once a person has said which instrument stands there. On VISA and at an
+address that is named, one question that changes nothing is asked: `*IDN?`, or the device's name.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from serial.tools.list_ports import comports
+
+from accept.base.console import clear_errors, say
+from accept.base.exit_codes import Exit
+from hw.errors import InstrumentError
+from hw.instruments.scpi_lcr import PROFILES
+from hw.link import Link
+from hw.network_port import Address, visa_opener
+from hw.serial_port import LineSettings
+
+LISTEN_S, ANSWER_S = 0.3, 1.0
+IDN = "*IDN?\n"
+ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One place: what is there in words, and its entry for a bench file, "" where nothing can be proposed."""
+
+    place: str
+    words: str
+    entry: str = ""
+
+
+@clear_errors
+def scan(resources: Sequence[str]) -> Exit:
+    """List what is there on stderr, the proposal on stdout. resources: VISA names to ask besides those found."""
+    seen = [*_serial_ports(), *_visa(resources)]
+    for one in seen:
+        say(f"{one.place}: {one.words}")
+    if not seen:
+        say("no serial port and no VISA instrument was found")
+    entries = [one.entry for one in seen if one.entry]
+    print('# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.\nname = "bench 1"\n')
+    print("\n".join(entries))
+    return Exit.ACCEPTED
+
+
+def _serial_ports() -> list[Seen]:
+    return [_listened(port.device, port.description or "") for port in sorted(comports(), key=lambda p: p.device)]
+
+
+def _listened(port: str, description: str) -> Seen:
+    """A port is opened and listened to; not a byte is sent."""
+    link = Link(LineSettings(port, 9600, 8, "none", 1, "none"))
+    try:
+        link.drop_until_quiet(LISTEN_S, link.deadline(2 * LISTEN_S))
+        heard = b"".join(t.data for t in link.take_transcript() if t.way == "read")
+        words = f"free, {'silent' if not heard else f'sends by itself ({heard[:20]!r})'}"
+    except InstrumentError as e:
+        words = str(e).partition(": ")[2]
+    finally:
+        link.close()
+    entry = (
+        "# [instruments.NAME]            # a gauge: millimar; a readout: nd287, nd281b; an LCR-800: lcr800\n"
+        f'# driver = "..."\n# measures = ["..."]\n# link = {{ port = "{port}", baud = 9600, data_bits = 7, '
+        'parity = "even", stop_bits = 2, handshake = "none" }\n'
+    )
+    return Seen(port, f"{description}; {words}", entry if ADAPTERS.search(f"{port} {description}") else "")
+
+
+def _visa(named: Sequence[str]) -> list[Seen]:
+    try:
+        import pyvisa
+    except ImportError:
+        say("VISA instruments are not looked for: pip install 'accept[visa]'")
+        return []
+    try:
+        found = pyvisa.ResourceManager("@py").list_resources("?*")
+    except (pyvisa.errors.Error, OSError, ValueError) as e:
+        say(f"VISA: {e}")
+        found = ()
+    instruments = [r for r in found if not r.startswith("ASRL")]  # serial ports are only listened to
+    return [_identified(resource) for resource in (*instruments, *named)]
+
+
+def _identified(resource: str) -> Seen:
+    """`*IDN?` of a VISA instrument, a question that every one of them has and that changes nothing."""
+    link = Link(Address(resource), visa_opener("@py", ANSWER_S))
+    try:
+        link.send(IDN.encode("ascii"))
+        said = link.read_until(b"\n", link.deadline(2 * ANSWER_S)).strip().decode("ascii", "replace")
+    except InstrumentError as e:
+        return Seen(resource, str(e).partition(": ")[2])
+    finally:
+        link.close()
+    fields = [re.sub(r"[^\w .,/+-]", "", field).strip() for field in said.split(",")]
+    profile = next((n for n, p in PROFILES.items() if len(fields) > 2 and re.fullmatch(p.models, fields[1])), None)
+    if profile is None:
+        return Seen(resource, f"{said!r}: no driver here knows it")
+    entry = (
+        f'[instruments.lcr]\ndriver = "scpi_lcr"\nmeasures = ["capacitance"]\nmodel = "{fields[1]}"\n'
+        f'serial = "{fields[2]}"\nresource = "{resource}"\nsettings = {{ profile = "{profile}" }}\n'
+        '# calibration = { certificate = "...", due = 2027-01-01 }\n'
+    )
+    return Seen(resource, f"{said!r}: scpi_lcr", entry)

@@ -1,0 +1,56 @@
+"""The scan: what is there, a bench file that is one, and not a byte to an unknown instrument."""
+
+import os
+import pty
+import tty
+from types import SimpleNamespace
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from accept.commands.bench import scan as command
+from specs.bench import parse_bench
+from tests.hw.peers.network import served
+from tests.hw.peers.scpi_lcr import E4980aPeer
+
+
+@pytest.fixture
+def ports(monkeypatch):
+    """A port that is there, one that is gone; the master end of the first."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    there = [SimpleNamespace(device=os.ttyname(slave), description="FT232R USB UART")]
+    gone = SimpleNamespace(device="/dev/ttyUSB99", description="CP2102 USB")
+    monkeypatch.setattr(command, "comports", lambda: [*there, gone])
+    yield master
+    os.close(master)
+    os.close(slave)
+
+
+def test_ports_are_listened_to_and_never_written_to(ports, capsys):
+    os.set_blocking(ports, False)
+    assert command.scan(()) is Exit.ACCEPTED
+    said = capsys.readouterr()
+    assert "FT232R USB UART; free, silent" in said.err
+    assert "no such port" in said.err
+    assert "link = { port" in said.out
+    with pytest.raises(BlockingIOError):  # nothing came
+        os.read(ports, 10)
+
+
+def test_a_meter_is_proposed_as_an_entry_that_opens(ports, capsys):
+    with served(E4980aPeer()) as where:
+        host, number = where.split(":")
+        command.scan([f"TCPIP::{host}::{number}::SOCKET", "TCPIP::127.0.0.1::9::SOCKET"])
+    said = capsys.readouterr()
+    bench = parse_bench(said.out.encode(), "proposed")
+    assert (bench.instruments["lcr"].serial, bench.instruments["lcr"].model) == ("MY46412345", "E4980A")
+    assert "127.0.0.1::9::SOCKET: went away (" in said.err
+
+
+def test_another_instrument_is_named_and_not_proposed(ports, capsys):
+    with served(E4980aPeer(model="34465A")) as where:
+        command.scan(["TCPIP::{}::{}::SOCKET".format(*where.split(":"))])
+    said = capsys.readouterr()
+    assert "no driver here knows it" in said.err
+    assert "[instruments.lcr]" not in said.out
