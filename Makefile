@@ -23,7 +23,7 @@ lint: $(DEV)
 # The lane for the hands: linters, and of each package the tests that say most in least time. Under 90 s on two cores.
 QUICK := tests/test_sources.py tests/test_imports.py tests/specs \
 	tests/checks/acceptance/test_verdict.py tests/checks/acceptance/test_flatness.py tests/checks/acceptance/test_stroke.py \
-	tests/checks/acceptance/test_stiffness.py tests/checks/signals/test_frf.py tests/checks/model/test_model_2dof.py \
+	tests/checks/signals/test_frf.py tests/checks/model/test_model_2dof.py \
 	tests/checks/model/test_beam.py tests/checks/fitting/test_dataset.py tests/hw/records \
 	tests/hw/instruments/test_lcr800.py tests/hw/instruments/test_heidenhain.py tests/hw/instruments/test_parsing.py \
 	tests/accept/base tests/accept/store/test_store_fold.py tests/accept/certificate/test_certificate.py \

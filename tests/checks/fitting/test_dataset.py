@@ -88,7 +88,7 @@ def test_bands_join_at_the_merging_frequency() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"channels": ("Vs", "dx")}, "no channel 'dx'"),
+        ({"channels": ("Vs", "dx")}, "no channel dx"),
         ({"f_lo": 4999.7, "f_hi": 4999.9}, "no bin"),
         ({"high": True, "merge_Hz": None}, "merge_Hz is None"),
         ({"high": True, "merge_Hz": 5.0}, "merge_Hz is 5"),

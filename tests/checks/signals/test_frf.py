@@ -144,7 +144,7 @@ def test_record_channels() -> None:
     frf = h1_record(record, "Va", ("de",))
     assert frf.H[1:, 0] == pytest.approx(2.0)
     assert frf.f[1] == pytest.approx(2.0)
-    with pytest.raises(RecordError, match="no channel 'da'"):
+    with pytest.raises(RecordError, match=r"no channel .*da"):
         h1_record(record, "Va", ("da",))
 
 
