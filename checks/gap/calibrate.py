@@ -1,8 +1,8 @@
 """The base model fitted to what was measured, before anything may be called missing ([GAP] 3)."""
 
-from dataclasses import replace
+from math import inf
 
-from checks.errors import ModelError
+from checks.fitting.calibrate import of_damping
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
@@ -13,19 +13,18 @@ from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.search.forward import COARSE_BINS, Candidate, Say, Search
 from checks.gap.search.levenberg_marquardt import annealed, go_on
 from checks.gap.thresholds import Thresholds
-from checks.model.model import Model
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 HALF = 0.5  # of the misfit
 WORTH = 100.0  # of log-likelihood: a fault of the records is no small thing
 FEW_STEPS = 10
-SECOND = {"full": "modal", "modal": "full"}
 
 
-def searching(p: Prepared, channels: tuple[str, ...], say: Say) -> Search:
-    """A search on some channels, thinned, with what the library holds for them."""
+def searching(p: Prepared, channels: tuple[str, ...], say: Say, until: float = inf) -> Search:
+    """A search on some channels, thinned, with what the library holds for them. until: processor time [s] at which it
+    ends with what it has."""
     A, B = (d.select(channels).thinned(p.table.search_bins) for d in (p.A, p.B))
-    return Search(A, B, _library(p.inputs, channels), p.table, say)
+    return Search(A, B, _library(p.inputs, channels), p.table, say, until)
 
 
 def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
@@ -40,10 +39,12 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
     width = _level_dependence(p.slow, bool(p.in_slow), p.table)
     if width:
         members = (levels(p.inputs.merge_Hz, width),)
-    own = search.fitted(Augmented(p.inputs.model, members), {})
-    try:
-        other = search.fitted(Augmented(_other_damping(p.inputs.model), members), own.at)
-    except ModelError:
+    # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
+    given = p.inputs.model
+    first = (of_damping(given, "modal") if given.scatters else None) or given
+    own = search.fitted(Augmented(first, members), {})
+    other = search.damped_otherwise(own)
+    if other is None:
         return own
     return other if other.cost < own.cost - BEYOND_DOUBT else own
 
@@ -69,7 +70,3 @@ def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> floa
         return 0.0
     bends = BENT * abs(slow.bends.value) if is_bent(slow, table) else 0.0
     return max(slow.grows.value if loops else 0.0, bends)
-
-
-def _other_damping(model: Model) -> Model:
-    return replace(model, damping=SECOND[model.damping])

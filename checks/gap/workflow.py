@@ -1,6 +1,7 @@
 """The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name ([GAP] 0 to 13)."""
 
 from dataclasses import replace
+from time import process_time
 
 from checks.gap.calibrate import calibrated, searching, turned_right
 from checks.gap.decision.report import answer
@@ -14,12 +15,12 @@ FIRST = 2  # effects that are looked for before a channel is left out
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     """The whole workflow. Raises GapRefused, ModelError."""
-    p = prepared(inputs, table)
-    search = searching(p, p.A.channels, say)
+    p, until = prepared(inputs, table), process_time() + table.seconds
+    search = searching(p, p.A.channels, say, until)
     say("calibrating the model")
     base = calibrated(search, p)
     if not base.adequate and (mended := turned_right(search, base, p)) is not None:
-        p, search = mended, searching(mended, p.A.channels, say)
+        p, search = mended, searching(mended, p.A.channels, say, until)
         base = calibrated(search, p)
     whole = replace(base, unseen=p.B)
     if whole.adequate:
@@ -50,10 +51,12 @@ def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, SearchResul
     """What the other channels say when one is left out: something without a name on one channel leads the calibration
     astray and hides what the others could name. None where they are not explained either."""
     channels = p.A.channels
-    if len(channels) < 3:
+    if len(channels) < 3 or search.over:
         return None
     search.say("looking at the channels two by two")
-    parts = [searching(p, tuple(c for c in channels if c != left_out), search.say) for left_out in channels]
+    parts = [
+        searching(p, tuple(c for c in channels if c != left_out), search.say, search.until) for left_out in channels
+    ]
     bases = [calibrated(part, p) for part in parts]
     base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
     found = SearchResult(base, base, (), ()) if base.adequate else explain(part, base, FIRST, p.table.beam)

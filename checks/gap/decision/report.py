@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import fit
+from checks.fitting.fit import Led, finish
 from checks.gap.decision.detection_limits import detection_limits
 from checks.gap.decision.gates import claims, from_window, kept, nameless
 from checks.gap.decision.never_worse import gaps_of, never_worse
-from checks.gap.decision.result import NO_MISSING, Result, Tried
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result, Tried
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
 from checks.gap.inputs import Prepared, raw
@@ -25,7 +25,8 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     search.say("fitting all bins")
     told = search.A.channels
     left_out = [c for c in p.A.channels if c not in told]
-    final = fit(best.response, p.A.select(told), best.response.free(best.at))
+    free, joint = tuple(best.response.free(best.at)), best.response.model.joint
+    final = finish(best.response, p.A.select(told), Led(free, best.cost), joint=joint)
     full = Candidate(best.response, final.at, final.cost, p.B.select(told), table)
     made = claims(search, found, final, full, slow, left_out) if best is not base else ()
     everything = replace(full, unseen=p.B)
@@ -57,7 +58,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         p_after=everything.adequacy.p,
         early=p.early,
         slow=slow,
-        notes=(*p.inputs.notes, *_notes(full)),
+        notes=(*p.inputs.notes, *_notes(full), *_ended(search, verdict)),
         damping=best.response.model.damping,
     )
 
@@ -94,6 +95,15 @@ def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str,
 def _tried(found: SearchResult) -> tuple[Tried, ...]:
     ranked = sorted(found.tried, key=lambda c: -c.lnL)
     return tuple(Tried(c.response.labels, c.lnL - found.base.lnL, c.adequacy.p) for c in ranked[:12])
+
+
+def _ended(search: Search, verdict: str) -> tuple[str, ...]:
+    """What is to be said of a search that ran out of time before it explained everything."""
+    if not search.over or verdict in (NO_MISSING, EXPLAINED):
+        return ()
+    return (
+        f"the search ended after {search.table.seconds:g} s of processor time; what it had not tried may explain more",
+    )
 
 
 def _notes(full: Candidate) -> tuple[str, ...]:

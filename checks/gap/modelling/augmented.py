@@ -13,8 +13,10 @@ from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
 
 Values = Mapping[str, float]
+Held = tuple[tuple[str, float], ...]
 Member = Effect | UnmodelledMode
 LEAST = 1e-3  # of a positive parameter's prior: a stiffness of nothing has no derivative
 STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
@@ -22,10 +24,17 @@ STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 
 @dataclass(frozen=True, eq=False)
 class Augmented:
-    """Values by flat name: the model's own, and `effect.parameter` of every member."""
+    """Values by flat name: the model's own, and `effect.parameter` of every member. held: factors of the APA's modes
+    that a search does not vary, with their values."""
 
     model: Model
     members: tuple[Member, ...] = ()
+    held: Held = ()
+
+    def holding_scatter(self, at: Values | None = None) -> "Augmented":
+        """The same with the factors of the APA's modes held: at values, else at their priors."""
+        names = [n for n in self.model.sds if is_mode_factor(n)]
+        return replace(self, held=tuple((n, (at or {}).get(n, self.model.values[n])) for n in names))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,6 +70,7 @@ class Augmented:
         prior."""
         at = start or {}
         taken = {t for e in self.effects if not e.adds for t in e.stands_for(self.model)}
+        taken |= {name for name, _ in self.held}
         base = [p for p in free_of(self.model) if p.name not in taken]
         base = [replace(p, start=at.get(p.name), lo=max(p.lo, LEAST * p.prior) if p.prior > 0 else p.lo) for p in base]
         added = []
@@ -80,7 +90,7 @@ class Augmented:
     def changes(self, values: Values) -> dict[str, float]:
         """What the values are to the model."""
         inside = {f"{m.name}.{p.name}" for m in self.members for p in m.parameters}
-        own = {k: v for k, v in values.items() if k not in inside}
+        own = dict(self.held) | {k: v for k, v in values.items() if k not in inside}
         for e in self.effects:
             for p in e.parameters:
                 for target in p.targets(self.model):

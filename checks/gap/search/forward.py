@@ -6,22 +6,27 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from math import inf
+from time import process_time
 
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT
+from checks.fitting.fit import BEYOND_DOUBT, lead
 from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on
+from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
 from checks.gap.search.screen import Score, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, project
 from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
+STARTS = 3  # of a calibration with scatter, until one is adequate
+POLISH = 8  # steps with everything free, where the scatter was held before
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 BOTH_WAYS = 2  # candidates tried with the other form of damping
@@ -85,10 +90,24 @@ class Search:
     library: tuple[Member, ...]
     table: Thresholds
     say: Say
+    until: float = inf
+
+    @property
+    def over(self) -> bool:
+        """Whether the processor time of this analysis is used up: what was found so far must do."""
+        return process_time() > self.until
 
     def fitted(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
         """A response fitted to A to the end, from far away."""
-        return self._candidate(go_on(annealed(response, self.A, start), MANY))
+        if not response.model.scatters:
+            return self._candidate(go_on(annealed(response, self.A, start), MANY))
+        tried: list[Candidate] = []
+        for seed in range(STARTS):  # a sharp mode far from its place is a false minimum: other starts are the cure
+            led = lead(response, self.A, response.free(start), joint=response.model.joint, starts=1 + seed, seed=seed)
+            tried.append(self._candidate(go_on(begin(response, self.A, led[0].at), MANY)))
+            if tried[-1].adequate or self.over:
+                break
+        return min(tried, key=lambda c: c.cost)
 
     def _candidate(self, r: Refit) -> Candidate:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
@@ -99,7 +118,8 @@ class Search:
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
-        return self._raced([r for s in scores for r in self._starts(base, s)])
+        scores.sort(key=lambda s: s.p)
+        return self._raced([r for s in scores if not self.over for r in self._starts(base, s)])
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
         """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
@@ -120,10 +140,10 @@ class Search:
         return [*self._coarse_start(base, score), *self._from_screen(base.response, base.at, score)]
 
     def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Refit]:
-        response = base.with_member(score.member)
+        response = base.with_member(score.member).holding_scatter(at)
         out = []
         taken = _stood_for(score.member, response)
-        kept = {k: v for k, v in at.items() if k not in taken}
+        kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
         for values in score.starts:
             start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
             try:
@@ -134,7 +154,7 @@ class Search:
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
         """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
-        response = base.response.with_member(score.member)
+        response = base.response.with_member(score.member).holding_scatter()
         found, member = score.starts[0], score.member
         if not isinstance(member, Effect):
             return []
@@ -183,14 +203,25 @@ class Search:
         quick = replace(c.response, model=_quicker(c.response.model))
         return go_on(begin(c.response, self.A, annealed(quick, self.A, own).at), MANY)
 
+    @staticmethod
+    def _to_the_end(refit: Refit) -> Refit:
+        """First with the scatter held, then with all that is free."""
+        done = go_on(refit, MANY)
+        return go_on(freed(done), POLISH) if done.response.held else done
+
     def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
         """The best start of every set, the most promising ones fitted to the end."""
         best: dict[frozenset[str], Refit] = {}
         for r in sorted(started, key=lambda r: r.cost):
             best.setdefault(frozenset(r.response.names), r)
         ranked = list(best.values())
-        done = [go_on(r, MANY) for r in ranked[:GO_ON]] + ranked[GO_ON:]
+        done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
         return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+def freed(refit: Refit) -> Refit:
+    """A fit with nothing held any more."""
+    return released(refit) if refit.response.held else refit
 
 
 @lru_cache(maxsize=4)
@@ -225,6 +256,8 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
     beam = [base]
     tried: list[Candidate] = []
     for size in range(1, most + 1):
+        if search.over:
+            break
         search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
         found: list[Candidate] = []
         for b in beam:
@@ -232,6 +265,9 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
             adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
             if adequate:
                 return _done(search, base, adequate, (*tried, *found))
+        if search.over:
+            tried += found
+            break
         again = search.from_far(found)
         found = _distinct([*again, *found])
         adequate = [c for c in again if c.adequate]

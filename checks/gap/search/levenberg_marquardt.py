@@ -3,17 +3,22 @@
 The last fit of what is reported is `checks.fitting.fit.fit` on all bins; this one only finds where it begins.
 """
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import LinAlgWarning
 
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
+from checks.fitting.descent import descend
+from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.search.held_scatter import scatter_of
 
 FIRST_DAMPING = 1e-2
 # A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
@@ -64,6 +69,12 @@ def go_on(refit: Refit, steps: int) -> Refit:
     if refit.settled:
         return refit
     problem = _Problem(refit.response, refit.data, refit.response.free(refit.at))
+    if refit.response.model.scatters and not refit.response.held:
+        with warnings.catch_warnings():
+            # An effect has no prior to measure it by: its column may be huge, which harms no positive definite solve.
+            warnings.simplefilter("ignore", LinAlgWarning)
+            found = descend(problem, problem.begin(), steps)
+        return replace(refit, at=problem.values(found.x), cost=found.cost, settled=found.settled)
     x, damping = problem.begin(), refit.damping
     r = problem.residual(x)
     cost, settled = 0.5 * float(r @ r), False
@@ -90,16 +101,20 @@ def _step(
     for _ in range(8):
         move = np.linalg.solve(A + damping * np.diag(np.maximum(scale, 1e-12)), -g)
         new = problem.inside(x + move)
-        try:
-            trial = problem.residual(new)
-        except ModelError:
-            damping *= 10.0
-            continue
+        trial = problem.residual(new)
         lower = 0.5 * float(trial @ trial)
         if np.isfinite(lower) and lower < cost:
             return new, trial, lower, max(damping / 10.0, 1e-10)
         damping = max(10.0 * damping, 1e-6)
     return None
+
+
+def released(refit: Refit) -> Refit:
+    """A fit whose scatter was held, with the scatter free and at its best."""
+    scatter = scatter_of(refit.response, refit.data)
+    error = refit.data.H - refit.response.frf(refit.data.f, refit.at, refit.data.channels)
+    response = replace(refit.response, held=())
+    return begin(response, refit.data, refit.at | scatter.best(refit.data.whitener(error)))
 
 
 class _Problem:
@@ -111,13 +126,18 @@ class _Problem:
         self.start = np.array([p.begin for p in free])
         self.unit = np.array([p.unit for p in free])
         self.prior = np.array([p.prior for p in free])
-        self.weight = np.array([1.0 / p.sd for p in free])
+        self.weight = prior_rows(free, response.model.joint) * self.unit
         self.lo = np.array([p.lo for p in free])
         self.hi = np.array([p.hi for p in free])
+        self.scatter = scatter_of(response, data) if response.held else None
 
     def begin(self) -> Array:
         x: Array = self.start / self.unit
         return x
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Of x."""
+        return self.lo / self.unit, self.hi / self.unit
 
     def inside(self, x: Array) -> Array:
         return np.asarray(np.clip(x * self.unit, self.lo, self.hi) / self.unit)
@@ -126,13 +146,21 @@ class _Problem:
         return dict(zip(self.names, (float(v) for v in np.clip(x * self.unit, self.lo, self.hi)), strict=True))
 
     def residual(self, x: Array) -> Array:
-        error = self.data.H - self.response.frf(self.data.f, self.values(x), self.data.channels)
-        return np.concatenate([self.data.whitener(error), (x * self.unit - self.prior) * self.weight])
+        try:
+            error = self.data.H - self.response.frf(self.data.f, self.values(x), self.data.channels)
+        except ModelError:  # nothing stands with these values: the search turns back
+            return np.full(1, np.inf)
+        white = self.data.whitener(error)
+        if self.scatter is not None:
+            white = self.scatter.off(white)
+        return np.concatenate([white, self.weight @ (x - self.prior / self.unit)])
 
     def jacobian(self, x: Array) -> Array:
         D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
-        rows = -self.data.whitener(D * self.unit[:, None, None]).T
-        return np.vstack([rows, np.diag(self.unit * self.weight)])
+        rows = -self.data.whitener(D * self.unit[:, None, None])
+        if self.scatter is not None:
+            rows = self.scatter.turned(rows)
+        return np.vstack([rows.T, self.weight])
 
     def cost(self, x: Array) -> float:
         r = self.residual(x)

@@ -12,6 +12,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
+from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented, Values
 
 
@@ -75,9 +76,7 @@ def project(response: Augmented, data: Dataset, at: Values) -> Projected:
     priors = [p for p in free if np.isfinite(p.sd)]
     unit = np.array([p.unit for p in free])
     D = response.jacobian(data.f, names, at, data.channels) * unit[:, None, None]
-    rows = np.zeros((len(priors), len(free)))
-    for k, p in enumerate(priors):
-        rows[k, names.index(p.name)] = unit[names.index(p.name)] / p.sd
+    rows = prior_rows(free, response.model.joint)[[names.index(p.name) for p in priors]] * unit
     J = np.vstack([data.whitener(D).T, -rows])
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
     known = at_known(response, data, at)
@@ -88,6 +87,7 @@ def at_known(response: Augmented, data: Dataset, at: Values) -> Projected:
     """At values that something else has settled: nothing is taken out. Where a channel holds something that has no
     place in the response, taking out what the parameters could explain of it would spread it over all channels."""
     priors = [p for p in response.free() if np.isfinite(p.sd)]
+    known = prior_rows(priors, response.model.joint) @ np.array([at[p.name] - p.prior for p in priors])
     residual = data.H - response.frf(data.f, at, data.channels)
-    r = np.concatenate([data.whitener(residual), [(at[p.name] - p.prior) / p.sd for p in priors]])
+    r = np.concatenate([data.whitener(residual), known])
     return Projected(data, response, at, r, np.zeros((r.size, 0)), (), tuple(p.name for p in priors))
