@@ -13,7 +13,7 @@ from accept.commands.bench.run import RunOptions
 aiohttp = pytest.importorskip("aiohttp")
 pytest.importorskip("textual_serve")
 
-FIRST_SCREEN = b"Serial, typed"
+FIRST_SCREEN = b"Serial number"
 TIMEOUT_S = 60.0  # for the program to start on a crowded machine
 
 
