@@ -14,6 +14,7 @@ from validation import strut as struts
 from validation.bench import FS, Playing, World, draw_rough, draw_setting, record
 from validation.cases import seal
 from validation.model_files import text_for
+from validation.results_store import CODE, ROOT, THRESHOLDS
 from validation.scores import Outcome
 from validation.scores_as_built import above_limit, acceptances, faulty_right, scores_of, wrong_acceptances
 from validation.sets import DAMPING, SETS, draw_set
@@ -283,3 +284,9 @@ def test_scores_tell_a_right_set_from_one_wrong_in_just_that() -> None:
         ([replace(good[0], seconds=31.0)], "seconds of one core, worst"),
     ]:
         assert not by_name([*good, *changed], "scatter-1")[row], row
+
+
+def test_the_stamp_finds_what_it_freezes() -> None:
+    """A file of thresholds that moves, or a folder of code that no pattern meets, would freeze nothing."""
+    assert THRESHOLDS.is_file()
+    assert all(any(ROOT.glob(pattern)) for pattern in CODE)
