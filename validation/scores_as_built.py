@@ -55,7 +55,7 @@ def scores_of(name: str, outcomes: Outcomes) -> list[Score]:
         share("named, and a channel's G grows", [grows(o) for o in outcomes if o.named], "0 %", most(0.0)),
         *_by_kind(name, outcomes),
         *_own(name, outcomes),
-        *misalignment(name, outcomes),
+        *(misalignment(name, outcomes) if name != "faults" else ()),
     ]
     seconds = [o.seconds for o in outcomes]
     rows.append(middle("seconds of one core, median", seconds, "<= 5 s", most(5.0)))
@@ -136,8 +136,8 @@ def _numbers(gap: Json, unit: str) -> list[float]:
 
 
 def faulty_right(o: Outcome) -> bool:
-    allowed = {"sensor_polarity"} if "sensor_polarity" in o.true else {"channel_swap", "channel_exchange"}
-    return o.refused or (o.error is None and set(o.named) <= allowed)
+    """Named as what it is, or refused; no other name."""
+    return o.refused or (o.error is None and not o.false_names)
 
 
 def misalignment(name: str, outcomes: Outcomes) -> Iterator[Score]:
