@@ -65,17 +65,17 @@ def calibrate(
 def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
     """A calibration with the form of damping that the data ask for beyond doubt and, for a model that scatters, with
     the finest tolerance that the data bear."""
-    if not found.model.scatters:
-        return better_damped(found, wrap)
-    best = found
-    for tolerance in (t for t in FINER if found.model.least <= t < found.fit.datasets[0].tolerance):
+    best = better_damped(found, wrap)
+    own = best.fit.datasets[0].tolerance
+    for tolerance in (t for t in FINER if found.model.scatters and found.model.least <= t < own):
         sets = [replace(s, tolerance=tolerance) for s in best.fit.datasets]
         finer = replace(best, fit=resume(best.response, best.fit, sets))
-        finer = better_damped(finer, wrap)
         if contradiction(finer.response, finer.fit, unseen) is not None:
-            break
+            finer = better_damped(finer, wrap)
+            if contradiction(finer.response, finer.fit, unseen) is not None:
+                break
         best = finer
-    return best if best is not found else better_damped(found, wrap)
+    return better_damped(best, wrap)
 
 
 def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:

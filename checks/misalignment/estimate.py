@@ -18,7 +18,7 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
-from checks.fitting.calibrate import Calibration, of_damping, refined
+from checks.fitting.calibrate import Calibration, better_damped, of_damping, refined
 from checks.fitting.common_drive import DRIVE, Driven
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
@@ -102,11 +102,11 @@ def _found(
     """The estimate from these channels; None where every search breaks off."""
     quick = of_damping(model, "modal") or model
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        fits = _fits(quick, first, starts)
-        if not fits:
+        found = _fits(quick, first, starts)
+        if not found:
             return None
-        alike = [f for f in fits if f.cost - fits[0].cost < BEYOND_DOUBT]
-        refits = [refined(Calibration(quick, Driven(quick), f), Driven, second) for f in alike]
+        alike = [c for c in found if c.fit.cost - found[0].fit.cost < BEYOND_DOUBT]
+        refits = [refined(c, Driven, second) for c in alike]
     best = min(refits, key=lambda c: (c.fit.datasets[0].tolerance, c.fit.cost))
     result = MisalignmentEstimate(
         dx=_along(model, best.fit, DX),
@@ -121,15 +121,16 @@ def _found(
     return replace(result, reason=reason(result))
 
 
-def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Fit]:
-    """Fits from the starts that lead to different places, the best first. Where none explains the strut's own modes,
-    one may have been taken for another: then once more, from draws of its parameters."""
+def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Calibration]:
+    """Fits from the starts that lead to different places, the best first, each with the form of damping that the data
+    ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, from draws
+    of its parameters."""
     free = [free_parameters(model, dx, dy, data.channels) for dx, dy in starts]
-    found = [f for led in _places(_leads(model, data, free)) if (f := _finished(model, data, led)) is not None]
-    if not any(_explains(model, f) for f in found) and not any(_another_bench(f) for f in found):
+    found = [c for led in _places(_leads(model, data, free)) if (c := _finished(model, data, led)) is not None]
+    if not any(_explains(c) for c in found) and not any(_another_bench(c.fit) for c in found):
         again = _leads(model, data, free[:1], DRAWS)[:1]
-        found += [f for led in again if (f := _finished(model, data, led)) is not None]
-    return sorted(found, key=lambda f: f.cost)
+        found += [c for led in again if (c := _finished(model, data, led)) is not None]
+    return sorted(found, key=lambda c: c.fit.cost)
 
 
 def _leads(model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0) -> list[Led]:
@@ -143,9 +144,10 @@ def _leads(model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: i
     return sorted(found, key=lambda led: led.cost)
 
 
-def _finished(model: Model, data: Dataset, led: Led) -> Fit | None:
+def _finished(model: Model, data: Dataset, led: Led) -> Calibration | None:
+    response = Driven(model)
     try:
-        return finish(Driven(model), data, led, joint=model.joint)
+        return better_damped(Calibration(model, response, finish(response, data, led, joint=model.joint)), Driven)
     except ValueError:  # as in `_leads`
         return None
 
@@ -160,8 +162,8 @@ def _places(leads: Sequence[Led]) -> list[Led]:
     return kept
 
 
-def _explains(model: Model, found: Fit) -> bool:
-    return found.converged and contradiction(Driven(model), found) is None
+def _explains(found: Calibration) -> bool:
+    return found.fit.converged and contradiction(found.response, found.fit) is None
 
 
 def _another_bench(found: Fit) -> bool:
