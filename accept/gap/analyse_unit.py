@@ -22,6 +22,7 @@ from checks.model.model import Model
 from checks.record import Record
 
 F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
+SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
 
@@ -150,10 +151,10 @@ def _quality(A: Dataset) -> tuple[str, ...]:
 
 
 def _slow(unit: LoadedUnit) -> Record | None:
-    if "hysteresis" not in unit.folder.sections:
+    if SLOW_SINES not in unit.folder.sections:
         return None
     try:
-        record = unit.values("hysteresis").get("record")
+        record = unit.values(SLOW_SINES).get("record")
     except RecordError:
         return None
     return record if isinstance(record, Record) else None
