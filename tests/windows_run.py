@@ -78,7 +78,7 @@ def batch_and_certificate(folder: Path) -> None:
     text = f'serial = "APA-07"\nkind = "apa"\n[flatness]\nz_um = {heights}\n{values}[stiffness]\nk_N_per_um = 1.75\n'
     (unit / "unit.toml").write_text(text, encoding="utf-8")
     out = folder / "out"
-    assert command("batch", str(unit), "--out", str(out), "--spec", "apa-basic") == 0
+    assert command("batch", str(unit), "--out", str(out), "--spec", "apa-basic", "--operator", "Ann") == 0
     assert command("verify", str(out / "certificates" / "APA-07.pdf")) == 0
 
 
