@@ -4,7 +4,7 @@ import re
 import secrets
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from aiohttp import web
 from aiohttp.typedefs import Handler
@@ -50,16 +50,16 @@ class Loopback(Server):
             raise web.HTTPForbidden(text=f"only http://{self._own} itself is answered")
         if secrets.compare_digest(request.cookies.get(COOKIE, ""), self._session):
             return await handler(request)
-        self._admit(request.query.get("token", ""))
+        raise self._admitted(request.query.get("token", ""))
 
-    def _admit(self, token: str) -> NoReturn:
+    def _admitted(self, token: str) -> web.HTTPFound:
         """The first browser that brings the printed token gets the session; nobody else does, and no second one."""
         if self._token is None or not secrets.compare_digest(token, self._token):
             raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
         self._token = None
         answer = web.HTTPFound(f"http://{self._own}/")
         answer.set_cookie(COOKIE, self._session, httponly=True, samesite="Strict")
-        raise answer
+        return answer
 
 
 def template_without_strangers(folder: Path) -> None:
