@@ -137,6 +137,8 @@ class Store:
                 end = self._end(connection)
                 ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
                 new = _chained(entries, who, end)
+                if self._anchor and end == START:
+                    self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
                 connection.execute(insert(tables.events), [asdict(event) for event in new])
                 connection.execute(
                     update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash)
@@ -224,8 +226,10 @@ class Store:
         return head
 
     def _anchored(self, connection: Connection, head: StoreHead) -> bool:
+        if self._anchor is None:
+            return True
         try:
-            kept = self._anchor.read() if self._anchor else None
+            kept = self._anchor.read()
         except ValueError as e:
             raise StoreError(f"{self.where}: {e}") from e
         if kept is None:

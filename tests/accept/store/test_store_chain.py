@@ -38,9 +38,11 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def checked(
-    original: Path, tamper: Tamper, exported: StoreHead | None = None, with_file: bool = True
+    original: Path, tamper: Tamper, exported: StoreHead | None = None, with_file: bool = True, forged: bool = False
 ) -> ChainBreak | None:
-    """What `check` says of a copy of the store after `tamper`; nothing may be appended to it when it says anything."""
+    """What `check` says of a copy of the store after `tamper`; nothing may be appended to it when it says anything.
+
+    forged: the file beside it is rewritten too, to what the table says then."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(original / "store.sqlite", folder)
         if with_file:
@@ -52,6 +54,10 @@ def checked(
         raw.execute("BEGIN")
         tamper(raw)
         raw.execute("COMMIT")
+        if forged:
+            Path(folder, "store.head").write_text(
+                f"{StoreHead(*raw.execute('SELECT seq, hash FROM head').fetchone())}\n"
+            )
         raw.close()
         with open_store(f"sqlite:///{folder}/store.sqlite", check=False) as store:
             return store.check(exported)
@@ -148,6 +154,9 @@ def put_away(raw: sqlite3.Connection, first: int, last: int) -> None:
     raw.execute("DELETE FROM events WHERE seq BETWEEN ? AND ?", (first, last))
 
 
+MISSING = ChainBreak(0, "store.head is missing: it stands beside every store")
+
+
 @pytest.mark.parametrize("kept", range(N))
 def test_a_tail_cut_off_together_with_the_table_head_is_missed_by_the_file(original: Path, kept: int) -> None:
     def cut(raw: sqlite3.Connection) -> None:
@@ -157,7 +166,9 @@ def test_a_tail_cut_off_together_with_the_table_head_is_missed_by_the_file(origi
 
     problem = checked(original, cut)
     assert problem == ChainBreak(kept + 1, f"event {kept + 1} is missing: store.head holds the hash of event {N}")
-    assert checked(original, cut, with_file=False) is None  # as documented: then only an exported head tells
+    without = checked(original, cut, with_file=False)
+    assert without == (MISSING if kept else None)  # an empty store may have none: then only an exported head tells
+    assert checked(original, cut, forged=True) is None  # likewise
 
 
 @quick
@@ -209,8 +220,9 @@ def test_a_wholesale_rewrite_is_found_only_by_a_head_kept_outside(original: Path
     with open_store(f"sqlite:///{original}/store.sqlite", check=False) as store:
         exported = store.head()
     assert checked(original, rewrite) is not None
-    assert checked(original, rewrite, with_file=False) is None
-    problem = checked(original, rewrite, exported, with_file=False)
+    assert checked(original, rewrite, with_file=False) == MISSING
+    assert checked(original, rewrite, forged=True) is None  # as documented: then only an exported head tells
+    problem = checked(original, rewrite, exported, forged=True)
     assert problem is not None
     assert "the exported head" in problem.words
 
