@@ -173,7 +173,7 @@ def test_a_signature_from_the_future_is_refused(bench: Bench) -> None:
 
 
 def test_no_trust_is_no_proof(bench: Bench) -> None:
-    refused(verify(bench.signed, [], now=NOW), "no trusted CA")
+    refused(verify(bench.signed, [], now=NOW), "no CA is trusted")
 
 
 def test_unsigned_and_encrypted_files_are_refused(bench: Bench) -> None:
