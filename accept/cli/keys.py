@@ -15,7 +15,9 @@ Who = Annotated[str, typer.Argument(help="Name of the person, or sha256 of the c
 
 @app.command("init")
 def init(
-    technician: Annotated[str | None, typer.Option(help="Name on the technician's certificate.")] = None,
+    technician: Annotated[
+        str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name on the technician's certificate.")
+    ] = None,
     qa: Annotated[
         str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")
     ] = None,

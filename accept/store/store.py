@@ -188,7 +188,6 @@ class Store:
             anchors = self._anchors(exported)  # read before the events: they may only be ahead of it
         except ValueError as e:
             return ChainBreak(0, str(e))
-        missing = self._anchor is not None and self._anchor.read() is None
         before = file_looks(self._file) if self._file else ""
         with reported(self.where), snapshot(self._engine) as connection:
             if foreign := tables.foreign_columns(connection):
@@ -196,7 +195,8 @@ class Store:
             row = _head_row(connection)
             if row is None:
                 return ChainBreak(0, "the row of table head is missing or altered")
-            if missing and self._anchor is not None and row != START:
+            # Asked after the events were seen: the file is there before the first of them is.
+            if self._anchor is not None and row != START and self._anchor.read() is None:
                 return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
             problem = first_problem(map(_event, connection.execute(ordered)), row, anchors)
