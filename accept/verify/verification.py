@@ -153,7 +153,7 @@ def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
 def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:
     """Of the authorities that are trusted those of the asked kind: a demonstration's passphrase is no secret."""
     if not trust:
-        raise InvalidCertificate("no trusted CA: give its certificate")
+        raise InvalidCertificate("no CA is trusted: give its certificate")
     roots = [ca for ca in trust if authority.is_demo(ca) == demo]
     if not roots:
         kind = "no demo authority is trusted" if demo else "the authority is that of a demo: accept verify --demo"
