@@ -20,13 +20,15 @@ NOTHING: Values = {}
 
 @dataclass(frozen=True)
 class Constant:
-    """An estimate with its standard uncertainty u and its 95 % interval, in the unit of its name."""
+    """An estimate with its standard uncertainty u and its 95 % interval, in the unit of its name. u_model: standard
+    uncertainty by what the model states as uncertain, its modes above all; not in u and the interval."""
 
     name: str
     value: float
     u: float
     lo: float
     hi: float
+    u_model: float = 0.0
 
 
 def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
@@ -72,7 +74,22 @@ def fit_constants(
     ga, u_ga, n_ga = _real_gain(f, H[seen], variance[seen], unit, seen, limits["ga"])
     both, u_both, n_gs = _real_gain(f, H["Vs"], variance["Vs"], unit, "Vs", limits["gs"])
     u_gs = abs(both / ga) * float(np.hypot(u_both / both, u_ga / ga))
-    return {"ga_N_per_V": _constant("ga_N_per_V", ga, u_ga, n_ga), gs_name: _constant(gs_name, both / ga, u_gs, n_gs)}
+    moved, moved_both = (_moved_by_parameters(unit, f[_band(f, limits[k])], c) for k, c in (("ga", seen), ("gs", "Vs")))
+    of_ga, of_gs = float(np.linalg.norm(moved)), float(np.linalg.norm(moved_both - moved))
+    return {
+        "ga_N_per_V": _constant("ga_N_per_V", ga, u_ga, n_ga, abs(ga) * of_ga),
+        gs_name: _constant(gs_name, both / ga, u_gs, n_gs, abs(both / ga) * of_gs),
+    }
+
+
+def _moved_by_parameters(unit: Model, f: Array, channel: str) -> Array:
+    """(P,) relative change of a channel's gain over f when each uncertain parameter of the model moves by its standard
+    deviation, linearised. The constants themselves are what is sought."""
+    names = [name for name in unit.sds if not name.startswith("constants.")]
+    x = unit.frf(f, channels=(channel,))[:, 0]
+    slopes = unit.jacobian(f, names, channels=(channel,))[:, :, 0]
+    share = (slopes @ x.conj()).real / float(np.sum(np.abs(x) ** 2))
+    return np.asarray(share * np.array([unit.sds[name] for name in names]))
 
 
 def _unit_model(model: Model, changes: Values) -> tuple[Model, str]:
@@ -105,6 +122,6 @@ def _real_gain(
     return g, float(np.sqrt(max(1.0, scatter) / power)), int(inside.sum())
 
 
-def _constant(name: str, value: float, u: float, n: int) -> Constant:
+def _constant(name: str, value: float, u: float, n: int, u_model: float) -> Constant:
     half = float(stats.t.ppf(0.975, 2 * n - 1)) * u
-    return Constant(name, value, u, value - half, value + half)
+    return Constant(name, value, u, value - half, value + half, u_model)

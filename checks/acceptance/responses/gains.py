@@ -189,6 +189,7 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec) 
     budget = [
         Contribution("scatter of the response", found.u, "A"),
         Contribution(f"model {model.name}, as its tolerance says", abs(found.value) * model.tolerance),
+        Contribution(f"uncertain parameters of model {model.name}", found.u_model),
     ]
     instrument = stated(spec, found.value, name)
     return Quantity.of(
