@@ -23,6 +23,7 @@ from specs.model_sections import FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
+AS_BUILT = "strut-as-built"  # what a misalignment is estimated with: modes as uncertain as they are from unit to unit
 KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
 

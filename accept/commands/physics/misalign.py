@@ -10,7 +10,7 @@ from accept.base.exit_codes import Exit
 from accept.commands.physics.model import draw_to
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
-from accept.models.model_file import DEFAULT_MODEL, Opened, as_weighed, opened
+from accept.models.model_file import AS_BUILT, Opened, as_weighed, opened
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import NoResult, Reason
@@ -31,7 +31,7 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     folder = read(unit)
     if folder.kind != "strut":
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
-    given = opened(model or DEFAULT_MODEL["strut"])
+    given = opened(model or AS_BUILT)
     table = table_for(given.model, say)
     measured = _measured(folder)
     found = _estimate(given, measured, table)

@@ -298,8 +298,7 @@ def test_actuator_constant_by_the_static_gain():
     found, _ = measured(good_unit())
     static = open_model("apa-frame").frf([0.0], {"constants.ga_N_per_V": 1.0}, ("de",))[0, 0].real
     assert found["ga_N_per_V"].value == pytest.approx(26.0e-6 / static, rel=3e-3)
-    # The model: 1 % tolerance and 1.5 % by its modes, of which the third carries the static compliance.
-    assert found["ga_N_per_V"].U > 0.03 * abs(found["ga_N_per_V"].value)
+    assert found["ga_N_per_V"].U > 0.05 * abs(found["ga_N_per_V"].value)  # the model's tolerance, 3 %, is in it
 
 
 # --- recorded units --------------------------------------------------------------------------------------------------

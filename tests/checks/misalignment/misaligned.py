@@ -59,7 +59,7 @@ def table_of(model: Model, nx: int = 21, ny: int = 21) -> MisalignmentTable:
 
 @lru_cache
 def builtin() -> Model:
-    return open_model("strut")
+    return open_model("strut-as-built")
 
 
 @lru_cache

@@ -237,7 +237,7 @@ def test_the_check_needs_a_model_and_both_records() -> None:
     with no_result(Cause.MODEL_NOT_SET):
         CHECK.measure({}, CheckSpec(required=False))
     with no_result(Cause.NOT_MEASURED, record="low and high"):
-        CHECK.measure({"model": open_model("strut")}, CheckSpec(required=False))
+        CHECK.measure({"model": open_model("strut-as-built")}, CheckSpec(required=False))
 
 
 def test_misalignment_is_no_section_of_a_unit(tmp_path: Path) -> None:
