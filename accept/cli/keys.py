@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="Keys of the authority, of technicians and of quality assurance.", no_args_is_help=True)
+app = typer.Typer(help="Keys of the authority, technicians and QA.", no_args_is_help=True)
 
 Office = Annotated[Path | None, typer.Option("--authority", help="Folder with ca.key.pem, where it is off the bench.")]
 PassphraseFile = Annotated[Path | None, typer.Option("--passphrase-file", help="File with the passphrase.")]

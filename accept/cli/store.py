@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="The bench's event store: who did what, when, by which spec and code.", no_args_is_help=True)
+app = typer.Typer(help="The event store: who did what, when and by which spec.", no_args_is_help=True)
 
 
 @app.command("check")

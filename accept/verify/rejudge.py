@@ -16,7 +16,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from accept.verify.verification import Verification, verify
 from specs.files import read_bounded
-from specs.spec import parse
+from specs.spec import Spec, parse
 from specs.strict import SpecError
 
 MAX_CERTIFICATE_BYTES = 200_000_000
@@ -29,7 +29,7 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
     """
     try:
         spec = parse(attached.spec_text.encode(), "the attached spec")
-        if wrong := contradictions(attached.result, spec):
+        if wrong := _contradictions(attached, spec):
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             folder = attached.unpack(Path(place))
@@ -37,10 +37,19 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
             unit = unit_folder.read(folder)
             again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models).to_json()
             return again | searched_for(attached.result)
+    except InvalidCertificate:
+        raise  # it is a ValueError too
     except (UnitError, SpecError) as e:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:
         raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
+
+
+def _contradictions(attached: Attachments, spec: Spec) -> list[str]:
+    try:
+        return contradictions(attached.result, spec)
+    except (KeyError, TypeError, ValueError) as e:
+        raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
 
 
 def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:

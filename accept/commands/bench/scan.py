@@ -6,6 +6,7 @@ address that is named, one question that changes nothing is asked: `*IDN?`, or t
 """
 
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -77,7 +78,11 @@ def _visa(named: Sequence[str]) -> list[Seen]:
         say("VISA instruments are not looked for: pip install 'accept[visa]'")
         return []
     try:
-        found = pyvisa.ResourceManager("@py").list_resources("?*")
+        with warnings.catch_warnings(record=True) as left_out:  # what could not be searched, and what it would take
+            warnings.simplefilter("always")
+            found = pyvisa.ResourceManager("@py").list_resources("?*")
+        for warning in left_out:
+            say(f"VISA: {warning.message}")
     except (pyvisa.errors.Error, OSError, ValueError) as e:
         say(f"VISA: {e}")
         found = ()

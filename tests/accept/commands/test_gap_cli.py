@@ -159,7 +159,8 @@ class TestImprovedModel:
     def test_nothing_is_missing_from_it(self, crossed: SimpleNamespace, tmp_path: Path) -> None:
         done = accept("gap", crossed.unit, "--model", crossed.out / "model.toml", "--out", tmp_path)
         assert done.exit_code == 0
-        assert "no_missing_effect" in done.stdout
+        assert "X-1: Model and data agree" in done.stdout
+        assert json.loads((tmp_path / "gap.json").read_text())["verdict"] == "no_missing_effect"
 
     @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.in_model))
     def test_no_effect_counts_twice(self, name: str, tmp_path: Path, crossed: SimpleNamespace) -> None:
@@ -276,7 +277,7 @@ class TestRefused:
 def test_one_realisation_is_said(tmp_path: Path) -> None:
     done = accept("gap", make_strut(tmp_path / "S", "S-1", repeats=False), "--out", tmp_path / "out")
     assert done.exit_code == 0
-    assert "power is lost" in " ".join(done.stdout.split())
+    assert "so the sensitivity is reduced" in " ".join(done.stdout.split())
     document = json.loads((tmp_path / "out" / "gap.json").read_text())
     assert document["verdict"] == "no_missing_effect"
     assert any("single realisation" in note for note in document["notes"])

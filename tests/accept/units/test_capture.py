@@ -131,7 +131,7 @@ def test_leads_that_are_not_connected(tmp_path):
 def test_a_stage_of_another_kind(tmp_path):
     with simulated_bench(tmp_path / "bench") as (simulated, _):
         simulated.stage.path.write_text('{"other": 1}')
-        with pytest.raises(ValueError, match="no stage"):
+        with pytest.raises(ValueError, match="is not a stage"):
             simulated.stage.read()
         simulated.stage.write(Stage(probe=1))
 

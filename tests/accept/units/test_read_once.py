@@ -21,6 +21,7 @@ from checks.gap.workflow import GapRefused
 from tests.accept.units.test_unit import good_stroke, records_unit
 from tests.checks.gap.gap_units import make_strut
 
+PASSPHRASE = "read only once"
 opened: Counter[str] = Counter()
 watching: list[Path] = []
 
@@ -43,8 +44,8 @@ def test_one_strut_from_records_to_certificate(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(analyse_unit, "run", found)
     monkeypatch.setattr(misalignment, "estimate", found)
     folder = make_strut(tmp_path / "units" / "S-1", "S-1")
-    keys.init(tmp_path / "home", "x", "Ada", "Grace")
-    credential = keys.unlock(tmp_path / "home", keys.TECHNICIAN, "x")
+    keys.init(tmp_path / "home", PASSPHRASE, "Ada")
+    credential = keys.unlock(tmp_path / "home", keys.TECHNICIAN, PASSPHRASE)
     parsed: list[str] = []
     loads = tomllib.loads
     monkeypatch.setattr(tomllib, "loads", lambda text: parsed.append(text) or loads(text))

@@ -219,14 +219,17 @@ def test_heights_are_as_flat_as_asked() -> None:
 # --- the demo
 
 
-def test_the_demo_trusts_its_own_strut_and_no_altered_one() -> None:
-    strut = demo_unit.demo_strut()
-    own = Attachments({}, load_spec("strut-basic").text, dict(strut.files))  # by which the demo judges
+def test_the_demo_trusts_its_own_strut_and_no_altered_one(tmp_path: Path) -> None:
+    strut, spec = demo_unit.demo_strut(), load_spec("strut-basic")  # by which the demo judges
+    result = judge_unit(units.read(write(strut, tmp_path / "unit")), spec).to_json()
+    own = Attachments(result, spec.text, dict(strut.files))
     assert rejudge.rejudge_demo(own)["verdict"] == "accepted"
     altered = dict(strut.files)
     altered["hysteresis.mat"] = altered["frf_noise.mat"]
     with pytest.raises(InvalidCertificate, match="not a unit of the demo"):
         rejudge.rejudge_demo(replace(own, files=altered))
+    with pytest.raises(InvalidCertificate, match="the attached result cannot be read"):
+        rejudge.rejudge_demo(replace(own, result={}))
 
 
 # --- the command line
