@@ -102,9 +102,11 @@ class Technician:
         self.at.press("F9")
         self.at.wait_for("F2: sign this result")
         self.at.press("F2")
-        self.at.wait_for("The same again")
-        for line in ("correct horse", "correct horse", "battery staple"):
+        self.at.wait_for("Repeat passphrase")
+        for line in ("correct horse", "correct horse"):
             self.at.line(line)
+        self.at.wait_for("Keys were created")
+        self.at.press("Escape")
 
 
 @contextmanager

@@ -104,7 +104,7 @@ async def test_a_step_without_records_says_which(tmp_path: Path):
         assert pilot.app.session.judgement("misalignment") is None
         await press(pilot, "escape")
         await open_row(pilot, "gap")
-        assert "Load the records" in words(pilot, "#status")
+        assert "Load the frequency responses first" in words(pilot, "#status")
 
 
 def canned(self: Elsewhere, folder: Path, spec) -> Explained:

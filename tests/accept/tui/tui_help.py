@@ -11,6 +11,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input, Label, Static
 from textual.worker import WorkerFailed
 
+from accept.certificate import keys
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 from accept.workflow.bench import Workbench, open_bench
@@ -100,7 +101,9 @@ async def fill_basic(pilot: Pilot[None]) -> None:
 
 
 async def sign_first(pilot: Pilot[None]) -> None:
-    """On the summary: make the keys and sign with them."""
+    """On the summary: make the keys, read where the authority's passphrase is, and sign."""
     await press(pilot, "f2")
-    for line in ("correct horse", "correct horse", "battery staple"):
+    for line in ("correct horse", "correct horse"):
         await type_line(pilot, line)
+    assert keys.AUTHORITY_PASSPHRASE in pilot.app.screen.query(Static)[1].render().plain
+    await press(pilot, "escape")
