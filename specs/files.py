@@ -6,6 +6,7 @@ import stat
 from pathlib import Path
 
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
+CHUNK_BYTES = 65536
 
 
 def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
@@ -15,13 +16,17 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
     """
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
-        mode = os.fstat(handle).st_mode
+        found = os.fstat(handle)
+        mode = found.st_mode
         if stat.S_ISDIR(mode):
             raise IsADirectoryError(errno.EISDIR, "is a folder, expected a file", str(path))
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "is a pipe or a device, expected a regular file", str(path))
         with os.fdopen(handle, "rb", closefd=False) as file:
-            content = file.read(limit + 1)
+            # A read asks for its buffer at once: for what the file holds, not for what the limit allows.
+            content = file.read(min(found.st_size, limit) + 1)
+            while len(content) <= limit and (more := file.read(CHUNK_BYTES)):  # grown meanwhile, or its size is not told
+                content += more
     finally:
         os.close(handle)
     if len(content) > limit:
