@@ -25,7 +25,7 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
         with os.fdopen(handle, "rb", closefd=False) as file:
             # A read asks for its buffer at once: for what the file holds, not for what the limit allows.
             content = file.read(min(found.st_size, limit) + 1)
-            while len(content) <= limit and (more := file.read(CHUNK_BYTES)):  # grown meanwhile, or its size is not told
+            while len(content) <= limit and (more := file.read(CHUNK_BYTES)):  # grown, or of untold size
                 content += more
     finally:
         os.close(handle)
