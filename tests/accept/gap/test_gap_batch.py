@@ -61,6 +61,7 @@ def judged(units: Path, tmp_path_factory: pytest.TempPathFactory) -> SimpleNames
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ACCEPT_HOME", str(home))
         patch.setenv("ACCEPT_PASSPHRASE", "correct horse")
+        patch.setenv("ACCEPT_OPERATOR", "Test Technician")  # whom the tests' own environment names
         run = accept("batch", units, "--spec", spec_with_gap(place), "--out", place / "out", "--workers", 1)
     return SimpleNamespace(run=run, out=place / "out", home=home, spec=place / "spec.toml")
 
@@ -140,7 +141,7 @@ class TestAgain:
         monkeypatch.setattr(attach_to_result.analyse_unit, "analyse", stop_at_the_second)
         stopped = accept(*order)
         assert stopped.exit_code == 4
-        assert "run again to go on" in stopped.stderr
+        assert "run the command again to continue" in stopped.stderr
         accept(*order)
         assert searched == ["S-1", "X-1", "X-1"]
         assert set(entries(tmp_path / "out")) == {"N-1", "S-1", "X-1"}
@@ -154,7 +155,10 @@ class TestAgain:
         assert "unchanged" not in accept(*order).stderr
         assert "unchanged" not in accept(*order, "--model", model).stderr  # now there is one to compare with
         assert "1 of 1 units unchanged" in accept(*order, "--model", model).stderr
-        model.write_text(builtin.read_text().replace("relative = 0.03", "relative = 0.02"))
+        text = builtin.read_text()
+        changed = text.replace("relative = 0.03", "relative = 0.02")
+        assert changed != text
+        model.write_text(changed)
         assert "unchanged" not in accept(*order, "--model", model).stderr
 
 

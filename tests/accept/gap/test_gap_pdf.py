@@ -62,8 +62,9 @@ def test_equal_answers_give_equal_bytes(result: Result) -> None:
 
 def test_what_is_not_told_apart_and_what_would_tell(crowded: Result) -> None:
     text = text_of(render("X-1", crowded))
-    assert "Not told apart: amplifier_bandwidth, loop_delay. To tell: drive a dummy capacitor and read it back." in text
-    assert "Without a name: Vs, poles 750.4 Hz, zeros 762.8 Hz" in text
+    told = "Cannot be distinguished: amplifier_bandwidth, loop_delay."
+    assert f"{told} Next experiment: drive a dummy capacitor and read it back." in text
+    assert "Unidentified effect: Vs, poles 750.4 Hz, zeros 762.8 Hz" in text
     assert "Partly explained" in text
 
 
@@ -74,7 +75,7 @@ def test_terminal(result: Result, crowded: Result) -> None:
         assert max(map(len, lines)) <= COLUMNS
         for c, G in shown.gap_after.channels.items():
             assert any(re.search(rf"{c}: G .* -> {re.escape(gap_number(G.G))}$", line) for line in lines)
-    assert any("the rest is in gap.json" in line for line in summary("X-1", crowded))
+    assert any("for the rest see gap.json" in line for line in summary("X-1", crowded))
 
 
 def test_one_line_says_it_all(crowded: Result, result: Result) -> None:
