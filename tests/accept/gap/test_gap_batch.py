@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.gap import attach_to_result
 from accept.models.model_file import open_model
+from accept.units.loaded_unit import LoadedUnit
 from tests.checks.gap.gap_units import HIGHPASS, make_strut
 from tests.checks.model.units_model import DATA, needs_data
 
@@ -132,8 +133,8 @@ class TestAgain:
         order = ("batch", units, "--spec", spec_with_gap(tmp_path), "--out", tmp_path / "out", "--workers", 1)
         searched: list[str] = []
 
-        def stop_at_the_second(folder: Path, *_: object, **__: object) -> object:
-            searched.append(folder.name)
+        def stop_at_the_second(unit: LoadedUnit, *_: object, **__: object) -> object:
+            searched.append(unit.folder.serial)
             if len(searched) == 2:
                 raise KeyboardInterrupt
             raise attach_to_result.GapRefused("not today")
