@@ -12,7 +12,7 @@ from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs
 from checks.model.model import Model
 
-F = np.geomspace(8.0, 700.0, 300)  # as far as the built-in strut says that it holds
+F = np.geomspace(8.0, 1900.0, 350)
 CHANNELS = ("Vs", "de", "da")
 FS = 1e4
 # V and m per volt of Va: a tenth of the tolerance to ten times it, as in the recorded struts
