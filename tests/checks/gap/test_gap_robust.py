@@ -95,5 +95,5 @@ def test_little_coherence_names_nothing() -> None:
 
 def test_a_single_realisation_says_what_is_lost(tmp_path) -> None:
     found = run_gap(make_strut(tmp_path / "single", "S-1", repeats=False), "strut")
-    assert any("a single realisation" in note and "power is lost" in note for note in found["notes"])
+    assert any("a single realisation" in note and "sensitivity is reduced" in note for note in found["notes"])
     assert not found["named"]
