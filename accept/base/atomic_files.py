@@ -20,10 +20,6 @@ def check_place(path: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
 
 
-_UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
-os.umask(_UMASK)
-
-
 def check_places(*paths: Path | None) -> None:
     """`check_place` of those that are wanted."""
     for path in filter(None, paths):

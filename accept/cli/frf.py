@@ -6,10 +6,8 @@ from typing import Annotated
 import typer
 
 from accept.cli.options import spread
+from accept.commands.options import Json, Plot, SpecName
 from accept.commands.physics.frf_options import ResponseFiles, ResponseOptions
-
-Json = Annotated[Path | None, typer.Option("--json", help="Everything as numbers, to this file.")]
-Plot = Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")]
 
 
 @spread
@@ -26,7 +24,7 @@ def frf(
 
 def compare(
     units: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
-    spec: Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")] = None,
+    spec: SpecName = None,
     json: Json = None,
     plot: Plot = None,
 ) -> None:

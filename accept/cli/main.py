@@ -17,8 +17,12 @@ from accept.cli.keys import app as keys_app
 from accept.cli.misalign import app as lookup_app
 from accept.cli.misalign import misalign
 from accept.cli.model import app as model_app
+from accept.cli.options import spread
 from accept.cli.simulate import app as simulate_app
 from accept.cli.store import app as store_app
+from accept.commands.bench.run_options import RunOptions
+from accept.commands.options import LargeRecords, Operator, QaPassphrase
+from accept.commands.units.options import BatchOptions, ReportOptions
 
 app = typer.Typer(
     name="accept",
@@ -71,16 +75,10 @@ def options(
     """The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."""
 
 
-Out = Annotated[Path, typer.Option(help="Folder for the results.")]
-SpecOption = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
-BenchOption = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
-ModelOption = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")]
-Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
-
-
 @app.command()
-def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("accept-demo"), operator: Operator = None
+) -> None:
     """The whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     from accept.commands.units import demo as command
 
@@ -88,42 +86,30 @@ def demo(out: Out = Path("accept-demo"), operator: Operator = None) -> None:
 
 
 @app.command()
+@spread
 def batch(
-    paths: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
-    out: Out,
-    spec: SpecOption = None,
-    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False,
-    workers: Workers = None,
-    operator: Operator = None,
-    bench: BenchOption = None,
-    model: ModelOption = None,
+    paths: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")], wanted: BatchOptions
 ) -> None:
     """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
     from accept.commands.units import batch as command
 
-    raise typer.Exit(command.run(paths, out, spec, not no_certificates, workers, operator, bench, model))
+    raise typer.Exit(command.run(paths, wanted))
 
 
 @app.command()
-def report(
-    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
-    out: Annotated[Path, typer.Option(help="The certificate to write.")],
-    spec: SpecOption = None,
-    operator: Operator = None,
-    bench: BenchOption = None,
-    model: ModelOption = None,
-) -> None:
+@spread
+def report(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> None:
     """Judge one unit and write its signed certificate."""
     from accept.commands.units import report as command
 
-    raise typer.Exit(command.run(unit, out, spec, operator, bench, model))
+    raise typer.Exit(command.run(unit, wanted))
 
 
 @app.command()
 def countersign(
     certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
-    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
-    records: Annotated[Path | None, typer.Option(help="Folder with the records that were too large to attach.")] = None,
+    passphrase_file: QaPassphrase = None,
+    records: LargeRecords = None,
 ) -> None:
     """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
     from accept.commands.trust import countersign as command
@@ -135,7 +121,7 @@ def countersign(
 def verify(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
-    records: Annotated[Path | None, typer.Option(help="Folder with the records that were too large to attach.")] = None,
+    records: LargeRecords = None,
     require: Annotated[str, typer.Option(help="Also require: accepted,countersigned.")] = "",
     spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
     demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
@@ -193,7 +179,7 @@ def spec_copy(
 @spec_app.command("approve")
 def spec_approve(
     file: Annotated[str, typer.Argument(help="TOML file of the spec.")],
-    passphrase_file: Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")] = None,
+    passphrase_file: QaPassphrase = None,
 ) -> None:
     """Approve a spec with the key of quality assurance."""
     from accept.commands.units import spec as command
@@ -202,21 +188,15 @@ def spec_approve(
 
 
 @app.command("run")
+@spread
 def run_workflow(
-    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to go on with; else it is typed.")] = None,
-    spec: SpecOption = None,
-    bench: BenchOption = None,
-    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None,
-    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None,
-    operator: Operator = None,
+    wanted: RunOptions,
     web: Annotated[bool, typer.Option("--web", help="In a browser on this machine (needs the extra 'web').")] = False,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
 ) -> None:
     """Guided, step by step to the signed certificate."""
     from accept.commands.bench import run as command
 
-    wanted = command.RunOptions(unit, spec, bench, records, operator, training, seed)
     raise typer.Exit(command.serve(wanted, port) if web else command.run(wanted))
 
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from accept.commands.options import Json, ModelName, Plot
+
 app = typer.Typer(help="Precomputed tables of the misalignment.", no_args_is_help=True)
 
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as there are cores.")]
@@ -12,7 +14,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it 
 
 @app.command()
 def build(
-    model: Annotated[str, typer.Option("--model", help="Built-in model or TOML file.")] = "strut",
+    model: ModelName = "strut",
     nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
     ny: Annotated[int, typer.Option(min=3, max=999, help="Places along dy.")] = 41,
     workers: Workers = None,
@@ -37,8 +39,8 @@ def info(
 def misalign(
     unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf].")],
     model: Annotated[str | None, typer.Option("--model", help="Built-in model or TOML file; else strut.")] = None,
-    json: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
-    plot: Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")] = None,
+    json: Json = None,
+    plot: Plot = None,
 ) -> None:
     """How far a strut's APA lies off its axis. dx, dy with U, or why that cannot be said."""
     from accept.commands.physics import misalign as command

@@ -1,4 +1,4 @@
-"""Options that several commands share, declared once: a dataclass of them stands as one parameter of each command."""
+"""A command's options as one dataclass: it stands as one parameter of the command, and typer sees its fields."""
 
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
@@ -14,6 +14,7 @@ def spread(command: Callable[..., None]) -> Callable[..., None]:
     asked = signature(command).parameters.values()
     groups: dict[str, Any] = {p.name: p.annotation for p in asked if is_dataclass(p.annotation)}
     seen = [part for p in asked for part in (_parts(p.annotation) if p.name in groups else (p,))]
+    seen = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in seen]  # so that one without a default may follow another
 
     @wraps(command)
     def run(**given: Any) -> None:

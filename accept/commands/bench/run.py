@@ -3,48 +3,18 @@
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
 from accept.commands.bench import web
+from accept.commands.bench.run_options import RunOptions
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 
-UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
-
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """The command line, as typed. unit: serial, or folder of a unit; bench: bench.toml with instruments and
-    calibrations; seed: of a training unit."""
-
-    unit: str | None = None
-    spec: str | None = None
-    bench: Path | None = None
-    records: Path | None = None
-    operator: str | None = None
-    training: bool = False
-    seed: int | None = None
-
-    def arguments(self) -> list[str]:
-        """What would be typed to get this."""
-        options = {"spec": self.spec, "bench": self.bench, "records": self.records, "operator": self.operator}
-        named = options | {"seed": self.seed}
-        words = [word for name, value in named.items() if value is not None for word in (f"--{name}", str(value))]
-        return [*([self.unit] if self.unit else []), *words, *(["--training"] if self.training else [])]
-
-    @property
-    def folder(self) -> Path | None:
-        """The unit folder that is meant, None for a serial."""
-        path = Path(self.unit or "")
-        return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None
 
 
 def run(wanted: RunOptions) -> Exit:

@@ -7,8 +7,9 @@ import pandas as pd
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.questions import Choice
-from accept.commands.fleet.tables import Outputs, show
+from accept.commands.fleet.options import Choice, GaugeOptions, Outputs
+from accept.commands.fleet.questions import chosen
+from accept.commands.fleet.tables import check, show, write
 from accept.fleet import gauge, golden
 from accept.fleet.measurements import FleetError, measurements, of_quantity
 from accept.store import open_store
@@ -17,18 +18,16 @@ GOOD, USABLE = 10.0, 30.0  # percent of the study ([AIAG-MSA] chapter II)
 
 
 @clear_errors
-def gauge_study(
-    table: Path | None, quantity: str | None, choice: Choice, tolerance: float | None, outputs: Outputs
-) -> Exit:
+def gauge_study(table: Path | None, wanted: GaugeOptions, choice: Choice, outputs: Outputs) -> Exit:
     """A crossed gauge study from a table, or from repeated judgements in the store. Exit 4 above 30 % of the study."""
-    outputs.check()
-    if (table is None) == (quantity is None):
+    check(outputs)
+    if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
     if table is not None:
         frame = gauge.read_table(table)
     else:
         with open_store() as store:
-            frame = gauge.from_store(of_quantity(choice.of(measurements(store)), str(quantity)))
+            frame = gauge.from_store(of_quantity(chosen(measurements(store), choice), str(wanted.quantity)))
     found = gauge.study(frame)
     parts = {
         "repeatability": found.repeatability,
@@ -45,13 +44,13 @@ def gauge_study(
     interaction = "significant" if found.interaction > 0 else "not significant, pooled with the repeats"
     stdout.print(f"operators x parts: {interaction} (p = {found.p_interaction:.3g})")
     stdout.print(f"distinct categories: {found.distinct_categories}")
-    if tolerance is not None:
-        stdout.print(f"gauge R&R: {found.percent_of_tolerance(tolerance):.1f} % of the tolerance")
+    if wanted.tolerance is not None:
+        stdout.print(f"gauge R&R: {found.percent_of_tolerance(wanted.tolerance):.1f} % of the tolerance")
     U = gauge.expanded_uncertainty(found)
     stdout.print(
         f"for a spec: U = {U:.3g} (k = 2, without calibration), source = 'gauge study of {len(frame)} readings'"
     )
-    outputs.write(rows)
+    write(outputs, rows)
     verdict = (
         "good" if found.percent_of_study <= GOOD else "usable" if found.percent_of_study <= USABLE else "not usable"
     )

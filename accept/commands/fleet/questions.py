@@ -1,6 +1,5 @@
 """`accept history`, `list`, `yield` and `trend`."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -8,7 +7,8 @@ import pandas as pd
 from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.tables import Outputs, show
+from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
+from accept.commands.fleet.tables import check, show, write
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
@@ -17,22 +17,14 @@ from accept.pictures.formats import format_of
 from accept.store import open_store
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Which judgements are asked about."""
-
-    since: str | None = None
-    until: str | None = None
-    kind: str | None = None
-
-    def of(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """The rows that are asked about. Raises FleetError where there are none."""
-        chosen = between(frame, day(self.since), day(self.until, last=True))
-        if self.kind is not None:
-            chosen = chosen[chosen["kind"] == self.kind]
-        if chosen.empty:
-            raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
-        return chosen
+def chosen(frame: pd.DataFrame, choice: Choice) -> pd.DataFrame:
+    """The rows that are asked about. Raises FleetError where there are none."""
+    rows = between(frame, day(choice.since), day(choice.until, last=True))
+    if choice.kind is not None:
+        rows = rows[rows["kind"] == choice.kind.value]
+    if rows.empty:
+        raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
+    return rows
 
 
 def _stored(serial: str | None = None) -> pd.DataFrame:
@@ -43,7 +35,7 @@ def _stored(serial: str | None = None) -> pd.DataFrame:
 @clear_errors
 def history(serial: str, outputs: Outputs) -> Exit:
     """Every attempt of a unit, and what changed."""
-    outputs.check()
+    check(outputs)
     frame = _stored(serial)
     if frame.empty:
         raise FleetError(f"no judgement of a unit '{serial}' in the store")
@@ -58,25 +50,26 @@ def history(serial: str, outputs: Outputs) -> Exit:
             f"{row.En:.1f} times what both uncertainties allow",
             soft_wrap=True,
         )
-    outputs.write(changed)
+    write(outputs, changed)
     return Exit.ACCEPTED
 
 
 @clear_errors
-def units(choice: Choice, verdict: str | None, check: str | None, every: bool, outputs: Outputs) -> Exit:
-    """Units with their last judgement. check: a check or quantity that did not pass."""
-    outputs.check()
-    frame = choice.of(_stored())
-    chosen = frame if every else latest(frame)
-    tries = attempts(chosen)
+def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
+    """Units with their last judgement."""
+    check(outputs)
+    frame, every = chosen(_stored(), choice), wanted.all_attempts
+    judged = frame if every else latest(frame)
+    tries = attempts(judged)
+    verdict = "failed" if wanted.failed else wanted.verdict
     if verdict is not None:
-        wanted = {"failed": ("rejected", "conditional", "incomplete")}.get(verdict, (verdict,))
-        tries = tries[tries["unit_verdict"].isin(wanted)]
-    if check is not None:
-        tries = tries[tries["seq"].isin(_stopped_by(chosen, check))]
+        verdicts = {"failed": ("rejected", "conditional", "incomplete")}.get(verdict, (verdict,))
+        tries = tries[tries["unit_verdict"].isin(verdicts)]
+    if wanted.check is not None:
+        tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]]
-    show(rows, f"{len(rows)} of {chosen['seq'].nunique()} judgements" if every else f"{len(rows)} units")
-    outputs.write(rows)
+    show(rows, f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units")
+    write(outputs, rows)
     return Exit.ACCEPTED
 
 
@@ -89,30 +82,30 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
 
 
 @clear_errors
-def first_pass(choice: Choice, by: str, outputs: Outputs) -> Exit:
+def first_pass(by: By, choice: Choice, outputs: Outputs) -> Exit:
     """First-pass yield of every group, and what stopped the others."""
-    outputs.check()
-    frame = choice.of(_stored())
-    made = yields.yields(frame, by)
+    check(outputs)
+    frame = chosen(_stored(), choice)
+    made = yields.yields(frame, by.value)
     show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
     causes = yields.pareto(frame)
     if len(causes):
         show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
     else:
         stdout.print("every unit passed at its first attempt")
-    outputs.write(made)
+    write(outputs, made)
     return Exit.ACCEPTED
 
 
 @clear_errors
-def trend(quantity: str, choice: Choice, by: str, plot: Path | None, outputs: Outputs) -> Exit:
+def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs: Outputs) -> Exit:
     """Control charts and capability of a quantity. Exit 4 where an alarm rings."""
-    outputs.check()
+    check(outputs)
     format = None
     if plot is not None:
         check_place(plot)
         format = format_of(plot)
-    made = trends.trends(choice.of(_stored()), quantity, by)
+    made = trends.trends(chosen(_stored(), choice), quantity, by.value)
     rows = pd.DataFrame([_summary(t) for t in made])
     show(rows, f"{quantity} [{made[0].unit}], first attempts")
     rang = False
@@ -124,7 +117,7 @@ def trend(quantity: str, choice: Choice, by: str, plot: Path | None, outputs: Ou
             stdout.print(f"{each.name}: {serial}: {words}", soft_wrap=True)
         for words, times in trends.hints(each).items():
             say(f"{each.name}: hint, {times} times {words}")
-    outputs.write(rows)
+    write(outputs, rows)
     if plot is not None and format is not None:
         from accept.pictures.draw import picture  # loads matplotlib: only when wanted
 

@@ -6,7 +6,8 @@ import pandas as pd
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.tables import Outputs, show
+from accept.commands.fleet.options import MatchOptions, Outputs
+from accept.commands.fleet.tables import check, show, write
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
@@ -17,7 +18,7 @@ from specs.spec import Spec
 @clear_errors
 def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs) -> Exit:
     """Stored units under other specs. Exit 4 where an accepted unit would no longer be."""
-    outputs.check()
+    check(outputs)
     loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
     with open_store() as store:
         units = list(judged_again.judged_again(store, loaded, from_records))
@@ -32,7 +33,7 @@ def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs) -> Exit:
         stdout.print(f"none of {len(units)} units changes its verdict")
     if not from_records:
         say("stored values were compared with the new limits; changed settings of a check need --records")
-    outputs.write(rows)
+    write(outputs, rows)
     return Exit.INCOMPLETE if judged_again.worse(units) else Exit.ACCEPTED
 
 
@@ -41,11 +42,12 @@ def _why(unit: judged_again.JudgedAgain) -> str:
 
 
 @clear_errors
-def match(kind: str, size: int, sets: int, by: Sequence[str], outputs: Outputs) -> Exit:
+def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     """Sets of accepted units that fit together best. Exit 4 where the best could not be proven in time."""
-    outputs.check()
+    check(outputs)
+    kind, size, sets = wanted.kind.value, wanted.n, wanted.sets
     with open_store() as store:
-        units = matched_sets.pool(measurements(store), kind, by or matched_sets.DEFAULT[kind])
+        units = matched_sets.pool(measurements(store), kind, wanted.by or matched_sets.DEFAULT[kind])
     found = matched_sets.choose(units, size, sets)
     rows = []
     for number, members in enumerate(found.sets, 1):
@@ -68,5 +70,5 @@ def match(kind: str, size: int, sets: int, by: Sequence[str], outputs: Outputs) 
         say(f"left out, a value is missing: {', '.join(units.left_out)}")
     if not found.proven:
         say(f"stopped after the time limit: no choice can cost less than {found.bound:.3g}")
-    outputs.write(frame)
+    write(outputs, frame)
     return Exit.ACCEPTED if found.proven else Exit.INCOMPLETE

@@ -1,8 +1,6 @@
 """A table for people, scripts and spreadsheets: the same rows on the terminal, as CSV and as JSON."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 from rich import box
@@ -11,27 +9,22 @@ from rich.text import Text
 
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import stdout
+from accept.commands.fleet.options import Outputs
 
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """Files to write beside what is printed."""
+def check(outputs: Outputs) -> None:
+    """Raises OSError, before the work, for a place that cannot be written."""
+    check_places(outputs.json, outputs.csv)
 
-    json: Path | None = None
-    csv: Path | None = None
 
-    def check(self) -> None:
-        """Raises OSError, before the work, for a place that cannot be written."""
-        check_places(self.json, self.csv)
-
-    def write(self, frame: pd.DataFrame) -> None:
-        """Write the rows where they are wanted; times as ISO 8601, missing numbers as null or an empty cell."""
-        if self.json is not None:
-            write_atomic(self.json, (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode())
-        if self.csv is not None:
-            write_atomic(self.csv, _harmless(frame).to_csv(index=False).encode())
+def write(outputs: Outputs, frame: pd.DataFrame) -> None:
+    """Write the rows where they are wanted; times as ISO 8601, missing numbers as null or an empty cell."""
+    if outputs.json is not None:
+        write_atomic(outputs.json, (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode())
+    if outputs.csv is not None:
+        write_atomic(outputs.csv, _harmless(frame).to_csv(index=False).encode())
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:

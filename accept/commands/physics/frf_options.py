@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from accept.commands.options import Json, Plot
+
 
 class Estimator(StrEnum):
     """Estimators of responses."""
@@ -36,6 +38,6 @@ class ResponseOptions:
 class ResponseFiles:
     """What to write."""
 
-    json: Annotated[Path | None, typer.Option("--json", help="Everything as numbers, to this file.")] = None
-    plot: Annotated[Path | None, typer.Option(help="Picture: .png, .pdf or .svg.")] = None
+    json: Json = None
+    plot: Plot = None
     uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None

@@ -11,6 +11,7 @@ from rich.table import Column, Table
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.physics.model_options import FrfOptions, ModesOptions, SweepOptions
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
@@ -47,17 +48,18 @@ def show(name: str) -> Exit:
 
 
 @clear_errors
-def modes(name: str, f_max: float, clamped: bool, as_json: Path | None) -> Exit:
+def modes(wanted: ModesOptions) -> Exit:
     """Poles, and the zeros of every channel, with their damping."""
+    f_max = wanted.f_max
     if not 0.0 < f_max < np.inf:
         raise ModelError(f"--f-max {f_max:g}: expected a frequency above 0 Hz")
-    model = opened(name).model
-    model = model.clamped() if clamped else model
+    model = opened(wanted.model).model
+    model = model.clamped() if wanted.clamped else model
     found = {"poles": _roots(model.poles(), f_max)}
-    for channel in () if clamped else model.channels:
+    for channel in () if wanted.clamped else model.channels:
         found[f"zeros of {channel}"] = _roots(model.zeros(channel), f_max)
-    if as_json is not None:
-        _write_json(as_json, {"model": model.name, "roots": found})
+    if wanted.json is not None:
+        _write_json(wanted.json, {"model": model.name, "roots": found})
     for title, roots in found.items():
         rows = Table(title, "damping [%]")
         for f, damping in roots:
@@ -67,18 +69,16 @@ def modes(name: str, f_max: float, clamped: bool, as_json: Path | None) -> Exit:
 
 
 @clear_errors
-def frf(
-    name: str, f_lo: float, f_hi: float, points: int, as_json: Path | None, csv: Path | None, plot: Path | None
-) -> Exit:
+def frf(wanted: FrfOptions) -> Exit:
     """Responses at frequencies spread evenly over log f; JSON on stdout where no file is named."""
-    model = opened(name).model
-    f = grid(f_lo, f_hi, points)
+    model = opened(wanted.model).model
+    f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
-    if csv is not None:
-        write_atomic(csv, csv_bytes(_columns(f, H, model.channels)))
-        say(f"{csv}: written")
-    if plot is not None:
-        draw_to(plot, list(frf_panels(f, H, model.channels).values()), columns=2)  # magnitude beside phase
+    if wanted.csv is not None:
+        write_atomic(wanted.csv, csv_bytes(_columns(f, H, model.channels)))
+        say(f"{wanted.csv}: written")
+    if wanted.plot is not None:
+        draw_to(wanted.plot, list(frf_panels(f, H, model.channels).values()), columns=2)  # magnitude beside phase
     document = {
         "model": model.name,
         "f_Hz": f.tolist(),
@@ -87,37 +87,36 @@ def frf(
             for i, c in enumerate(model.channels)
         },
     }
-    if as_json is not None:
-        _write_json(as_json, document)
-    elif csv is None and plot is None:
+    if wanted.json is not None:
+        _write_json(wanted.json, document)
+    elif wanted.csv is None and wanted.plot is None:
         print(json.dumps(document))
     return Exit.ACCEPTED
 
 
 @clear_errors
-def run_sweep(
-    name: str, what: str, values: Sequence[float], channel: str, f_hi: float, as_json: Path | None, plot: Path | None
-) -> Exit:
+def run_sweep(what: str, wanted: SweepOptions) -> Exit:
     """Poles and zeros while a parameter takes a row of values; `what` is a published sweep or a parameter's name."""
-    model = opened(name).model
+    model = opened(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))
-    chosen = tuple(values) or usual
+    chosen = tuple(wanted.values or ()) or usual
     if not chosen:
         raise ModelError(
             f"no values for '{what}': name them with --value (the published ones: {', '.join(PUBLISHED_SWEEPS)})"
         )
-    swept = sweep(model, names, chosen, channel, grid(10.0, f_hi, 1500))
-    rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {channel} [Hz]")
+    swept = sweep(model, names, chosen, wanted.channel, grid(10.0, wanted.f_hi, 1500))
+    rows = Table(_stacked(names), "poles [Hz]", "their damping [%]", f"zeros of {wanted.channel} [Hz]")
     for row in swept.rows:
         rows.add_row(
             f"{row.value:g}", _row_of(row.poles.f), _row_of(100.0 * row.poles.damping, ".2g"), _row_of(row.zeros.f)
         )
     stdout.print(rows)
-    if as_json is not None:
-        _write_json(as_json, {"model": model.name, "parameters": names, "channel": channel, "rows": table(swept)})
-    if plot is not None:
-        draw_to(plot, list(panels(swept)))
+    if wanted.json is not None:
+        found = {"model": model.name, "parameters": names, "channel": wanted.channel, "rows": table(swept)}
+        _write_json(wanted.json, found)
+    if wanted.plot is not None:
+        draw_to(wanted.plot, list(panels(swept)))
     return Exit.ACCEPTED
 
 

@@ -12,6 +12,7 @@ from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.physics.model import draw_to, grid, model_for, whole
+from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of
@@ -32,24 +33,6 @@ HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with mor
 COLUMNS = 3  # a row of panels per channel
 
 
-@dataclass(frozen=True)
-class FitOutputs:
-    """What to leave behind; out: all three of them in a folder."""
-
-    write: Path | None = None
-    plot: Path | None = None
-    as_json: Path | None = None
-    out: Path | None = None
-
-    def places(self) -> tuple[Path | None, Path | None, Path | None]:
-        """Model file, picture, JSON."""
-        if self.out is None:
-            return self.write, self.plot, self.as_json
-        names = ("model.toml", "fit.pdf", "fit.json")
-        asked = (self.write, self.plot, self.as_json)
-        return tuple(p or self.out / n for p, n in zip(asked, names, strict=True))  # type: ignore[return-value]
-
-
 @dataclass(frozen=True, eq=False)
 class Fitted:
     """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G
@@ -68,13 +51,13 @@ class Fitted:
 
 
 @clear_errors
-def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, ask: FitOutputs) -> Exit:
+def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
     """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
-    write, plot, as_json = ask.places()
+    write, plot, as_json = outputs.places()
     check_places(write, plot, as_json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
-    fitted = fit_unit(folder, name, f_lo, f_hi, starts)
+    fitted = fit_unit(folder, wanted)
     _print(fitted)
     if write is not None:
         write_fitted(write, fitted)
@@ -87,13 +70,14 @@ def run(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int, a
     return Exit.ACCEPTED if fitted.fit.converged else Exit.INCOMPLETE
 
 
-def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: int) -> Fitted:
+def fit_unit(folder: Path, wanted: FitOptions) -> Fitted:
     """A model fitted to the first realisation of a unit and held against the second. Raises UnitError, RecordError,
     SpecError, ModelError."""
+    f_lo, f_hi = wanted.f_lo, wanted.f_hi
     grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
     frequencies([f_lo, f_hi])
     unit = read(folder)
-    base = model_for(name, unit.kind)
+    base = model_for(wanted.model, unit.kind)
     measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
     start = base.model
     if measured.payload_kg is not None:
@@ -101,7 +85,7 @@ def fit_unit(folder: Path, name: str | None, f_lo: float, f_hi: float, starts: i
     if not start.sds:
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
-    found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
+    found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=wanted.starts)
     at = found.model.with_values(found.fit.at)
     return Fitted(
         base=base,

@@ -8,6 +8,7 @@ from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import explanations, reasons, units_table
 from accept.commands.trust.bench_keys import bench_credential
+from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import open_model
 from accept.store import open_store
@@ -16,23 +17,21 @@ from specs.spec import Spec
 
 
 @clear_errors
-def run(
-    paths: list[Path],
-    out: Path,
-    spec: str | None,
-    certificates: bool,
-    workers: int | None,
-    operator: str | None,
-    bench: Path | None = None,
-    model: str | None = None,
-) -> Exit:
+def run(paths: list[Path], wanted: BatchOptions) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
-    if model is not None:
-        open_model(model)  # the one that is named, unlike a spec's, must be there
-    credential = bench_credential(home(), operator) if certificates else None
-    who = credential.person if credential else operator_name(operator)
+    if wanted.model is not None:
+        open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
+    credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator)
+    who = credential.person if credential else operator_name(wanted.operator)
     order = judge_batch.BatchRequest(
-        paths, out, specs_for(spec), who, credential, workers, bench=load_bench(bench) if bench else None, model=model
+        paths,
+        wanted.out,
+        specs_for(wanted.spec),
+        who,
+        credential,
+        wanted.workers,
+        bench=load_bench(wanted.bench) if wanted.bench else None,
+        model=wanted.model,
     )
     with open_store() as store:
         report = judge_batch.run(order, store, say)
@@ -42,9 +41,8 @@ def run(
             print(line)
     if report.unchanged:
         say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
-    say(
-        f"results: {out / 'results.json'}, results.csv, junit.xml" + (f", {out / 'certificates'}" if credential else "")
-    )
+    certificates = f", {wanted.out / 'certificates'}" if credential else ""
+    say(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}")
     return report.exit()
 
 

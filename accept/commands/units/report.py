@@ -15,6 +15,7 @@ from accept.certificate.provenance import provenance_of
 from accept.certificate.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
+from accept.commands.units.options import ReportOptions
 from accept.gap.attach_to_result import StartModel
 from accept.judging.calibration import statement
 from accept.models.model_file import open_model
@@ -24,33 +25,26 @@ from specs.bench import load_bench
 
 
 @clear_errors
-def run(
-    folder: Path,
-    out: Path,
-    spec: str | None,
-    operator: str | None,
-    bench: Path | None = None,
-    model: str | None = None,
-) -> Exit:
-    """Judge one unit, write its certificate to `out`, and store both events."""
-    check_place(out)
+def run(folder: Path, wanted: ReportOptions) -> Exit:
+    """Judge one unit, write its certificate to `wanted.out`, and store both events."""
+    check_place(wanted.out)
     one = unit_folder.read(folder)
-    if model is not None:
-        open_model(model)  # the one that is named, unlike a spec's, must be there
-    chosen = judge_batch.spec_for(one, specs_for(spec))
+    if wanted.model is not None:
+        open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
+    chosen = judge_batch.spec_for(one, specs_for(wanted.spec))
     today = datetime.now(UTC).date()
-    stated = statement(load_bench(bench), chosen.checks, today) if bench else None
-    credential = bench_credential(home(), operator)
-    who = credential.person if credential else operator_name(operator)
+    stated = statement(load_bench(wanted.bench), chosen.checks, today) if wanted.bench else None
+    credential = bench_credential(home(), wanted.operator)
+    who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:
         before = fold(store.events(one.serial)).units.get(one.serial)
         approval = approval_of(chosen, home(), credential.ca if credential else None)
         stated_too = provenance_of(before, store.signed_head(), approval)
-        start = StartModel.of(chosen, model)
+        start = StartModel.of(chosen, wanted.model)
         judged = examine(one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
-        certify(judged, store, out, credential)
+        certify(judged, store, wanted.out, credential)
     result = judged.result
     for line in reasons([result.to_json()]):
         say(line)
-    say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {out}")
+    say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

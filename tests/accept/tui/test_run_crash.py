@@ -2,7 +2,8 @@
 
 import pytest
 
-from accept.commands.bench.run import RunOptions, run
+from accept.commands.bench.run import run
+from accept.commands.bench.run_options import RunOptions
 from accept.tui.app import BenchApp
 
 

@@ -1,0 +1,37 @@
+"""Options of `accept run`, declared once: names, defaults and help. Light, so that the first screen comes at once."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.commands.options import BenchPath, Operator, SpecName
+
+UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to import than the first screen may
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The command line, as typed."""
+
+    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to go on with; else it is typed.")] = None
+    spec: SpecName = None
+    bench: BenchPath = None
+    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None
+    operator: Operator = None
+    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None
+
+    def arguments(self) -> list[str]:
+        """What would be typed to get this."""
+        options = {"spec": self.spec, "bench": self.bench, "records": self.records, "operator": self.operator}
+        named = options | {"seed": self.seed}
+        words = [word for name, value in named.items() if value is not None for word in (f"--{name}", str(value))]
+        return [*([self.unit] if self.unit else []), *words, *(["--training"] if self.training else [])]
+
+    @property
+    def folder(self) -> Path | None:
+        """The unit folder that is meant, None for a serial."""
+        path = Path(self.unit or "")
+        return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None

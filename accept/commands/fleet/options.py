@@ -1,0 +1,90 @@
+"""Options of the questions about many units, declared once. Light, so that help comes at once."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from accept.commands.options import Csv, Json
+
+
+class Kind(StrEnum):
+    """Kinds of units."""
+
+    APA = "apa"
+    STRUT = "strut"
+
+
+class By(StrEnum):
+    """What units are grouped by."""
+
+    MONTH = "month"
+    BENCH = "bench"
+    OPERATOR = "operator"
+    KIND = "kind"
+    SPEC = "spec"
+
+
+class TrendBy(StrEnum):
+    """What a trend runs along."""
+
+    ALL = "all"
+    BENCH = "bench"
+    OPERATOR = "operator"
+    KIND = "kind"
+    SPEC = "spec"
+
+
+class Expected(StrEnum):
+    """What a unit is compared with."""
+
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which judgements are asked about."""
+
+    since: Annotated[str | None, typer.Option(help="First day (2026-10-05) or month (2026-10), UTC.")] = None
+    until: Annotated[str | None, typer.Option(help="Last day or month, UTC.")] = None
+    kind: Annotated[Kind | None, typer.Option("--kind", help="Only units of this kind.")] = None
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Files to write, with the rows that are printed."""
+
+    json: Json = None
+    csv: Csv = None
+
+
+@dataclass(frozen=True)
+class ListOptions:
+    """Which of the chosen judgements are listed."""
+
+    failed: Annotated[bool, typer.Option("--failed", help="Only units that are not accepted.")] = False
+    verdict: Annotated[str | None, typer.Option(help="Only this verdict.")] = None
+    check: Annotated[str | None, typer.Option(help="Only where this check or quantity did not pass.")] = None
+    all_attempts: Annotated[
+        bool, typer.Option("--all-attempts", help="Every judgement, not the last of each unit.")
+    ] = False
+
+
+@dataclass(frozen=True)
+class GaugeOptions:
+    """What a gauge study is made from, and held against."""
+
+    quantity: Annotated[str | None, typer.Option(help="Instead: repeated judgements of this quantity.")] = None
+    tolerance: Annotated[float | None, typer.Option(min=0.0, help="Distance between the limits.")] = None
+
+
+@dataclass(frozen=True)
+class MatchOptions:
+    """Which sets are looked for."""
+
+    n: Annotated[int, typer.Option("--n", min=2, help="Units of a set.")] = 6
+    sets: Annotated[int, typer.Option(min=1, help="Disjoint sets.")] = 1
+    kind: Annotated[Kind, typer.Option(help="Kind of unit.")] = Kind.STRUT
+    by: Annotated[list[str] | None, typer.Option(help="Quantities that should agree; repeat the option.")] = None

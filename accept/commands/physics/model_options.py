@@ -1,0 +1,77 @@
+"""Options of `accept model`, declared once. Light, so that help comes at once."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.commands.options import Csv, Json, ModelName, Plot, StartModelName
+
+FirstHz = Annotated[float, typer.Option("--f-lo", help="First frequency [Hz].")]
+LastHz = Annotated[float, typer.Option("--f-hi", help="Last frequency [Hz].")]
+
+
+@dataclass(frozen=True)
+class ModesOptions:
+    """Which poles and zeros are listed."""
+
+    model: ModelName = "strut"
+    f_max: Annotated[float, typer.Option("--f-max", help="Highest frequency listed [Hz].")] = 2000.0
+    clamped: Annotated[bool, typer.Option("--clamped", help="With the payload held: the spurious modes.")] = False
+    json: Json = None
+
+
+@dataclass(frozen=True)
+class FrfOptions:
+    """At which frequencies, and where the responses go."""
+
+    model: ModelName = "strut"
+    f_lo: FirstHz = 10.0
+    f_hi: LastHz = 2000.0
+    points: Annotated[int, typer.Option(help="Frequencies, evenly over log f.")] = 1000
+    json: Json = None
+    csv: Csv = None
+    plot: Plot = None
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """What is fitted from, and over which band."""
+
+    model: StartModelName = None
+    f_lo: Annotated[float, typer.Option("--f-lo", help="First frequency fitted [Hz].")] = 10.0
+    f_hi: Annotated[float, typer.Option("--f-hi", help="Last frequency fitted [Hz].")] = 2000.0
+    starts: Annotated[int, typer.Option(min=1, help="Starts of the search.")] = 3
+
+
+@dataclass(frozen=True)
+class FitOutputs:
+    """What to leave behind; out: all three of them in a folder."""
+
+    out: Annotated[Path | None, typer.Option(help="Folder for model.toml, fit.pdf and fit.json.")] = None
+    write: Annotated[Path | None, typer.Option(help="The fitted model as a file.")] = None
+    plot: Plot = None
+    json: Json = None
+
+    def places(self) -> tuple[Path | None, Path | None, Path | None]:
+        """Model file, picture, JSON."""
+        if self.out is None:
+            return self.write, self.plot, self.json
+        return (
+            self.write or self.out / "model.toml",
+            self.plot or self.out / "fit.pdf",
+            self.json or (self.out / "fit.json"),
+        )
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """Which values, and where the poles and zeros go. values: None for the published ones."""
+
+    values: Annotated[list[float] | None, typer.Option("--value", help="A value; repeat for more.")] = None
+    channel: Annotated[str, typer.Option(help="Vs, de or da.")] = "de"
+    model: ModelName = "strut"
+    f_hi: LastHz = 800.0
+    json: Json = None
+    plot: Plot = None

@@ -1,0 +1,37 @@
+"""Options of `accept batch` and `accept report`, declared once. Light, so that help comes at once."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from accept.commands.options import BenchPath, Operator, SpecName
+
+ExplainBy = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchOptions:
+    """How units are judged, and where the results go."""
+
+    out: Annotated[Path, typer.Option(help="Folder for the results.")]
+    spec: SpecName = None
+    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")] = (
+        None
+    )
+    operator: Operator = None
+    bench: BenchPath = None
+    model: ExplainBy = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions:
+    """How one unit is judged. out: the certificate."""
+
+    out: Annotated[Path, typer.Option(help="The certificate to write.")]
+    spec: SpecName = None
+    operator: Operator = None
+    bench: BenchPath = None
+    model: ExplainBy = None
