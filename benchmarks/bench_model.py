@@ -17,7 +17,7 @@ from accept.models.model_file import open_model  # noqa: E402
 from checks.model.build import build  # noqa: E402
 from checks.model.dynamics.complex_modes import Modal, direct_frf  # noqa: E402
 from checks.model.structure.matrix_builder import System  # noqa: E402
-from hw.model_files import matrices_of  # noqa: E402
+from hw.superelement import matrices_of  # noqa: E402
 from specs.model import load_model  # noqa: E402
 from tests.checks.model.units_model import NOMINAL  # noqa: E402
 

@@ -53,11 +53,6 @@ class norm:
         return np.exp(-(np.asarray(x) ** 2) / 2.0) / math.sqrt(2 * math.pi)
 
     @staticmethod
-    def cdf(x: Any) -> Any:
-        """Chance of at most x."""
-        return special.ndtr(x)
-
-    @staticmethod
     def sf(x: Any) -> Any:
         """Chance of more than x."""
         return special.ndtr(np.negative(x))

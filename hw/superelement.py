@@ -8,9 +8,11 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.model.build import file_nodes
 from checks.model.structure.superelement import Nodes, Superelement
 from checks.model.structure.superelement_check import check_superelement
 from specs.files import read_bounded
+from specs.model import ModelSpec
 
 DEFAULT_NODES = Nodes()
 MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 MB
@@ -23,6 +25,11 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
     Raises ModelError naming the file: missing, unreadable, or matrices of no free body."""
     K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)
     return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
+
+
+def matrices_of(spec: ModelSpec) -> Superelement | None:
+    """The superelement that a model file names, read and checked; None where it names none. Raises ModelError."""
+    return None if spec.apa_file is None else read_superelement(spec.apa_file, file_nodes(spec))
 
 
 def _mat(path: Path) -> tuple[Array, Array, Array]:

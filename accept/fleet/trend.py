@@ -11,8 +11,6 @@ from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, capability
 from checks.process_control.control_chart import LEAST, ROUTINE, RULES, Chart, chart
 
-BY = ("all", "bench", "operator", "kind", "spec")
-
 
 @dataclass(frozen=True, eq=False)
 class Trend:

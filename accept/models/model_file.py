@@ -17,7 +17,7 @@ from checks.misalignment.estimate import with_payload
 from checks.model.build import build
 from checks.model.model import Model
 from checks.model.structure.superelement import Superelement
-from hw.model_files import matrices_of
+from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import FitRecord, PopulationRecord
 

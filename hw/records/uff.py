@@ -1,19 +1,12 @@
-"""Frequency response functions to and from universal files (data set 58, function type 4)."""
+"""Frequency response functions as universal files (data set 58, function type 4)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.errors import RecordError
-from hw.records import uff58
-from hw.records.damage import refused
-from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.source import load_bytes
-from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED, UffFunction
+from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED
 
 NAME_CHARACTERS = 10  # of an entity in record 6
 FREQUENCY, DISPLACEMENT, UNKNOWN = 18, 8, 0  # specific data types of records 8 to 10
@@ -23,36 +16,13 @@ ALONG_Z, SCALAR = 3, 0
 EVEN = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class UffResponse:
-    """f (F,) [Hz], H (F, C) complex: output over input; units : of the channels and of the input, "" where unknown."""
-
-    f: Array
-    H: NDArray[np.complex128]
-    channels: tuple[str, ...]
-    input_name: str
-    units: Mapping[str, str]
-
-
-def write_frf(
-    path: Path,
-    f: Array,
-    H: NDArray[np.complex128],
-    channels: Sequence[str],
-    input_name: str,
-    units: Mapping[str, str],
-) -> None:
-    """Write H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
-
-    units : unit of every channel and of the input. Raises ValueError for what the format cannot hold, OSError.
-    """
-    path.write_bytes(frf_bytes(f, H, channels, input_name, units))
-
-
 def frf_bytes(
     f: Array, H: NDArray[np.complex128], channels: Sequence[str], input_name: str, units: Mapping[str, str]
 ) -> bytes:
-    """The file of `write_frf`, in memory."""
+    """H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
+
+    units : unit of every channel and of the input. Raises ValueError for what the format cannot hold.
+    """
     if H.shape != (f.size, len(channels)) or f.size < 2 or not (np.diff(f) > 0).all():
         raise ValueError(f"H is {H.shape} for {f.size} frequencies, which must increase, and {len(channels)} channels")
     if not (np.isfinite(f).all() and np.isfinite(H).all()):
@@ -97,34 +67,3 @@ def _even_lines(H: NDArray[np.complex128]) -> list[str]:
 
 def _uneven_lines(f: Array, H: NDArray[np.complex128]) -> list[str]:
     return [f"{x:13.6e}{h.real:20.12e}{h.imag:20.12e}" for x, h in zip(f, H, strict=True)]
-
-
-def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> UffResponse:
-    """All frequency response functions of a universal file, text or binary. Raises RecordError unless they share one
-    input and one frequency axis, and all values are finite."""
-    source = load_bytes(path, limits)
-    with refused(source.file):
-        found = [s for s in uff58.functions(source.file, source.raw) if s.kind == FRF]
-        if not found:
-            raise RecordError(f"{source.file}: holds no frequency response function (data set 58 of type {FRF})")
-        return _frf(source.file, found)
-
-
-def _frf(file: str, found: list[UffFunction]) -> UffResponse:
-    inputs = sorted({_name(s.reference, s.reference_dof) for s in found})
-    channels = tuple(_name(s.response, s.response_dof) for s in found)
-    if len(inputs) > 1 or len(set(channels)) < len(channels):
-        raise RecordError(f"{file}: holds the outputs {channels} of the inputs {inputs}; expected one input, each once")
-    axes = [uff58.abscissa(file, s) for s in found]
-    f = axes[0]
-    if not all(np.array_equal(f, axis) for axis in axes):
-        raise RecordError(f"{file}: its functions {channels} have different frequency axes")
-    H = np.column_stack([uff58.ordinate(file, s).astype(np.complex128) for s in found])
-    if f.size < 2 or not (np.isfinite(f).all() and (np.diff(f) > 0).all() and np.isfinite(H).all()):
-        raise RecordError(f"{file}: frequencies must increase and all values be finite numbers; they are not")
-    units = {name: s.unit for name, s in zip(channels, found, strict=True)}
-    return UffResponse(f, H, channels, inputs[0], {**units, inputs[0]: found[0].per})
-
-
-def _name(entity: str, dof: str) -> str:
-    return dof if entity in UNNAMED else entity

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.commands.physics.frf import with_U
 from hw.records import write_mat
-from hw.records.uff import read_frf
 from tests.accept.commands.test_compare import APAS
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.signals.frf_plant import Plant, unit
+from tests.hw.records.read_uff import read_frf
 
 
 def accept(*words: object, code: int = 0):

@@ -15,9 +15,10 @@ from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset, dataset_from_records, simulated
 from checks.fitting.fit import Fit, fit, free_of
 from checks.fitting.goodness import gaps
-from checks.fitting.response import FunctionResponse, Response
+from checks.fitting.response import Response
 from checks.gap.effects import with_effects
 from hw.records import read
+from tests.checks.fitting.function_response import FunctionResponse
 from tests.checks.model import units_model
 from tests.checks.model.units_model import DATA, needs_data, nominal_model, true_values
 

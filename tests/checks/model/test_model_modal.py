@@ -11,7 +11,7 @@ from checks.model.build import build
 from checks.model.dynamics.complex_modes import modal
 from checks.model.model import Model, frequency_and_damping
 from checks.model.parameters import derivative_step, is_mode_factor, rule
-from hw.model_files import matrices_of
+from hw.superelement import matrices_of
 from specs.model import load_model
 from tests.checks.model.units_model import NOMINAL, needs_data
 
