@@ -1,6 +1,9 @@
-"""Voltages and bands of the bench, once: what is driven, what can be recorded, where the gain is the static one."""
+"""Voltages, bands and gains of the bench, once: what is driven, what can be recorded, how far it moves."""
 
 STACK_V = (-20.0, 150.0)  # of the stacks ([STB] 2.3)
 DAC_V = (-10.0, 10.0)  # of the converters
 RECORDED_V = 10.5  # largest voltage that a converter of +-10 V records, with overrange
 STATIC_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance, the gain is the static one
+# um per volt at the DAC. Two stacks move 1.43 um per volt over their whole range ([STB] 2.3), 28.6 behind the amplifier
+# of 20; small signals move less, by up to a third ([STB] 4.2: 17.5); one stack alone half of that.
+GAIN_UM_PER_V = [15.0, 40.0]

@@ -34,7 +34,7 @@ from accept.judging.calibration import Statement
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import BenchState, Store, UnitState, fold
 from accept.units import unit_folder
-from accept.units.shared_records import same_records
+from accept.units.duplicate_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.bench import BenchFile
 from specs.files import read_bounded

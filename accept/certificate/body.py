@@ -12,7 +12,7 @@ from accept.certificate.provenance import statements
 from accept.gap.text import REFUSED, alternatives, gap_number, headline_of, parameters, values_of, without_a_name
 from accept.pdf import numbers, page_style
 from accept.pdf.limit_bar import limit_bar
-from accept.pdf.paragraphs import words
+from accept.pdf.page_style import words
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
 _FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]

@@ -1,4 +1,4 @@
-"""`accept hw`, `accept recall` and `accept simulate bench`: thin."""
+"""`accept hw`, `accept recall` and `accept simulate`: thin."""
 
 import datetime
 from pathlib import Path
@@ -6,9 +6,11 @@ from typing import Annotated
 
 import typer
 
-from accept.cli.simulate import app as simulate_app
+from accept.cli.options import spread
+from accept.commands.bench.simulate_options import SimulateOptions
 
 app = typer.Typer(help="Instruments on the bench.", no_args_is_help=True)
+simulate_app = typer.Typer(help="Simulated units and a simulated bench.", no_args_is_help=True)
 
 Bench = Annotated[Path | None, typer.Option("--bench", help="bench.toml; else the one in ACCEPT_HOME.")]
 Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
@@ -112,3 +114,20 @@ def recall(
     from accept.commands.trust import recall as command
 
     raise typer.Exit(command.run(instrument, since.date()))
+
+
+@simulate_app.command()
+@spread
+def unit(wanted: SimulateOptions) -> None:
+    """A whole unit folder from a model. With the truth beside it in truth.json."""
+    from accept.commands.bench import simulate as command
+
+    raise typer.Exit(command.unit(wanted))
+
+
+@simulate_app.command()
+def faults() -> None:
+    """What can be wrong with a simulated unit. And what the bench then says."""
+    from accept.commands.bench import simulate as command
+
+    raise typer.Exit(command.faults())

@@ -9,16 +9,12 @@ from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 from accept.cli.excite import app as excite_app
 from accept.cli.fleet import first_pass, gauge_study, golden_app, history, list_units, match, rejudge, site, trend
-from accept.cli.frf import compare, frf
-from accept.cli.gap import gap
 from accept.cli.hw import app as hw_app
-from accept.cli.hw import recall
+from accept.cli.hw import recall, simulate_app
 from accept.cli.keys import app as keys_app
-from accept.cli.misalign import app as lookup_app
-from accept.cli.misalign import misalign
 from accept.cli.model import app as model_app
 from accept.cli.options import spread
-from accept.cli.simulate import app as simulate_app
+from accept.cli.responses import compare, frf, gap, lookup_app, misalign
 from accept.cli.store import app as store_app
 from accept.commands.bench.run_options import RunOptions
 from accept.commands.options import LargeRecords, Operator, QaPassphrase

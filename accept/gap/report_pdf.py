@@ -13,7 +13,7 @@ from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import BOLD, REGULAR, fitted, register
-from accept.pdf.paragraphs import words
+from accept.pdf.page_style import words
 from accept.pictures.reduce import reduced
 from checks.gap.decision.panels import errors, panels
 from checks.gap.decision.result import NO_MISSING, Result

@@ -1,16 +1,20 @@
 """Measures, colours and paragraph styles of a certificate; every verdict has a colour, a word and a mark."""
 
 from dataclasses import dataclass
+from html import escape
+from typing import Any
 
 from reportlab.lib.colors import Color, HexColor
 from reportlab.lib.enums import TA_RIGHT
 from reportlab.lib.pagesizes import A4
 from reportlab.lib.styles import ParagraphStyle
 from reportlab.lib.units import mm
+from reportlab.platypus import Paragraph
 
 from accept.pdf.fonts import BOLD, REGULAR
 from accept.pictures import signs
 from accept.pictures.colours import GREY, INK, PALE
+from accept.pictures.words import pretty
 
 WIDTH, HEIGHT = A4
 MARGIN = 14 * mm
@@ -66,3 +70,9 @@ QUIET = _style("quiet", 6.2, textColor=GREY_COLOUR)
 HEADING = _style("heading", 8.5, fontName=BOLD, spaceBefore=6, spaceAfter=2.5)
 TABLE_HEAD = _style("table head", 6.2, fontName=BOLD, textColor=GREY_COLOUR)
 TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GREY_COLOUR, alignment=TA_RIGHT)
+
+
+def words(text: object, style: Any = BODY) -> Paragraph:
+    """Paragraph of any text: markup in it stays text, control characters become blanks."""
+    plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
+    return Paragraph(escape(plain, quote=False), style)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from accept.pictures.numbers import number
+from accept.pictures.words import number
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span
 
@@ -77,7 +77,11 @@ def _words(values: Sequence[float], step: float) -> list[str]:
     """All of an axis with the same digits; powers of ten where digits alone would be long."""
     largest = max((abs(v) for v in values), default=0.0)
     if largest >= 10.0 * _TEN_THOUSAND or 0.0 < largest < 1e-3:
-        return ["0" if abs(v) < step / 2 else ("−" if v < 0 else "") + number(abs(_round(v, step))) for v in values]
+        told_apart = max(6, 2 + math.ceil(math.log10(largest / step))) if step else 6
+        return [
+            "0" if abs(v) < step / 2 else ("−" if v < 0 else "") + number(abs(_round(v, step)), told_apart)
+            for v in values
+        ]
     digits = max(0, math.ceil(-math.log10(step) - 1e-9))
     digits += abs(round(step, digits) - step) > 1e-6 * step  # 2.5 of a power of ten
     return [f"{0.0 if abs(v) < step / 2 else v:.{digits}f}".replace("-", "−") for v in values]

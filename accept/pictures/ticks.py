@@ -5,7 +5,7 @@ import math
 from matplotlib.axis import Axis
 from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 
-from accept.pictures.numbers import number
+from accept.pictures.words import number
 
 
 def set_log_ticks(axis: Axis) -> None:

@@ -15,7 +15,7 @@ from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import BOLD, REGULAR, fitted, register
-from accept.pdf.paragraphs import words
+from accept.pdf.page_style import words
 from accept.population.learn import Judged, Population
 from checks.fitting.hierarchy import told_apart
 from checks.picture import Band, Line, Mark, Panel

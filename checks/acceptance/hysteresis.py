@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.common.actuator_gain import GAIN_UM_PER_V
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
-from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.common.typed_value import stated
 from checks.arrays import Array
-from checks.bench_ranges import RECORDED_V
+from checks.bench_ranges import GAIN_UM_PER_V, RECORDED_V
 from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel, PanelKind

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
-from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.common.typed_value import stated
 from checks.acceptance.responses.rules import LOOKS
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, because, together
@@ -14,8 +14,7 @@ from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting
 from checks.picture import Line, Mark, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.overload import overload
-from checks.signals.record_checks import mismatches
+from checks.signals.record_checks import mismatches, overload
 from checks.signals.slow.highpass import HighPass, fit_highpass
 from specs.spec import CheckSpec
 

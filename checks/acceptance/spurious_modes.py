@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.acceptance import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
-from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.common.typed_value import stated
 from checks.cause import Cause, Reason, because, together
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.common.stated_uncertainty import stated
-from checks.acceptance.common.typed_value import typed_quantity
+from checks.acceptance.common.typed_value import stated, typed_quantity
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values

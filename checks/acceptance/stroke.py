@@ -7,8 +7,7 @@ import numpy as np
 
 from checks.acceptance import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
-from checks.acceptance.common.stated_uncertainty import stated, with_stated
-from checks.acceptance.common.typed_value import typed_quantity
+from checks.acceptance.common.typed_value import stated, typed_quantity, with_stated
 from checks.arrays import Array
 from checks.bench_ranges import STACK_V
 from checks.cause import Cause, NoResult, Reason, because, together

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.cause import Cause, Reason, because
@@ -186,3 +187,22 @@ def _odd(channel: str, look: tuple[float, float | None], expected: Expected) -> 
     if not expected.lo <= size <= expected.hi:
         return because(Cause.CHANNEL_SIZE, channel=channel, value=size, lo=expected.lo, hi=expected.hi)
     return because(Cause.CHANNEL_STEP, channel=channel, value=step, expected=expected.step)
+
+
+PILED = 5.0  # times the next value: at the crest of a sine two neighbours differ by 2.4, in noise by less
+PILED_SAMPLES = 50  # below that a pile may be chance
+
+
+def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
+    """What says that x (N,) is clipped: its largest or smallest value comes far more often than the next one; empty
+    where neither does. Not for a channel that may wait at its extreme, as a triangle that is held does."""
+    for end, ordered in (("largest", -x), ("smallest", x)):
+        lowest = float(ordered.min())
+        count = int(np.count_nonzero(ordered == lowest))
+        above = ordered[ordered > lowest]
+        beside = int(np.count_nonzero(above == above.min())) if above.size else 0
+        if count >= PILED_SAMPLES and count > PILED * beside:
+            at = float(-lowest if end == "largest" else lowest)
+            where = f", {beside} the next one"
+            return (because(Cause.CHANNEL_CLIPPED, channel=channel, count=count, end=end, value=at, where=where),)
+    return ()

@@ -29,6 +29,7 @@ _OUTCOMES = {
     Outcome.NOT_VALID: "✗ NOT VALID",
 }
 
+
 class Summary(Working[bool]):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 

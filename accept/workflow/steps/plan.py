@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from accept.workflow.steps.guides import guide_of
 from checks.acceptance import CHECKS
 from checks.declare import Check, CsvTable, Form, Guide, Input, Scalar, Series
 from specs.spec import CheckSpec, Spec
@@ -59,3 +58,17 @@ def is_needed(declared: Input) -> bool:
     """Whether a form is incomplete without this input."""
     has_default = isinstance(declared, Scalar) and declared.default is not None
     return not declared.optional and not has_default
+
+
+def guide_of(check: Check) -> Guide:
+    """The guide of a check, made of its declaration where nobody wrote one."""
+    return check.guide or Guide(f"{check.title}. Needed: {_ways(check)}.")
+
+
+def _ways(check: Check) -> str:
+    return ", or ".join(_needs(form) for form in check.forms)
+
+
+def _needs(form: Form) -> str:
+    words = [f"the file '{i.label}'" if isinstance(i, Series | CsvTable) else i.label for i in form.inputs]
+    return " and ".join(words)

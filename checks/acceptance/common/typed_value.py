@@ -1,4 +1,6 @@
-"""Values that a person typed or an instrument sent: no record behind them, so U is stated, never computed."""
+"""Typed values, and the uncertainties that a spec states for values that bring none."""
+
+from collections.abc import Sequence
 
 from checks.cause import Cause
 from checks.declare import Measured, Values
@@ -18,3 +20,18 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
     if stated is None:
         return Quantity(name, given.value)
     return Quantity.of(name, given.value, Contribution(stated.source, stated.at(given.value) / COVERAGE_FACTOR))
+
+
+def stated(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
+    """Contribution of the first of these names whose uncertainty the spec states, at this value; else None."""
+    found = next((spec.uncertainty[name] for name in names if name in spec.uncertainty), None)
+    return None if found is None else Contribution(found.source, found.at(value) / COVERAGE_FACTOR)
+
+
+def with_stated(
+    name: str, value: float, scatter: Sequence[Contribution], systematic: Contribution | None, note: str | None = None
+) -> Quantity:
+    """Quantity of a record: scatter alone is no uncertainty, so without a stated accuracy U stays unknown."""
+    if systematic is None:
+        return Quantity(name, float(value), None, tuple(scatter), note=note or "accuracy of the instrument not stated")
+    return Quantity.of(name, value, *scatter, systematic, note=note)

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from checks.acceptance.common.stated_uncertainty import stated, with_stated
+from checks.acceptance.common.typed_value import stated, with_stated
 from checks.acceptance.responses.rules import (
     EXCUSED_POLE,
     EXCUSED_ZERO,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance.common.stated_uncertainty import stated
+from checks.acceptance.common.typed_value import stated
 from checks.acceptance.responses.rules import ResponseSettings
 from checks.cause import Cause, NoResult, Reason, because
 from checks.quantity import Contribution, Quantity

@@ -1,6 +1,6 @@
 """One recording in the folders of two units is told, whatever the files are called; a unit is no twin of itself."""
 
-from accept.units.shared_records import same_records
+from accept.units.duplicate_records import same_records
 
 
 def entry(serial: str, **inputs: str) -> dict:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from pypdf import PdfReader
 from reportlab.pdfgen.canvas import Canvas
@@ -85,6 +85,7 @@ def test_equal_scales_are_equal() -> None:
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-9, 1e9), st.booleans(), st.booleans(), st.integers(2, 9))
+@example(100000.0, 1.0, False, False, 2)  # six digits would call both ends 10⁵
 def test_every_axis_can_be_read(lo: float, span: float, log: bool, degrees: bool, most: int) -> None:
     """Ticks lie within the limits, each says another number, and there are not more than asked for, or a few more where
     a logarithm needs them."""

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from matplotlib.figure import Figure
 
-from accept.pictures.numbers import number
 from accept.pictures.ticks import set_log_ticks
+from accept.pictures.words import number
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from checks.cause import Cause
-from checks.signals.overload import overload
+from checks.signals.record_checks import overload
 
 T = np.arange(200_000) * 1e-4
 RNG = np.random.default_rng(4)
