@@ -4,11 +4,17 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select
+from sqlalchemy.exc import DBAPIError, OperationalError
 
 _LOCK = 0x61636365  # PostgreSQL advisory lock of the appends; "acce"
+RECONNECT_S = 30.0  # how long a server may be away while a program works: a restart takes seconds
+SILENT_S = 15  # a transaction in which nothing is said for so long is given up by the server
+_AWAY = ("08", "57P01", "57P02", "57P03")  # of SQLSTATE: connection lost, server shuts down, crashed, starts
+
+T = TypeVar("T")
 
 
 def make_engine(url: URL, timeout_s: float) -> Engine:
@@ -16,11 +22,19 @@ def make_engine(url: URL, timeout_s: float) -> Engine:
     if url.drivername == "postgresql":
         url = url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "sqlite":
-        return create_engine(url)
+        return create_engine(url, connect_args=_server_options(url))
     engine = create_engine(url, connect_args={"timeout": timeout_s})
     event.listen(engine, "connect", _prepare(timeout_s))
     event.listen(engine, "begin", _begin)
     return engine
+
+
+def _server_options(url: URL) -> dict[str, Any]:
+    """A bench that is cut off in mid-append holds the lock of appends no longer than the others wait for it."""
+    if url.get_backend_name() != "postgresql" or "options" in url.query:
+        return {}
+    limits = f"-c idle_in_transaction_session_timeout={SILENT_S}s -c lock_timeout={RECONNECT_S:.0f}s"
+    return {"options": limits, "connect_timeout": 10}
 
 
 def _prepare(timeout_s: float) -> Callable[[sqlite3.Connection, Any], None]:
@@ -55,6 +69,29 @@ def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
 def _begin(connection: Connection) -> None:
     appends = connection.get_execution_options().get("appends", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if appends else "BEGIN")
+
+
+def reconnecting(work: Callable[[], T]) -> T:
+    """What `work` returns; done again where the connection to a server was lost, for RECONNECT_S.
+
+    work: one transaction, which must see for itself whether an earlier try was committed after all."""
+    deadline = time.monotonic() + RECONNECT_S
+    while True:
+        try:
+            return work()
+        except DBAPIError as e:
+            if not _away(e) or time.monotonic() > deadline:
+                raise
+            time.sleep(0.2)
+
+
+def _away(error: DBAPIError) -> bool:
+    """Whether the server cannot be reached, or no longer: it may be there again soon. Never so for SQLite."""
+    if isinstance(error.orig, sqlite3.Error):
+        return False
+    state = getattr(error.orig, "sqlstate", None)
+    unreachable = state is None and isinstance(error, OperationalError)  # says so before any SQLSTATE is known
+    return error.connection_invalidated or unreachable or (state or "").startswith(_AWAY)
 
 
 @contextmanager

@@ -39,6 +39,8 @@ def reported(where: str) -> Iterator[None]:
 def _reason(error: Exception) -> str:
     cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
     name = getattr(cause, "sqlite_errorname", None) or ""
+    if getattr(cause, "sqlstate", None) == "55P03":  # PostgreSQL: lock_timeout
+        return _CAUSES["SQLITE_LOCKED"]
     for prefix, words in _CAUSES.items():
         if name.startswith(prefix):
             return words

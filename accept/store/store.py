@@ -17,7 +17,7 @@ from accept.base.version import code_sha256
 from accept.store import tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
-from accept.store.engine import appending, make_engine, snapshot
+from accept.store.engine import appending, make_engine, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
 from accept.store.seal import Sealer, file_looks, rows_look
@@ -129,25 +129,43 @@ class Store:
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
-        """Append all entries in one transaction, or none of them. As `append`."""
+        """Append all entries in one transaction, or none of them. As `append`. Where the connection to a server is
+        lost, it is made again, and nothing is appended twice."""
         if not entries:
             return []
-        with reported(self.where):
+        tried: list[Event] = []
+        ours = False  # nobody else wrote: what is sealed is what this program checked and wrote
+
+        def once() -> list[Event]:
+            nonlocal ours
             with appending(self._engine) as connection:
-                end = self._end(connection)
-                ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
-                new = _chained(entries, who, end)
-                if self._anchor and end == START:
-                    self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
-                connection.execute(insert(tables.events), [asdict(event) for event in new])
-                connection.execute(
-                    update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash)
-                )
+                if not (tried and self._holds(connection, tried[-1])):
+                    end = self._end(connection)
+                    ours = end == self._checked and self._file is not None and file_looks(self._file) == self._looks
+                    tried[:] = self._put(connection, entries, who, end)
+            return tried
+
+        with reported(self.where):
+            new = reconnecting(once)
             if self._anchor:
                 self._anchor.write(_head_of(new[-1]))
-            if ours and self._file:  # nobody else wrote since: what is sealed is what this program checked and wrote
+            if ours and self._file:
                 self._checked, self._looks = _head_of(new[-1]), file_looks(self._file)
         return new
+
+    def _put(self, connection: Connection, entries: Sequence[NewEvent], who: str, end: StoreHead) -> list[Event]:
+        """Write entries after the last event; not yet committed."""
+        new = _chained(entries, who, end)
+        if self._anchor and end == START:
+            self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
+        connection.execute(insert(tables.events), [asdict(event) for event in new])
+        connection.execute(update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash))
+        return new
+
+    def _holds(self, connection: Connection, event: Event) -> bool:
+        """Whether an event was committed although its acknowledgement never came."""
+        there = select(tables.events.c.hash).where(tables.events.c.seq == event.seq)
+        return bool(connection.scalar(there) == event.hash)
 
     def events(self, subject: str | None = None, what: str | None = None, after: int = 0) -> Iterator[Event]:
         """Events numbered above `after`, in order, of one subject or kind where given.
@@ -199,7 +217,8 @@ class Store:
             if self._anchor is not None and row != START and self._anchor.read() is None:
                 return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
-            problem = first_problem(map(_event, connection.execute(ordered)), row, anchors)
+            with connection.execute(ordered) as rows:
+                problem = first_problem(map(_event, rows), row, anchors)
             if problem is None:
                 self._hold(connection, row, before)
             return problem
@@ -240,8 +259,12 @@ class Store:
         return connection.scalar(there) == kept.hash
 
     def _read(self, wanted: Select[Any]) -> list[Event]:
-        with reported(self.where), snapshot(self._engine) as connection:
-            found = [_event(row) for row in connection.execute(wanted)]
+        def once() -> list[Event]:
+            with snapshot(self._engine) as connection:
+                return [_event(row) for row in connection.execute(wanted)]
+
+        with reported(self.where):
+            found = reconnecting(once)
         for event in found:
             if not event.intact:
                 raise StoreError(f"{self.where}: {event.name} was altered; see accept store check")

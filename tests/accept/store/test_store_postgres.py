@@ -1,60 +1,34 @@
-"""The same store on PostgreSQL, by URL: `ACCEPT_TEST_POSTGRES_URL` names an empty database, else a server of its own
-is started from the programs on the path; skipped where there are none."""
+"""The same store on PostgreSQL, by URL: a real server that several benches share. `ACCEPT_TEST_POSTGRES_URL` names an
+empty database, else a server of its own is started from a wheel; killing it takes one of its own in any case."""
 
 import os
-import shutil
 import subprocess
 import sys
-import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from sqlalchemy import create_engine, text
 from sqlalchemy.exc import DBAPIError
 
 from accept.store import NewEvent, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
+from tests.accept.batch.killing import SOAK, TIMEOUT_S
+from tests.accept.store.postgres_server import Server, Wire, any_server, execute, own_server
 
 WRITER = Path(__file__).with_name("store_writer.py")
 
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    pytest.importorskip("psycopg", reason="psycopg is not installed (accept[postgres])")
-    if url := os.environ.get("ACCEPT_TEST_POSTGRES_URL"):
+    with any_server() as url:
         yield url
-        return
-    if not shutil.which("initdb") or not shutil.which("pg_ctl"):
-        pytest.skip("no PostgreSQL here: no initdb on the path, no ACCEPT_TEST_POSTGRES_URL")
-    folder = tempfile.mkdtemp(prefix="pg", dir="/tmp")  # short: a socket's path has at most 107 characters
-    user = "nobody" if os.geteuid() == 0 else None  # PostgreSQL refuses to run as root
-    if user:
-        shutil.chown(folder, user)
-
-    def run(*command: str) -> None:
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, user=user, cwd=folder)
-
-    try:
-        run("initdb", "-D", f"{folder}/data", "-U", "bench", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C")
-        run("pg_ctl", "-D", f"{folder}/data", "-w", "-o", f"-k {folder} -c listen_addresses=''", "start")
-        yield f"postgresql://bench@/postgres?host={folder}"
-        run("pg_ctl", "-D", f"{folder}/data", "-m", "immediate", "stop")
-    finally:
-        shutil.rmtree(folder)
 
 
 @pytest.fixture
 def url(server: str) -> Iterator[str]:
     yield server
-    with create_engine(server.replace("postgresql:", "postgresql+psycopg:")).begin() as connection:
-        connection.execute(text("DROP TABLE IF EXISTS events, head"))
-
-
-def execute(url: str, *statements: str) -> None:
-    with create_engine(url.replace("postgresql:", "postgresql+psycopg:")).begin() as connection:
-        for statement in statements:
-            connection.execute(text(statement))
+    execute(server, "DROP TABLE IF EXISTS events, head")
 
 
 def test_append_read_and_check(url: str) -> None:
@@ -113,16 +87,120 @@ def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
             store.append("a", "", {}, who="Ada")
 
 
-def test_processes_keep_one_chain(url: str) -> None:
-    """They start on an empty database at once."""
+def writers(url: str, home: Path, count: int, events: int) -> list[subprocess.Popen[str]]:
+    """Programs that append, each a bench with a folder of its own."""
     env = os.environ | {"ACCEPT_STORE_URL": url}
-    command = [sys.executable, str(WRITER)]
-    writers = [
-        subprocess.Popen([*command, f"w{i}", "20"], stdout=subprocess.PIPE, text=True, env=env) for i in range(3)
+    return [
+        subprocess.Popen(
+            [sys.executable, str(WRITER), f"w{i}", str(events)],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=env | {"ACCEPT_HOME": str(home / f"bench{i}")},
+        )
+        for i in range(count)
     ]
-    said = [line for writer in writers for line in writer.communicate(timeout=60)[0].splitlines()]
-    assert [writer.returncode for writer in writers] == [0] * 3
+
+
+def test_benches_keep_one_chain(url: str, tmp_path: Path) -> None:
+    """They start on an empty database at once."""
+    benches = writers(url, tmp_path, 3, 20)
+    said = [line for bench in benches for line in bench.communicate(timeout=60)[0].splitlines()]
+    assert [bench.returncode for bench in benches] == [0] * 3
     with open_store(url, check=False) as store:
         assert store.check() is None
         assert sorted(said) == sorted(f"{e.seq} {e.hash}" for e in store.events())
         assert len(said) == 60
+
+
+def test_a_chain_that_two_benches_sealed_is_not_believed_by_either_when_it_was_edited(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The edit carries its own hash and keeps the events' number: only who wrote the row tells, at the next opening."""
+    benches = [tmp_path / name for name in ("one", "two")]
+    for bench in benches:
+        monkeypatch.setenv("ACCEPT_HOME", str(bench))
+        with open_store(url) as store:
+            store.append_many([NewEvent("a", str(i), {"i": i}) for i in range(3)], who=bench.name)
+    with open_store(url) as store:
+        second = list(store.events())[1]
+    fields = [getattr(second, n) for n in ("seq", "time", "who", "what", "subject", "spec", "code", "payload", "prev")]
+    forged = digest(*[*fields[:2], "Eve", *fields[3:]])
+    execute(
+        url,
+        "DROP TRIGGER events_append_only ON events",
+        f"UPDATE events SET who = 'Eve', hash = '{forged}' WHERE seq = 2",
+    )
+    for bench in benches:
+        monkeypatch.setenv("ACCEPT_HOME", str(bench))
+        with pytest.raises(StoreError, match="event 2 was altered"):
+            open_store(url)
+
+
+def through(server: str, wire: Wire) -> str:
+    return server.rpartition("@")[0] + f"@127.0.0.1:{wire.port}/" + server.rpartition("/")[2]
+
+
+def port_of(server: str) -> int:
+    return int(server.rpartition("@")[2].split("/")[0].partition(":")[2] or 5432)
+
+
+@pytest.mark.parametrize("heard", [False, True], ids=["cut before the server hears", "cut before the bench hears"])
+def test_a_connection_that_drops_at_any_message_of_an_append(url: str, heard: bool) -> None:
+    """Also where the commit was done and its acknowledgement lost: nothing is lost and nothing is there twice."""
+    expected: list[str] = []
+    for n in range(1, 50):
+        wire = Wire(port_of(url), heard=heard)
+        with open_store(through(url, wire), check=False) as store:
+            wire.cut_at = wire.messages + n
+            pair = store.append_many([NewEvent("a", f"{n} one"), NewEvent("a", f"{n} two")], who="Ada")
+            cut = wire.messages >= wire.cut_at
+            expected += [f"{n} one", f"{n} two"]
+            assert [e.subject for e in store.events()] == expected
+            assert [e.hash for e in store.events()][-2:] == [e.hash for e in pair]
+            assert store.check() is None
+        wire.close()
+        if not cut:
+            break
+    assert not cut
+    assert n > 5  # a transaction's begin, lock, reads, writes and commit
+
+
+@pytest.mark.parametrize("kills", [20 if SOAK else 1])
+def test_a_server_that_is_killed_under_two_benches(tmp_path: Path, kills: int) -> None:
+    """They wait until it is there again; whatever they said was stored is stored, once."""
+    with own_server() as server:
+        benches = writers(server.url, tmp_path, 2, 20 * kills)
+        for number in range(1, kills + 1):
+            heard_of(server.url, 12 * number)
+            server.kill()
+            restarted(server)
+        said = [bench.communicate(timeout=TIMEOUT_S)[0].splitlines() for bench in benches]
+        assert [bench.returncode for bench in benches] == [0, 0]
+        with open_store(server.url, check=False) as store:
+            assert store.check() is None
+            stored = list(store.events())
+        assert sorted(line for lines in said for line in lines) == sorted(f"{e.seq} {e.hash}" for e in stored)
+        subjects = [e.subject for e in stored]
+        assert sorted(subjects) == sorted(f"w{i}-{n}" for i in range(2) for n in range(20 * kills))
+
+
+def heard_of(url: str, events: int) -> None:
+    """Wait until so many events are there."""
+    deadline = time.monotonic() + TIMEOUT_S
+    with open_store(url, check=False) as store:
+        while store.head().seq < events:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+
+def restarted(server: Server) -> None:
+    """The killed server's last processes hold its memory for a moment; it starts when they are gone."""
+    deadline = time.monotonic() + TIMEOUT_S
+    while True:
+        try:
+            server.start()
+        except AssertionError:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        else:
+            return
