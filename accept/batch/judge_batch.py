@@ -32,7 +32,7 @@ from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
 from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import BenchState, Store, UnitState, fold
+from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
 from accept.units.duplicate_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -115,21 +115,21 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
     store.append(
         "batch_started", "", {"out": str(order.out), "units": len(folders), "specs": names}, who=order.operator
     )
-    state = fold(store.events())
     head = store.signed_head()
     jobs = []
     for folder in folders:
-        known = _unchanged(folder, order, state)
+        before = fold(store.events(folder.serial)).units.get(folder.serial)  # of the others the store may hold many
+        known = _unchanged(folder, order, before)
         if known is not None:
             report.units.append(known)
             report.unchanged.append(folder.serial)
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
-            jobs.append(_job(folder, order, state, head))
+            jobs.append(_job(folder, order, before, head))
     for number, (path, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
         _keep(path, judged, order, store, report, _numbered(say, number, len(jobs)))
     report.units.sort(key=lambda u: u["serial"])
-    for words in same_records(report.units, (one.result for one in state.units.values())):
+    for words in same_records(report.units, (one.result for one in fold(store.events()).units.values())):
         say(f"warning: {words}")
     _write_results(order, report)
     counts = Counter(u["verdict"] for u in report.units)
@@ -198,10 +198,9 @@ def _certificate_path(order: BatchRequest, serial: str) -> Path:
     return order.out / CERTIFICATES / f"{serial}.pdf"
 
 
-def _unchanged(folder: UnitFolder, order: BatchRequest, state: BenchState) -> dict[str, Any] | None:
+def _unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState | None) -> dict[str, Any] | None:
     """The stored entry of a unit whose inputs, spec and code are those of its last judgement, and whose certificate, if
     one is wanted, lies in `out` as it was signed."""
-    known = state.units.get(folder.serial)
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
@@ -227,7 +226,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: Head) -> Job:
+def _job(folder: UnitFolder, order: BatchRequest, before: UnitState | None, head: Head) -> Job:
     spec = order.specs[folder.kind]
     return partial(
         judge,
@@ -238,7 +237,7 @@ def _job(folder: UnitFolder, order: BatchRequest, state: BenchState, head: Head)
         start=order.start(folder),
         out=order.out,
         draw=order.credential is not None,
-        provenance=_provenance(order, spec, state.units.get(folder.serial), head),
+        provenance=_provenance(order, spec, before, head),
     )
 
 
