@@ -1,45 +1,45 @@
-"""Whether a spec sets a check's setting to something that it can be: of the default's kind, finite, and in order."""
+"""Whether a spec sets a check's settings to what they can be: a pydantic model made from what the check declares."""
 
-import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from checks.declare import Setting
+from pydantic import AfterValidator, Field, ValidationError, create_model
+
+from checks.declare import Check
+from specs.strict import Finite, Strict, problem_line
 
 
-def setting_problem(setting: Setting, value: Any) -> str | None:
-    """What is wrong with a value, in words; None where nothing is. The default tells what a setting is: a number, which
-    is not negative where the default is not; a text; a pair, from and to; so many numbers or points; or, where the
-    default is empty, any list of numbers."""
-    default = setting.default
+def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
+    """What is wrong with the settings that a spec gives a check, a line each with key path and value. A setting that
+    the check does not declare is not looked at."""
+    declared: dict[str, Any] = {s.name: (_type(s.default), ...) for s in check.settings if s.name in given}
+    try:
+        create_model("Settings", __base__=Strict, **declared).model_validate({name: given[name] for name in declared})
+    except ValidationError as e:
+        return [problem_line({**p, "loc": ("checks", check.name, "settings", *p["loc"])}) for p in e.errors()]
+    return []
+
+
+def _type(default: Any) -> Any:
+    """The default tells what a setting is: a number, which is not negative where the default is not; a text; a pair,
+    from and to; so many numbers or points; or, where the default is empty, any list of numbers."""
     if isinstance(default, str):
-        return None if isinstance(value, str) else f"{value!r}: expected a text"
-    if isinstance(default, list | tuple):
-        return _list_problem(list(default), value)
-    if not _is_number(value):
-        return f"{value!r}: expected a finite number"
-    if value < 0 <= default:
-        return f"{value:g}: expected 0 or more"
-    return None
+        return str
+    if not isinstance(default, list | tuple):
+        return Annotated[Finite, Field(ge=0)] if default >= 0 else Finite
+    if not default:
+        return list[Finite]
+    if isinstance(default[0], list | tuple):
+        return _so_many(_so_many(Finite, len(default[0])), len(default))
+    numbers = _so_many(Finite, len(default))
+    return Annotated[numbers, AfterValidator(_rising)] if len(default) == 2 and default[0] < default[1] else numbers
 
 
-def _list_problem(default: list[Any], value: Any) -> str | None:
-    if not isinstance(value, list | tuple):
-        return f"{value!r}: expected a list"
-    if default and len(value) != len(default):
-        return f"{len(value)} entries, expected {len(default)}"
-    if default and isinstance(default[0], list | tuple):
-        return next((p for v, d in zip(value, default, strict=True) if (p := _point_problem(v, len(d)))), None)
-    if not all(_is_number(v) for v in value):
-        return f"{value!r}: expected finite numbers"
-    if len(default) == 2 and default[0] < default[1] and not value[0] < value[1]:
-        return f"{value[0]:g} to {value[1]:g} is not a range; expected from < to"
-    return None
+def _so_many(item: Any, count: int) -> Any:
+    return Annotated[list[item], Field(min_length=count, max_length=count)]
 
 
-def _point_problem(value: Any, size: int) -> str | None:
-    good = isinstance(value, list | tuple) and len(value) == size and all(_is_number(v) for v in value)
-    return None if good else f"{value!r}: expected {size} finite numbers"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def _rising(ends: list[float]) -> list[float]:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"{ends[0]:g} to {ends[1]:g} is not a range; expected from < to")
+    return ends

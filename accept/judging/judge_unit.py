@@ -18,7 +18,7 @@ from checks.errors import ModelError, RecordError
 from checks.model.model import Model
 from checks.picture import Panel
 from checks.quantity import Outcome, Quantity
-from checks.settings import setting_problem
+from checks.settings import settings_problems
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
@@ -50,11 +50,7 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
     ):
         words = f"(known: {', '.join(known) or 'none'})"
         problems += [f"{where}.{part}.{key}] unknown name {words}" for key in given if key not in known]
-    declared = {s.name: s for s in check.settings}
-    for key, value in section.settings.items():
-        if key in declared and (wrong := setting_problem(declared[key], value)):
-            problems.append(f"{where}.settings.{key}] {wrong}")
-    return problems
+    return problems + settings_problems(check, section.settings)
 
 
 def judge_unit(
