@@ -79,6 +79,10 @@ class Cause(Enum):
     DRIVE_BEHIND_AMPLIFIER = (
         "Va reaches {value:.3g} V, a DAC at most {most:g} V: Va was measured at the output of the amplifier"
     )
+    SAMPLES_COPIED = (
+        "holds the same samples as {others}; one recording measures one thing, so it counts for none of them until "
+        "somebody says whose it is"
+    )
     # Flatness
     POINTS_MISSING = "{points} points on the interface at {side}; at least {needed} are needed"
     POINTS_IN_LINE = "no plane fits the points: {detail}"

@@ -31,10 +31,10 @@ from accept.gap.attach_to_result import StartModel, applies, is_there, same_star
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
+from accept.judging.copies import copies_of, withhold_others
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
-from accept.units.duplicate_records import same_records
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.bench import BenchFile
 from specs.files import read_bounded
@@ -98,6 +98,7 @@ class BatchReport:
     units: list[dict[str, Any]] = field(default_factory=list)
     refused: list[dict[str, str]] = field(default_factory=list)
     unchanged: list[str] = field(default_factory=list)
+    doubted: list[str] = field(default_factory=list)  # judged earlier with a recording that another unit has too
 
     def exit(self) -> Exit:
         return of_verdicts((u["verdict"] for u in self.units), len(self.refused))
@@ -119,22 +120,38 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
     jobs = []
     for folder in folders:
         before = fold(store.events(folder.serial)).units.get(folder.serial)  # of the others the store may hold many
-        known = _unchanged(folder, order, before)
+        known = _unchanged(folder, order, before, store)
         if known is not None:
             report.units.append(known)
             report.unchanged.append(folder.serial)
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
             jobs.append(_job(folder, order, before, head))
-    for number, (path, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
-        _keep(path, judged, order, store, report, _numbered(say, number, len(jobs)))
+    for number, (job, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
+        _keep(job, judged, order, store, report, _numbered(say, number, len(jobs)))
+    _doubted_again(folders, order, store, report, say)
     report.units.sort(key=lambda u: u["serial"])
-    for words in same_records(report.units, (one.result for one in fold(store.events()).units.values())):
-        say(f"warning: {words}")
     _write_results(order, report)
     counts = Counter(u["verdict"] for u in report.units)
     store.append("batch_finished", "", {"verdicts": counts, "refused": len(report.refused)}, who=order.operator)
     return report
+
+
+def _doubted_again(folders: list[UnitFolder], order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
+    """Units of this run whose recording another one turned out to have too are judged again, before anybody is handed
+    what was said of them first; of others it is said that their results count no more."""
+    here = {folder.serial: folder for folder in folders}
+    for entry in report.units:  # of a run that was killed before it could say so
+        report.doubted += withhold_others(store, entry["serial"], entry.get("copies", []), order.operator)
+    for serial in sorted(set(report.doubted)):
+        if serial not in here:
+            say(f"warning: {serial} was judged with a recording that is also another unit's; its result counts no more")
+            continue
+        report.units = [u for u in report.units if u["serial"] != serial]
+        report.unchanged = [one for one in report.unchanged if one != serial]
+        before = fold(store.events(serial)).units.get(serial)
+        job = _job(here[serial], order, before, store.signed_head())
+        _keep(job, job(), order, store, report, lambda words: say(f"again, {words}"))
 
 
 def _numbered(say: Say, number: int, of: int) -> Say:
@@ -198,15 +215,20 @@ def _certificate_path(order: BatchRequest, serial: str) -> Path:
     return order.out / CERTIFICATES / f"{serial}.pdf"
 
 
-def _unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState | None) -> dict[str, Any] | None:
-    """The stored entry of a unit whose inputs, spec and code are those of its last judgement, and whose certificate, if
-    one is wanted, lies in `out` as it was signed."""
+def _unchanged(
+    folder: UnitFolder, order: BatchRequest, known: UnitState | None, store: Store
+) -> dict[str, Any] | None:
+    """The stored entry of a unit whose inputs, spec and code are those of its last judgement, whose recordings stand
+    where they stood, and whose certificate, if one is wanted, lies in `out` as it was signed."""
     spec = order.specs[folder.kind]
     if known is None or not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return None
     if known.result.get("models", {}) != order.model_hashes(folder.kind):
         return None
     if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
+        return None
+    copies = copies_of(store, folder.serial, str(folder.path.resolve()), known.result.get("samples", {}))
+    if copies != known.result.get("copies", []):
         return None
     explanation = known.result.get("gap")
     if not (same_start(explanation, order.start(folder)) and is_there(explanation, order.out)):
@@ -255,12 +277,12 @@ def processes(count: int) -> ProcessPoolExecutor:
 
 def _judge_all(
     jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None
-) -> Iterator[tuple[Path, Outcome]]:
+) -> Iterator[tuple[Job, Outcome]]:
     """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
     pool of its own the caller judges the longest unit here."""
     wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
     if wanted <= 1 or len(jobs) <= 1:
-        yield from ((_folder(job), job()) for job in jobs)
+        yield from ((job, job()) for job in jobs)
         return
     left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
     try:
@@ -268,13 +290,13 @@ def _judge_all(
             own = 0 if pool else None
             pending = {running.submit(job): key for key, job in left.items() if key != own}
             if own is not None:
-                yield _folder(left[own]), left[own]()
+                yield left[own], left[own]()
                 del left[own]
             for future in as_completed(pending):
                 judged = future.result()
-                yield _folder(left.pop(pending[future])), judged
+                yield left.pop(pending[future]), judged
     except BrokenProcessPool:
-        yield from ((_folder(job), _judge_apart(job)) for job in left.values())
+        yield from ((job, _judge_apart(job)) for job in left.values())
 
 
 def _folder(job: Job) -> Path:
@@ -296,15 +318,20 @@ def _judge_apart(job: Job) -> Outcome:
         return f"{_folder(job)}: the process that judged it died (out of memory?)"
 
 
-def _keep(path: Path, judged: Outcome, order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
-    """Certify a judged unit; only then say its verdict."""
+def _keep(job: Job, judged: Outcome, order: BatchRequest, store: Store, report: BatchReport, say: Say) -> None:
+    """Certify a judged unit; only then say its verdict. One whose recordings stand elsewhere too is drawn again, with
+    what that leaves of it."""
+    if not isinstance(judged, str):
+        copies = copies_of(store, judged.result.serial, str(judged.folder.resolve()), judged.result.samples)
+        judged = job(copies=copies) if copies else judged
     if isinstance(judged, str):
-        _refuse(path, judged, store, order, report, say)
+        _refuse(_folder(job), judged, store, order, report, say)
         return
     serial, entry = judged.result.serial, judged.result.to_json()
     certify(judged, store, _certificate_path(order, serial), order.credential)
     certificate = f"{CERTIFICATES}/{serial}.pdf" if order.credential else None
     report.units.append(entry | {"certificate": certificate})
+    report.doubted += withhold_others(store, serial, judged.result.copies, order.operator)
     say(f"{serial}: {entry['verdict']}{_why(entry)}")
 
 

@@ -1,12 +1,13 @@
 """A unit judged, explained and drawn: all that its certificate says, before anything is stored or signed."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from accept.gap.attach_to_result import StartModel, explained
 from accept.judging.calibration import Statement
+from accept.judging.copies import Copy, withheld
 from accept.judging.judge_unit import judge_unit
 from accept.judging.result import UnitResult
 from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
@@ -37,16 +38,17 @@ def examine(
     start: StartModel | None = None,
     out: Path | None = None,
     draw: bool = True,
+    copies: Sequence[Copy] = (),
     provenance: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
-    certificate with what it states beside the result (`provenance`). Plain data goes in and comes back, so that another
-    process can do it.
+    certificate with what it states beside the result (`provenance`). copies: what of its records stands elsewhere too,
+    where that is known. Plain data goes in and comes back, so that another process can do it.
 
     Raises UnitError, ContentError."""
     held = loaded(unit)
-    result = explained(judge_unit(held, spec, stated), held, start, say, out)
+    result = explained(withheld(judge_unit(held, spec, stated), copies), held, start, say, out)
     return drawn(result, spec, held, operator, provenance) if draw else _bare(result, spec, unit.path, operator)
 
 

@@ -1,7 +1,7 @@
 """What a certificate states beside its result: which attempt it is, what it replaces, where the bench's store stood,
 who approved the spec, what calibration stands behind it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from accept.certificate.content import CertificateContent
@@ -39,6 +39,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Models": _models(contents),
         "Attempt": _attempt(contents.provenance),
         "Calibration": _calibration(contents.result.get("calibration")),
+        "Copies": _copies(contents.result.get("copies") or []),
         "Store": _head(contents.provenance.get("head")),
     }
 
@@ -74,6 +75,20 @@ def _calibration(given: Mapping[str, Any] | None) -> str:
     wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
     state = f"{len(wrong)} not valid" if wrong else "all valid"
     return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
+
+
+def _copies(copies: Sequence[Mapping[str, Any]]) -> str:
+    return "; ".join(_one_copy(copy) for copy in copies)
+
+
+def _one_copy(copy: Mapping[str, Any]) -> str:
+    others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
+    same = f"{copy['sample']} holds the samples of {others}"
+    said = copy.get("resolved")
+    if said is None:
+        return f"{same}: without a result until somebody says whose it is"
+    whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
+    return f"{same}: measured at {whose}, said {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
 
 
 def _head(head: Mapping[str, Any] | None) -> str:

@@ -37,6 +37,27 @@ def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdo
     raise typer.Exit(command.head(out))
 
 
+@app.command("copies")
+def copies() -> None:
+    """Recordings that stand in two places, and whose they are."""
+    from accept.commands.trust import store as command
+
+    raise typer.Exit(command.copies())
+
+
+@app.command("resolve")
+def resolve(
+    serial: Annotated[str, typer.Argument(help="A unit that shares a recording with another place.")],
+    measured: Annotated[list[str], typer.Option(help="Whose it is: SERIAL, or SERIAL:section/input. Repeatable.")],
+    reason: Annotated[str, typer.Option(help="How it came to stand in two places.")],
+    operator: Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who says so.")] = None,
+) -> None:
+    """Say whose a recording is that stands in two places."""
+    from accept.commands.trust import store as command
+
+    raise typer.Exit(command.resolve_copies(serial, measured, reason, operator))
+
+
 @app.command("backup")
 def backup(file: Annotated[Path, typer.Argument(help="File to write, with its head beside it.")]) -> None:
     """Copy the whole store into one file."""

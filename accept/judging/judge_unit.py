@@ -10,6 +10,7 @@ from accept.judging.result import UnitResult
 from accept.models.evidence import Models
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult
@@ -107,6 +108,7 @@ def judge_unit(
         panels=panels,
         calibration=stated,
         models=models.hashes(spec),
+        samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
 
 

@@ -21,6 +21,8 @@ class UnitResult:
     panels : pictures as data by name, for the certificate; not part of the JSON.
     calibration : a `calibration.Statement` where the unit was judged with a bench file; in the JSON only then.
     models : model file that the spec names -> its files -> sha256; in the JSON only where there is one.
+    samples : sketches of its records (`accept.units.samples`); in the JSON only where there are records.
+    copies : its recordings that stand elsewhere too (`accept.judging.copies`); in the JSON only where any does.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
     """
 
@@ -39,6 +41,8 @@ class UnitResult:
     calibration: Mapping[str, Any] | None = None
     gap: Mapping[str, Any] | None = None
     models: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    samples: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    copies: tuple[Mapping[str, Any], ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
@@ -53,7 +57,12 @@ class UnitResult:
             "parts": dict(self.parts),
             "inputs": dict(sorted(self.inputs.items())),
         }
-        more = {"calibration": self.calibration, "gap": self.gap, "models": self.models or None}
+        more = {
+            "calibration": self.calibration, "gap": self.gap, "models": self.models or None,
+            "samples": self.samples or None,
+        }  # fmt: skip
+        if self.copies:
+            entry["copies"] = [dict(copy) for copy in self.copies]
         return entry | {key: dict(value) for key, value in more.items() if value is not None}
 
 

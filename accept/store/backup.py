@@ -7,10 +7,10 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 
-from sqlalchemy import insert, update
+from sqlalchemy import Connection, insert, update
 
 from accept.base.atomic_files import write_atomic
-from accept.store import tables
+from accept.store import sample_index, tables
 from accept.store.chain import START, StoreHead
 from accept.store.engine import appending
 from accept.store.errors import StoreError, reported
@@ -75,13 +75,18 @@ def write_events(store: Store, events: Iterable[Event]) -> StoreHead:
             held.append(event)
             head = StoreHead(event.seq, event.hash)
             if len(held) == _AT_ONCE:
-                connection.execute(insert(tables.events), [asdict(one) for one in held])
+                _write(connection, held)
                 held.clear()
         if held:
-            connection.execute(insert(tables.events), [asdict(one) for one in held])
+            _write(connection, held)
         connection.execute(update(tables.head).where(tables.head.c.id == 1).values(seq=head.seq, hash=head.hash))
     store.keep_head(head)
     return head
+
+
+def _write(connection: Connection, events: list[Event]) -> None:
+    connection.execute(insert(tables.events), [asdict(one) for one in events])
+    sample_index.add(connection, events)
 
 
 def _kept_head(file: Path) -> StoreHead | None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
+from itertools import zip_longest
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -14,7 +15,7 @@ from sqlalchemy import URL, Connection, Engine, Row, Select, insert, make_url, s
 
 from accept.base.home import HomeError, home
 from accept.base.version import code_sha256
-from accept.store import tables
+from accept.store import sample_index, tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, make_engine, reconnecting, snapshot
@@ -159,6 +160,7 @@ class Store:
         if self._anchor and end == START:
             self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
         connection.execute(insert(tables.events), [asdict(event) for event in new])
+        sample_index.add(connection, new)
         connection.execute(update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash))
         return new
 
@@ -181,6 +183,19 @@ class Store:
         """The last event of this kind about this subject, None when there is none. Raises as `events`."""
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
+
+    def judgements_with(self, samples: Mapping[str, Mapping[str, str]]) -> list[Event]:
+        """Judgements that may hold one of these samples, by the index, in order.
+
+        Raises as `events`, ValueError for what is no sketch."""
+        keys = sample_index.keys_of(samples)
+        if not keys:
+            return []
+        with reported(self.where), snapshot(self._engine) as connection:
+            numbers = sample_index.judgements_with(connection, keys)
+        at_once = sample_index.AT_ONCE
+        parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
+        return [e for part in parts for e in self._read(_wanted(None, None).where(tables.events.c.seq.in_(part)))]
 
     @property
     def engine(self) -> Engine:
@@ -219,6 +234,9 @@ class Store:
             ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
             with connection.execute(ordered) as rows:
                 problem = first_problem(map(_event, rows), row, anchors)
+            if problem is None:
+                with connection.execute(ordered) as rows:
+                    problem = _index_problem(connection, map(_event, rows))
             if problem is None:
                 self._hold(connection, row, before)
             return problem
@@ -299,6 +317,18 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
             engine.dispose()
             raise
     return store
+
+
+def _index_problem(connection: Connection, events: Iterator[Event]) -> ChainBreak | None:
+    """Where the index of samples is not what the events give."""
+    rows = ((row["seq"], row["key"]) for row in sample_index.rows_of(events))
+    for due, there in zip_longest(rows, sample_index.held(connection)):
+        if due != there:
+            seq = min(pair[0] for pair in (due, there) if pair is not None)
+            return ChainBreak(
+                seq, f"the index of samples is not that of event {seq}; a backup that is restored has it made anew"
+            )
+    return None
 
 
 def _sealer(url: URL, file: Path | None) -> Sealer | None:

@@ -1,6 +1,19 @@
 """Tables of the store, and the triggers that make a slip of the hand fail: events are never updated or deleted."""
 
-from sqlalchemy import DDL, Column, Connection, Index, Integer, MetaData, Table, Text, event, insert, inspect
+from sqlalchemy import (
+    DDL,
+    BigInteger,
+    Column,
+    Connection,
+    Index,
+    Integer,
+    MetaData,
+    Table,
+    Text,
+    event,
+    insert,
+    inspect,
+)
 
 from accept.store.chain import START
 
@@ -33,6 +46,14 @@ head = Table(
     Column("hash", Text, nullable=False),
 )
 
+samples = Table(  # made of the events: which of them hold a recording (accept.store.sample_index)
+    "samples",
+    metadata,
+    Column("key", BigInteger, primary_key=True, autoincrement=False),
+    Column("seq", Integer, primary_key=True, autoincrement=False),
+    sqlite_with_rowid=False,
+)
+
 _REFUSAL = "events are never changed or removed"
 
 for _verb in ("UPDATE", "DELETE"):
@@ -55,7 +76,7 @@ for _statement in (
 
 def make_tables(connection: Connection) -> None:
     """Make what is absent. The head's row is written only with a new store: a lost one must be found, not mended."""
-    new = not present(connection)
+    new = not present(connection) & {events.name, head.name}
     metadata.create_all(connection)
     if new:
         connection.execute(insert(head).values(id=1, store_schema=SCHEMA, seq=START.seq, hash=START.hash))
@@ -69,5 +90,5 @@ def present(connection: Connection) -> set[str]:
 def foreign_columns(connection: Connection) -> list[str]:
     """Columns that differ from those of this schema, as `table.column`."""
     found = inspect(connection)
-    have = {f"{t.name}.{c['name']}" for t in (events, head) for c in found.get_columns(t.name)}
-    return sorted(have ^ {f"{t.name}.{c.name}" for t in (events, head) for c in t.columns})
+    have = {f"{t.name}.{c['name']}" for t in metadata.sorted_tables for c in found.get_columns(t.name)}
+    return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

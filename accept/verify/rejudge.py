@@ -1,16 +1,19 @@
 """Judging a unit again from what is attached to its certificate."""
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from cryptography import x509
 
 from accept.certificate.attachments import Attachments
+from accept.certificate.content import CertificateContent
 from accept.certificate.errors import InvalidCertificate
+from accept.certificate.step import Step
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
+from accept.judging.copies import withheld
 from accept.simulate import demo, published_units
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
@@ -35,8 +38,8 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
             folder = attached.unpack(Path(place))
             models = attached.opened_models(folder)
             unit = unit_folder.read(folder)
-            again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models).to_json()
-            return again | searched_for(attached.result)
+            again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
+            return withheld(again, attached.result.get("copies", ())).to_json() | searched_for(attached.result)
     except InvalidCertificate:
         raise  # it is a ValueError too
     except (UnitError, SpecError) as e:
@@ -59,10 +62,15 @@ def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def verify_file(
-    path: Path, trust: Sequence[x509.Certificate], demo: bool = False, records: Path | None = None
+    path: Path,
+    trust: Sequence[x509.Certificate],
+    demo: bool = False,
+    records: Path | None = None,
+    known: Callable[[CertificateContent], Step] | None = None,
 ) -> Verification:
     """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
-    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo, records=records)
+    judge = rejudge_demo if demo else rejudge
+    return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known)
 
 
 def read_certificate(path: Path) -> bytes:

@@ -35,6 +35,7 @@ from accept.certificate.provenance import statements
 from accept.certificate.revocation import Revoked
 from accept.certificate.signature_contents import byte_range, check_hole, read_hole
 from accept.certificate.spec_approval import check_spec
+from accept.certificate.step import Step
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
@@ -99,13 +100,14 @@ def verify(
     demo: bool = False,
     records: Path | None = None,
     revoked: Sequence[Revoked] = (),
+    known: Callable[[CertificateContent], Step] | None = None,
 ) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
 
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
     only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
-    revoked. Never raises on any bytes.
+    revoked. known : what a bench's own store says of it. Never raises on any bytes.
     """
     details: list[str] = []
     try:
@@ -125,6 +127,7 @@ def verify(
             _guarded("the page", check_page, signed, contents),
             _guarded("judging again", attachments.check_result, judged, rejudge),
             _guarded("the spec", check_spec, contents, roots),
+            *([] if known is None else [_guarded("the store", known, contents)]),
         ]
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:

@@ -13,6 +13,7 @@ from accept.certificate.provenance import provenance_of
 from accept.certificate.signing import SigningRefused
 from accept.certificate.spec_approval import approval_of
 from accept.store import fold
+from accept.verify.against_store import check_copies
 from accept.verify.rejudge import read_certificate, verify_file
 from accept.verify.verification import Verification
 from accept.workflow.session import Session
@@ -50,7 +51,7 @@ def countersign_unit(session: Session, passphrase: str) -> Verification:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
-    before = verify_file(path, [credential.ca], records=session.folder)
+    before = verify_file(path, [credential.ca], records=session.folder, known=check_copies)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
     sign_into(path, read_certificate(path), credential, session.store, session.serial, credential.person, session.spec)

@@ -15,6 +15,7 @@ from accept.certificate import events
 from accept.certificate.commissioning import commissioned
 from accept.gap.attach_to_result import PREFIX, on_certificate
 from accept.judging.calibration import Statement, statement
+from accept.judging.copies import copies_of, withheld, withhold_others
 from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.units import attach
@@ -252,7 +253,10 @@ class Session:
             shown = {f"{PREFIX}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
             result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
+            copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)
+            result = withheld(result, copies)
             events.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
+            withhold_others(self.store, self.serial, copies, self.operator)
             self._catch_up()
             self._result = given, result
         return result

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, one_line, say, stdout
+from accept.base.console import clear_errors, one_line, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate import attachments
 from accept.certificate.errors import InvalidCertificate
-from accept.store import Event, StoreError, StoreHead, check_lines, open_store
+from accept.judging.copies import RESOLVED, resolve
+from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
 from accept.store.seal import head_problem
 from accept.verify.rejudge import read_certificate
@@ -85,6 +86,33 @@ def take_back(file: Path) -> Exit:
 
 
 @clear_errors
+def copies() -> Exit:
+    """Every unit with a recording that stands elsewhere too, as its last judgement has it."""
+    open_ones = 0
+    with open_store() as store:
+        for serial, unit in sorted(fold(store.events()).units.items()):
+            for copy in unit.result.get("copies", []):
+                others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
+                said = copy["resolved"]
+                open_ones += said is None
+                words = "open" if said is None else f"resolved by {said['who']}: {said['reason']}"
+                print(one_line(f"{serial}:{copy['sample']}  same samples as {others}  {words}"))
+    say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` says whose a recording is")
+    return Exit.INCOMPLETE if open_ones else Exit.ACCEPTED
+
+
+@clear_errors
+def resolve_copies(serial: str, measured: list[str], reason: str, operator: str | None) -> Exit:
+    """Say of whom the recordings are that a unit shares with others."""
+    with open_store() as store:
+        for copy in resolve(store, serial, measured, reason, operator_name(operator)):
+            others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
+            stdout.print(f"{serial}:{copy['sample']} and {others}: measured at {', '.join(measured)}")
+    say("judge the units again: accept batch, or accept report")
+    return Exit.ACCEPTED
+
+
+@clear_errors
 def log(serial: str | None, full: bool = False) -> Exit:
     """A line an event; with `full` its payload and hash too. What is shown is checked event by event."""
     found = False
@@ -109,6 +137,9 @@ def _verdict(event: Event) -> str:
     result = data.get("result")
     if event.what == "unit_judged" and isinstance(result, dict):
         deciding = [f["quantity"] for f in result.get("findings", []) if f["verdict"] != "pass"]
-        return f"{result.get('verdict')}{' (' + ', '.join(deciding) + ')' if deciding else ''}"
-    shown = [str(data[key]) for key in ("verdict", "role", "reason") if data.get(key)]
+        copies = [c["sample"] for c in result.get("copies", []) if c["withheld"]]
+        copied = f"; copied: {', '.join(copies)}" if copies else ""
+        return f"{result.get('verdict')}{' (' + ', '.join(deciding) + ')' if deciding else ''}{copied}"
+    shown = [", ".join(map(" ".join, data["measured"]))] if event.what == RESOLVED else []
+    shown += [str(data[key]) for key in ("verdict", "role", "reason") if data.get(key)]
     return ", ".join(shown)

@@ -10,6 +10,7 @@ from accept.base.home import home
 from accept.certificate import keys
 from accept.certificate.revocation import beside, revoked_in
 from accept.commands.trust.bench_keys import DEMO
+from accept.verify.against_store import check_copies, store_is_there
 from accept.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.verify.verification import Outcome, Verification, verify
 from specs.errors import AcceptError
@@ -77,4 +78,5 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     trust = [keys.certificate_of(path) for path in paths]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    return verify(pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked)
+    known = check_copies if not options.demo and store_is_there(home()) else None
+    return verify(pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known)

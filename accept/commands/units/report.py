@@ -1,6 +1,7 @@
 """`accept report`."""
 
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from accept.base.atomic_files import check_place
@@ -18,6 +19,7 @@ from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.attach_to_result import StartModel
 from accept.judging.calibration import statement
+from accept.judging.copies import copies_of, withhold_others
 from accept.models.model_file import open_model
 from accept.store import fold, open_store
 from accept.units import unit_folder
@@ -41,8 +43,13 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         approval = approval_of(chosen, home(), credential.ca if credential else None)
         stated_too = provenance_of(before, store.signed_head(), approval)
         start = StartModel.of(chosen, wanted.model)
-        judged = examine(one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
+        examined = partial(examine, one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
+        judged = examined()
+        if copies := copies_of(store, one.serial, str(folder.resolve()), judged.result.samples):
+            judged = examined(copies=copies)
         certify(judged, store, wanted.out, credential)
+        for other in withhold_others(store, one.serial, copies, who):
+            say(f"warning: {other} was judged with a recording of {one.serial}; its result counts no more")
     result = judged.result
     for line in reasons([result.to_json()]):
         say(line)

@@ -1,0 +1,187 @@
+"""One recording measures one thing: found under two serials, sections or attempts, it counts for none of them.
+
+Nobody can see from the samples whose they are, so all are without a result until a person says it, with a reason
+(`accept store resolve`). That is an event, `copies_resolved`; what is a copy of what follows from the samples that the
+store holds of every judgement. The same folder judged again, or moved, is the same evidence and no copy.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import PurePath
+from typing import Any
+
+from accept.judging.result import UnitResult, finding_from_json, finding_json
+from accept.store import Event, Store
+from accept.store.sample_index import JUDGED, TABLE
+from checks.acceptance import CHECKS
+from checks.cause import Cause, because
+from checks.signals.sketch import Sketch
+from checks.verdict import Finding, Verdict, unit_verdict
+from specs.errors import AcceptError
+
+RESOLVED = "copies_resolved"
+ATTEMPT = re.compile(r"attempt-\d+")  # the folder of one in the workflow
+Channels = Mapping[str, str]
+Samples = Mapping[str, Channels]
+Copy = dict[str, Any]
+"""sample: `section/input`; with: its copies, each serial and sample; withheld: whether it counts for nothing;
+resolved: who said whose it is, when and why, and of whom it is (`measured`), None where nobody did."""
+
+
+class CopiesError(AcceptError, ValueError):
+    """What cannot be resolved; the text says why."""
+
+
+def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -> list[Copy]:
+    """What in a unit's samples stands elsewhere too: in itself, or in any judgement of the store. folder: where the
+    unit was judged, None where it is not known: then its own serial is not looked at. Raises StoreError."""
+    own: dict[str, dict[tuple[str, str], Channels]] = {name: {} for name in samples}
+    for name, channels in samples.items():
+        for other, theirs in samples.items():
+            if other != name and same_recording(channels, theirs):
+                own[name][serial, other] = theirs
+    for event in store.judgements_with(samples):
+        for name, other, theirs in _shared(event, serial, folder, samples):
+            own[name][event.subject, other] = theirs
+    said = list(store.events(what=RESOLVED)) if any(own.values()) else []
+    return [_copy(serial, name, samples[name], found, said) for name, found in sorted(own.items()) if found]
+
+
+def same_recording(one: Channels, other: Channels) -> bool:
+    """Whether two records share a channel, whatever it is called in each."""
+    if TABLE in one or TABLE in other:
+        return one.get(TABLE) == other.get(TABLE)
+    ours, theirs = ([Sketch.parse(text) for text in channels.values()] for channels in (one, other))
+    return any(a.same(b) for a in ours for b in theirs)
+
+
+def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:
+    """(own record, record of the event, its channels) of each pair that holds the same samples."""
+    if event.what != JUDGED or (event.subject == serial and folder is None):
+        return []
+    data = event.data
+    theirs: Samples = data["result"].get("samples", {})
+    pairs = [(a, b, theirs[b]) for a in samples for b in theirs if same_recording(samples[a], theirs[b])]
+    if event.subject != serial:
+        return pairs
+    return [] if _same_evidence(str(data["path"]), str(folder), pairs, len(samples), len(theirs)) else pairs
+
+
+def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Channels]], ours: int, theirs: int) -> bool:
+    """Whether a unit's own earlier judgement was of what is judged now: its folder, or one moved or added to. Two
+    attempts of the workflow are never one."""
+    before, now = PurePath(path), PurePath(folder)
+    if before == now:
+        return True
+    if ATTEMPT.fullmatch(before.name) and ATTEMPT.fullmatch(now.name):
+        return False
+    kept = {a for a, b, _ in pairs if a == b}
+    return len(kept) in (ours, theirs)
+
+
+def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str], Channels], said: list[Event]) -> Copy:
+    parties = {_party(serial, name, own), *(_party(who, sample, told) for (who, sample), told in found.items())}
+    resolved = next((e for e in reversed(said) if parties <= set(map(tuple, e.data["parties"]))), None)
+    copy: Copy = {"sample": name, "with": [{"serial": who, "sample": sample} for who, sample in sorted(found)]}
+    if resolved is None:
+        return copy | {"withheld": True, "resolved": None}
+    data = resolved.data
+    told = {"who": resolved.who, "time": resolved.time, "reason": data["reason"], "measured": data["measured"]}
+    return copy | {"withheld": [serial, name] not in data["measured"], "resolved": told}
+
+
+def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
+    """Serial, record, and a hash of what it holds: another recording under the same name is another party."""
+    return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
+
+
+def withheld(result: UnitResult, copies: Sequence[Copy]) -> UnitResult:
+    """The result with its copies stated, and without what was found from those that count for nothing."""
+    if not copies:
+        return result
+    findings = tuple(_without(f, copies) for f in result.findings)
+    sections = _sections(copies)
+    information = tuple((check, q) for check, q in result.information if CHECKS[check].reads not in sections)
+    return replace(
+        result, findings=findings, information=information, verdict=unit_verdict(findings), copies=tuple(copies)
+    )
+
+
+def _sections(copies: Iterable[Copy]) -> set[str]:
+    return {copy["sample"].partition("/")[0] for copy in copies if copy["withheld"]}
+
+
+def _without(finding: Finding, copies: Sequence[Copy]) -> Finding:
+    section = CHECKS[finding.check].reads
+    copy = next((c for c in copies if c["withheld"] and c["sample"].partition("/")[0] == section), None)
+    if copy is None:
+        return finding
+    others = ", ".join(f"{w['sample']} of {w['serial']}" for w in copy["with"])
+    cause = because(Cause.SAMPLES_COPIED, record=copy["sample"].partition("/")[2], others=others)
+    bare = replace(finding, value=None, U=None, p_false_accept=None, budget=(), note=None)
+    return replace(bare, verdict=Verdict.NO_RESULT, cause=cause, reason=str(cause))
+
+
+def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> list[str]:
+    """Judge the other units that hold a copy anew where their last result does not say so yet: from then on it counts
+    for them no more than for this one. Returns their serials. Raises StoreError."""
+    changed = []
+    for other in sorted({w["serial"] for copy in copies for w in copy["with"]} - {serial}):
+        last = store.latest(other, JUDGED)
+        if last is None:
+            continue
+        data = last.data
+        entry = data["result"]
+        found = copies_of(store, other, data["path"], entry.get("samples", {}))
+        if found and found != entry.get("copies", []):
+            weaker = _entry_without(entry, found)
+            store.append(JUDGED, other, data | {"result": weaker}, who=who, spec=last.spec)
+            changed.append(other)
+    return changed
+
+
+def _entry_without(entry: Mapping[str, Any], copies: Sequence[Copy]) -> dict[str, Any]:
+    """An entry of results.json as `withheld` makes it. What was withheld once and counts again is judged again from
+    its records; here it stays without a result."""
+    findings = [_without(finding_from_json(f), copies) for f in entry["findings"]]
+    sections = _sections(copies)
+    information = [i for i in entry["information"] if CHECKS[i["check"]].reads not in sections]
+    judged = {"findings": [finding_json(f) for f in findings], "verdict": str(unit_verdict(findings))}
+    return {**entry, **judged, "information": information, "copies": list(copies)}
+
+
+def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, who: str) -> list[Copy]:
+    """Store of whom the recordings are that a unit shares with others; returns them. measured: `SERIAL`, or
+    `SERIAL:section/input`. Raises CopiesError where nothing is to be resolved or nobody of those named has a part."""
+    last = store.latest(serial, JUDGED)
+    data: dict[str, Any] = last.data if last else {"result": {}, "path": ""}
+    samples: Samples = data["result"].get("samples", {})
+    found = [c for c in copies_of(store, serial, data["path"], samples) if c["resolved"] is None]
+    if not found:
+        raise CopiesError(f"{serial}: none of its recordings stands elsewhere too, or all were resolved")
+    if not reason.strip():
+        raise CopiesError("say how it came that one recording stands in two places: --reason")
+    parties = {(serial, c["sample"]) for c in found} | {(w["serial"], w["sample"]) for c in found for w in c["with"]}
+    named = [word.partition(":") for word in measured]
+    chosen = sorted(p for p in parties if any(p[0] == n and (not colon or p[1] == s) for n, colon, s in named))
+    if not chosen or any(not any(p[0] == n and s in ("", p[1]) for p in parties) for n, _, s in named):
+        known = ", ".join(f"{a}:{b}" for a, b in sorted(parties))
+        raise CopiesError(f"--measured: name one or more of {known}")
+    told = sorted({_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
+    payload = {"parties": told, "measured": [list(p) for p in chosen], "reason": " ".join(reason.split())}
+    store.append(RESOLVED, serial, payload, who=who)
+    return found
+
+
+def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
+    """Of the others, with what each of their judgements held."""
+    there = set()
+    wanted = {(w["serial"], w["sample"]) for c in found for w in c["with"]}
+    for other in {who for who, _ in wanted}:
+        for event in store.events(other, JUDGED):
+            for name, channels in event.data["result"].get("samples", {}).items():
+                if (other, name) in wanted:
+                    there.add(_party(other, name, channels))
+    return there

@@ -1,0 +1,193 @@
+"""One recording under two serials, in two sections or two attempts counts for none of them until it is resolved."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from accept.base.home import home
+from accept.certificate import encrypted_key, keys
+from accept.cli.main import app
+from accept.store import fold, open_store
+from hw.records import csv_bytes
+from tests.accept.units.units import save_mat
+from tests.checks.acceptance.play_model import Plays
+
+UNIT = """
+serial = "{serial}"
+kind = "apa"
+[capacitance]
+sensor_uF = 4.99
+actuator_uF = 9.85
+[hysteresis]
+record = "{file}"
+"""
+SPEC = """
+name = "loops"
+kind = "apa"
+title = "Loops"
+[checks.capacitance.limits.sensor_uF]
+lower = 4.4
+unit = "uF"
+rule = "simple"
+source = "test"
+[checks.capacitance.uncertainty.sensor_uF]
+U = 0.01
+source = "test"
+[checks.hysteresis.limits.hysteresis_percent]
+upper = 20.0
+unit = "percent"
+rule = "guarded"
+source = "test"
+"""
+AMPLITUDES = (0.5, 4.0)
+DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in AMPLITUDES])
+MOTION = Plays.of(gain=24e-6, share=0.15, largest=4.5, count=60).response(DRIVE)
+
+
+@pytest.fixture(autouse=True)
+def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    path = tmp_path / "loops.toml"
+    path.write_text(SPEC)
+    return path
+
+
+def accept(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def columns(seed: int) -> dict[str, np.ndarray]:
+    de = MOTION + 4e-9 * np.random.default_rng(seed).standard_normal(MOTION.size)
+    return {"t": np.arange(de.size) * 1e-3, "Va": DRIVE, "de": 2.5e-9 * np.round(de / 2.5e-9)}
+
+
+def unit(folder: Path, serial: str, seed: int, file: str = "h.mat", text: str = UNIT) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "unit.toml").write_text(text.format(serial=serial, file=file))
+    if file.endswith(".csv"):
+        data = {k: v.astype(np.float32).astype(float) for k, v in columns(seed).items() if k != "t"}
+        (folder / file).write_bytes(csv_bytes({"t": columns(seed)["t"], **data}))
+    else:
+        save_mat(folder / file, **columns(seed))
+    return folder
+
+
+def verdicts(out: Path) -> dict[str, str]:
+    return {u["serial"]: u["verdict"] for u in json.loads((out / "results.json").read_text())["units"]}
+
+
+def batch(out: Path, spec: Path, *paths: Path) -> Result:
+    return accept("batch", *paths, "--spec", spec, "--out", out)
+
+
+def test_a_copy_under_two_serials_counts_for_neither_until_it_is_resolved(tmp_path: Path, spec: Path) -> None:
+    """Stored by another program, in another container, in single precision; in one batch."""
+    units, out = tmp_path / "units", tmp_path / "out"
+    unit(units / "A", "A-1", 1)
+    unit(units / "B", "B-1", 1, "copied.csv")
+    unit(units / "C", "C-1", 2)
+    done = batch(out, spec, units)
+    assert verdicts(out) == {"A-1": "incomplete", "B-1": "incomplete", "C-1": "accepted"}, done.output
+    assert "hysteresis/record of B-1" in done.output
+    certificate = out / "certificates" / "A-1.pdf"
+    for pdf in (certificate, out / "certificates" / "B-1.pdf"):
+        verified = accept("verify", pdf)
+        assert "incomplete" in verified.stdout
+        assert "copies: hysteresis/record holds the samples of" in verified.stderr
+    assert verdicts_again(out, spec, units) == {"A-1": "incomplete", "B-1": "incomplete", "C-1": "accepted"}
+    listed = accept("store", "copies")
+    assert (listed.exit_code, listed.stdout.count("open")) == (4, 2)
+
+    for words in (["--measured", "A-1", "--reason", " "], ["--measured", "C-1", "--reason", "x"]):
+        assert accept("store", "resolve", "A-1", *words).exit_code == 6
+    said = accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "B-1 was not on the bench")
+    assert said.exit_code == 0, said.output
+    assert verdicts_again(out, spec, units) == {"A-1": "accepted", "B-1": "incomplete", "C-1": "accepted"}
+    assert "B-1 was not on the bench" in accept("verify", certificate).stderr
+    assert "B-1 was not on the bench" in accept("store", "log", "A-1").stdout
+    assert accept("store", "copies").exit_code == 0
+    unit(units / "D", "D-1", 1)  # a third one: what was resolved was between two
+    assert verdicts_again(out, spec, units)["A-1"] == "incomplete"
+
+
+def verdicts_again(out: Path, spec: Path, *paths: Path) -> dict[str, str]:
+    batch(out, spec, *paths)
+    return verdicts(out)
+
+
+def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, spec: Path) -> None:
+    """By `report`; the earlier unit's certificate no longer verifies plainly at this bench and is not countersigned."""
+    first, second = tmp_path / "a.pdf", tmp_path / "b.pdf"
+    assert accept("report", unit(tmp_path / "A", "A-1", 1), "--spec", spec, "--out", first).exit_code == 0
+    assert accept("verify", first).exit_code == 0
+    copied = accept("report", unit(tmp_path / "B", "B-1", 1), "--spec", spec, "--out", second)
+    assert (copied.exit_code, "A-1 was judged with a recording" in copied.stderr) == (4, True), copied.output
+    found = accept("verify", first)
+    assert (found.exit_code, "hysteresis/record is also B-1" in found.stdout) == (4, True), found.output
+    assert accept("countersign", first).exit_code == 4
+    with open_store() as store:
+        assert store.check() is None
+        state = fold(store.events()).units
+    assert [state[s].verdict for s in ("A-1", "B-1")] == ["incomplete", "incomplete"]
+    assert "copied: hysteresis/record" in accept("store", "log", "A-1").stdout
+
+
+def test_one_recording_in_two_sections_counts_in_neither(tmp_path: Path, spec: Path) -> None:
+    text = UNIT + '[stiffness]\nclosed_circuit = "{file}"\nmass_kg = 6.4\n'
+    spec.write_text(
+        SPEC + '[checks.stiffness]\nrequired = false\n[checks.stiffness.limits.k_closed_N_per_um]\nlower = 1.0\n'
+        'unit = "N/um"\nrule = "simple"\nsource = "test"\n'
+    )  # fmt: skip
+    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1, text=text))
+    (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
+    found = {f["quantity"]: f for f in entry["findings"]}
+    assert found["hysteresis_percent"]["cause"]["code"] == "samples_copied"
+    assert found["k_closed_N_per_um"]["cause"]["code"] == "samples_copied"
+    assert found["sensor_uF"]["verdict"] == "pass"
+
+
+def test_judging_again_and_measuring_again_are_no_copies(tmp_path: Path, spec: Path) -> None:
+    """The same folder, the folder moved and one added to it; a golden unit measured ten times in folders of its own."""
+    folder, out = unit(tmp_path / "A", "A-1", 1), tmp_path / "out"
+    assert verdicts_again(out, spec, folder) == {"A-1": "accepted"}
+    (folder / "unit.toml").write_text(UNIT.format(serial="A-1", file="h.mat").replace("4.99", "4.98"))
+    assert verdicts_again(out, spec, folder) == {"A-1": "accepted"}
+    moved = Path(shutil.move(folder, tmp_path / "archive"))
+    assert verdicts_again(out, spec, moved) == {"A-1": "accepted"}
+    for seed in range(10, 20):
+        assert verdicts_again(out, spec, unit(tmp_path / f"G{seed}", "G-1", seed)) == {"G-1": "accepted"}
+    assert accept("store", "copies").stdout == ""
+
+
+def test_a_record_of_an_earlier_attempt_is_no_second_measurement(tmp_path: Path, spec: Path) -> None:
+    """As the workflow keeps attempts: one folder each below that of the serial."""
+    place, out = tmp_path / "units" / "A-1", tmp_path / "out"
+    assert verdicts_again(out, spec, unit(place / "attempt-1", "A-1", 1)) == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, unit(place / "attempt-2", "A-1", 1)) == {"A-1": "incomplete"}
+    accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "only the capacitance was measured anew")
+    assert verdicts_again(out, spec, place / "attempt-2") == {"A-1": "accepted"}
+
+
+def test_the_index_is_held_against_the_events_and_made_anew_by_a_restored_backup(tmp_path: Path, spec: Path) -> None:
+    """Without its rows in the index a copy would not be found: that is a fault of the store like any other."""
+    import sqlite3
+
+    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1))
+    file = home() / "store.sqlite"
+    assert accept("store", "backup", tmp_path / "b.sqlite").exit_code == 0
+    with sqlite3.connect(file) as database:
+        assert database.execute("DELETE FROM samples").rowcount > 0
+    database.close()
+    done = batch(tmp_path / "out", spec, tmp_path / "A")
+    assert (done.exit_code, "index of samples" in done.stderr) == (6, True), done.output
+    assert accept("store", "restore", tmp_path / "b.sqlite").exit_code == 0
+    assert accept("store", "check").exit_code == 0
+    assert keys.exist(home())

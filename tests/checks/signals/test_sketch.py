@@ -1,0 +1,68 @@
+"""Sketches of samples: a copy is known in whatever form it is stored, what was measured again is never one."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from checks.signals.sketch import Sketch, sketch
+
+RNG = np.random.default_rng(5)
+T = np.arange(20_000) / 1000.0
+CLEAN = 4e-5 * np.sin(2 * np.pi * 0.5 * T) * np.exp(-T / 30) + 2e-6 * np.sin(2 * np.pi * 94.0 * T)
+
+
+def measured(noise: float, seed: int, step: float = 0.0) -> np.ndarray:
+    """The same motion, recorded once more. noise: part of the span; step: of the converter [m]."""
+    x = CLEAN + noise * np.ptp(CLEAN) * np.random.default_rng(seed).standard_normal(T.size)
+    return step * np.round(x / step) if step else x
+
+
+def digits(n: int) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda x: np.array([float(f"{v:.{n}g}") for v in x])
+
+
+STORED = {
+    "as it is": lambda x: x,
+    "single precision": lambda x: x.astype(np.float32).astype(float),
+    "text of six digits": digits(6),
+    "text of five digits": digits(5),
+    "in micrometres about another zero": lambda x: 1e6 * x + 3.0,
+    "with the other sign": lambda x: -x,
+    "calibrated anew": lambda x: 1.017 * x,
+}
+
+
+@pytest.mark.parametrize("step", [0.0, 2.5e-9, 1e-7], ids=["fine", "encoder", "gauge"])
+@pytest.mark.parametrize("how", STORED)
+def test_a_copy_is_known_in_whatever_form(how: str, step: float) -> None:
+    x = measured(2e-4, 1, step)
+    one, other = sketch(x), sketch(STORED[how](x))
+    assert one is not None
+    assert other is not None
+    assert one.same(other)
+    assert other.same(Sketch.parse(str(one)))
+    assert set(one.keys()) & set(other.keys())
+
+
+@pytest.mark.parametrize("step", [0.0, 2.5e-9, 1e-7], ids=["fine", "encoder", "gauge"])
+@pytest.mark.parametrize("noise", [1e-5, 1e-4, 1e-2])
+def test_what_is_measured_again_is_no_copy(noise: float, step: float) -> None:
+    """1e-5 of the span is 0.8 nm of 80 um: no encoder and no interferometer on air repeats so well. 40 repeats;
+    the gauge has steps of twelve times its noise."""
+    many = [sketch(measured(noise, seed, step)) for seed in range(40)]
+    found = [s for s in many if s is not None]
+    assert len(found) == 40
+    assert not [1 for n, a in enumerate(found) for b in found[:n] if a.same(b)]
+
+
+def test_what_tells_nothing_has_no_sketch() -> None:
+    assert sketch(np.zeros(5000)) is None
+    assert sketch(np.arange(20.0)) is None
+    assert sketch((np.arange(5000) % 3).astype(float)) is None  # a force at rest between two levels
+
+
+@pytest.mark.parametrize("text", ["", "x", "AAAA:", "!!!!:00"])
+def test_what_is_no_sketch_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="no sketch"):
+        Sketch.parse(text)
