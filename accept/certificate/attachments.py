@@ -19,7 +19,9 @@ from accept.certificate.errors import InvalidCertificate
 from accept.certificate.result_diff import ONLY_AGAIN, differences
 from accept.certificate.step import Step
 from accept.models.evidence import ModelFolder, Models
-from accept.units.unit_folder import MODEL_FOLDER, UNIT_FILE, UnitError, UnitFolder, inside, parse
+from accept.units.loaded_unit import RESPONSES
+from accept.units.unit_entry import MODEL_FOLDER
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
 from checks.acceptance import CHECKS
 from specs.files import read_bounded
 
@@ -117,8 +119,10 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
     """Checks that read one of these files."""
-    sections = _unit(contents).sections
-    reads = {name for name, section in sections.items() if not set(section.files).isdisjoint(missing)}
+    unit = _unit(contents)
+    reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
+    if any(not set(each.files).isdisjoint(missing) for each in unit.experiments):
+        reads.add(RESPONSES)  # held against the experiments' records
     return {name for name, check in CHECKS.items() if check.reads in reads}
 
 

@@ -15,7 +15,8 @@ from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduced
-from accept.units.unit_folder import MODEL_FOLDER, UNIT_FILE
+from accept.units.unit_entry import MODEL_FOLDER
+from accept.units.unit_folder import UNIT_FILE
 from checks.picture import Panel
 from specs.errors import AcceptError
 from specs.files import read_bounded

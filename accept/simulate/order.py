@@ -10,6 +10,7 @@ import numpy as np
 from accept.units.unit_folder import KINDS, SERIAL
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
 from checks.gap.effects import effect_named, with_effects
 from checks.model.model import Model
 from checks.model.parameters import rule
@@ -28,10 +29,40 @@ class UnitRequestError(AcceptError, ValueError):
 
 
 @dataclass(frozen=True)
+class ExperimentRequest:
+    """An experiment to simulate beside the unit's responses: its kind and the number that goes with it."""
+
+    kind: ExperimentKind
+    value: float | None = None
+
+    @classmethod
+    def of(cls, name: str, values: Mapping[str, float]) -> "ExperimentRequest":
+        """Raises UnitRequestError for an unknown kind, a number that is missing, unknown or not plausible."""
+        if name not in EXPERIMENT_KINDS:
+            raise UnitRequestError(f"experiment '{name}': expected one of {', '.join(EXPERIMENT_KINDS)}")
+        kind = EXPERIMENT_KINDS[name]
+        wanted = {kind.value.name} if kind.value else set()
+        if values.keys() != wanted:
+            given = ", ".join(values) or "nothing"
+            raise UnitRequestError(
+                f"experiment '{name}' is given with {given}; expected {', '.join(wanted) or 'nothing'}"
+            )
+        if kind.value is None:
+            return cls(kind)
+        value = values[kind.value.name]
+        if not kind.value.lo <= value <= kind.value.hi:
+            raise UnitRequestError(
+                f"experiment '{name}': {kind.value.name} = {value:g}: expected {kind.value.lo:g} to {kind.value.hi:g}"
+            )
+        return cls(kind, value)
+
+
+@dataclass(frozen=True)
 class UnitRequest:
     """A unit to simulate. seed: of excitation, noise and drawn figures; effects: (name, parameters) in order; fault: a
     name in `FAULTS`; hold: converter without a filter behind it; repeats: second realisations; low_s, high_s: length of
-    the records of frequency responses; compact: files compressed, so that all fit into one certificate."""
+    the records of frequency responses; compact: files compressed, so that all fit into one certificate; experiments:
+    the responses once more, under other conditions."""
 
     serial: str
     kind: str
@@ -45,6 +76,7 @@ class UnitRequest:
     low_s: float = 20.0
     high_s: float = 20.0
     compact: bool = True
+    experiments: tuple[ExperimentRequest, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises OrderError."""

@@ -49,13 +49,13 @@ class DrivenUnit:
         return self.known[samples, fs]
 
 
-def noise_record(bench: DrivenUnit, name: str, high: bool) -> Columns:
-    """One realisation of low-passed or band-passed noise."""
+def noise_record(bench: DrivenUnit, name: str, high: bool, level: float = 1.0) -> Columns:
+    """One realisation of low-passed or band-passed noise; level: of the drive, as a part of the usual one."""
     order = bench.order
     lo, hi = HIGH_HZ if high else LOW_HZ
     length, rms = (order.high_s, HIGH_RMS_V) if high else (order.low_s, LOW_RMS_V)
     seed = int(order.rng(f"drive of {name}").integers(2**31))
-    return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, rms, seed).proper, FS)
+    return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, level * rms, seed).proper, FS)
 
 
 def sweep_record(bench: DrivenUnit, name: str) -> Columns:

@@ -13,7 +13,9 @@ from accept.simulate import apa
 from accept.simulate.faults import FAULTS, UnitFault
 from accept.simulate.order import UnitRequest, UnitRequestError
 from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record, slow_record, sweep_record
+from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import KINDS, UNIT_FILE
+from checks.gap.conditions.simulated import SENSOR_F, drive, under
 from hw.records import csv_bytes, mat_bytes
 
 TRUTH_FILE = "truth.json"
@@ -49,9 +51,13 @@ def simulate(order: UnitRequest) -> SimulatedUnit:
         records, tables, own = {"hysteresis": slow_record(bench, "hysteresis")}, {}, {}
         sections = {"hysteresis": {"record": "hysteresis.mat"}}
     responses, section = _responses(bench)
-    files = _files(order, records | responses, fault) | tables
-    files[UNIT_FILE] = tomlkit.dumps(_document(order, {**sections, "frf": section})).encode()
-    return SimulatedUnit(order.serial, files, _truth(order, bench, own))
+    sensor_F = 1e-6 * own["sensor_uF"] if "sensor_uF" in own else SENSOR_F
+    more, listed, done = _experiments(bench, sensor_F)
+    files = _files(order, records | responses | more, fault) | tables
+    document = _document(order, {**sections, "frf": section} | ({EXPERIMENTS: listed} if listed else {}))
+    files[UNIT_FILE] = tomlkit.dumps(document).encode()
+    truth = _truth(order, bench, own) | ({EXPERIMENTS: done} if done else {})
+    return SimulatedUnit(order.serial, files, truth)
 
 
 def _fault(order: UnitRequest) -> UnitFault:
@@ -77,6 +83,29 @@ def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
     # What is on the bench is what was weighed: a payload that is wrong is a fault, and nobody says so.
     payload = order.model.values["bench.payload_kg"]
     return records, section | {"merge_Hz": MERGE_HZ, "payload_kg": payload}
+
+
+def _experiments(bench: DrivenUnit, sensor_F: float) -> tuple[dict[str, Columns], list[Any], list[Any]]:
+    """Records of the responses under every experiment, their entries of unit.toml, and the parameters that it changed
+    with their true values. The noise of each is its own."""
+    order = bench.order
+    records: dict[str, Columns] = {}
+    listed: list[dict[str, Any]] = []
+    done: list[dict[str, Any]] = []
+    for number, asked in enumerate(order.experiments, 1):
+        model = under(bench.model, asked.kind, asked.value, sensor_F)
+        other = DrivenUnit(order, model)
+        stems = {key: f"{stem}_x{number}" for key, stem in RESPONSES.items()}
+        if order.repeats:
+            stems |= {f"{key}_repeat": f"{stem}_2" for key, stem in stems.items()}
+        level = drive(asked.kind, asked.value)
+        for key, stem in stems.items():
+            records[stem] = noise_record(other, stem, key.startswith("high"), level)
+        value = {} if asked.kind.value is None else {asked.kind.value.name: asked.value}
+        listed.append({"kind": asked.kind.name} | value | {key: f"{stem}.mat" for key, stem in stems.items()})
+        changed = {n: v for n, v in model.values.items() if v != bench.model.values[n]}
+        done.append({"kind": asked.kind.name} | value | {"parameters": changed})
+    return records, listed, done
 
 
 def _files(order: UnitRequest, records: Mapping[str, Columns], fault: UnitFault) -> dict[str, bytes]:

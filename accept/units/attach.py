@@ -8,7 +8,8 @@ from typing import Any
 import tomlkit
 
 from accept.base.atomic_files import write_atomic
-from accept.units.unit_folder import UNIT_FILE, is_reserved
+from accept.units.unit_entry import is_reserved
+from accept.units.unit_folder import UNIT_FILE
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records

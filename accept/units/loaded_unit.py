@@ -3,19 +3,23 @@ certificate are the same bytes, and what was estimated of a record is there for 
 
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from accept.units import unit_folder
 from accept.units.duplicate_records import vet_twins
-from accept.units.unit_folder import UNIT_FILE, FileEntry, UnitFolder, UnitSection, inside
+from accept.units.unit_entry import Entry, FileEntry
+from accept.units.unit_experiments import EXPERIMENTS, UnitExperiment
+from accept.units.unit_folder import UNIT_FILE, UnitFolder, UnitSection, inside
 from checks.declare import CsvTable, Values
 from checks.errors import RecordError
 from hw.records import record_of, table_of
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import Source, load_bytes
 
+RESPONSES = "frf"  # the section that experiments repeat under other conditions
 HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; what is beyond is read again
 
 
@@ -56,17 +60,45 @@ class LoadedUnit:
             raise values
         return values
 
+    def experiment(self, experiment: UnitExperiment) -> Values:
+        """Records and value of an experiment. Raises RecordError."""
+        key = f"{EXPERIMENTS} {experiment.name}"
+        if key not in self._values:
+            try:
+                self._values[key] = self._entries(experiment.entries, experiment.problem)
+            except RecordError as e:
+                self._values[key] = e
+        values = self._values[key]
+        if isinstance(values, RecordError):
+            raise values
+        return values
+
     def _read(self, section: UnitSection) -> Values:
-        if section.problem:
-            raise RecordError(section.problem)
+        values = self._entries(section.entries, section.problem)
+        if section.check.name == RESPONSES and self.folder.experiments:
+            self._vet_experiments(values)
+        return values
+
+    def _entries(self, entries: Mapping[str, Entry], problem: str | None) -> Values:
+        if problem:
+            raise RecordError(problem)
         values: dict[str, Any] = {}
-        for name, entry in section.entries.items():
+        for name, entry in entries.items():
             try:
                 values[name] = self._file(entry) if isinstance(entry, FileEntry) else entry
             except RecordError as e:
                 raise RecordError(e.reason.within(name)) from e
         vet_twins(values)
         return values
+
+    def _vet_experiments(self, values: Values) -> None:
+        """Raises RecordError where responses and an experiment, or two experiments, hold the same recording: one of
+        them was not measured, and nobody knows which."""
+        every = dict(values)
+        for experiment in self.folder.experiments:
+            with suppress(RecordError):  # said where the experiment itself is asked for
+                every |= {f"{experiment.name} {k}": v for k, v in self.experiment(experiment).items()}
+        vet_twins(every)
 
     def _file(self, entry: FileEntry) -> Any:
         path = inside(self.folder.path, entry.name)

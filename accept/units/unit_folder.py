@@ -1,8 +1,6 @@
 """Reads a unit folder: `unit.toml`, strictly, by what the checks declare. `LoadedUnit` reads the files it names."""
 
 import hashlib
-import math
-import posixpath
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,12 +9,11 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from accept.units import folder_header
+from accept.units.unit_entry import Entry, FileEntry, entry_of
+from accept.units.unit_experiments import EXPERIMENTS, UnitExperiment, experiments_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, CsvTable, Form, Input, Measured, Scalar, Series, Vector
+from checks.declare import Check, Form
 from checks.errors import RecordError
 from specs.errors import AcceptError
 from specs.files import read_bounded
@@ -26,9 +23,6 @@ KINDS = ("apa", "strut")
 MAX_UNIT_TOML_BYTES = 1_000_000
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-# What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
-RESERVED = (UNIT_FILE, "results.json", "manifest.json", "spec.toml", "panels.json")
-MODEL_FOLDER = "spec-models"
 _DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
 SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
 
@@ -39,17 +33,6 @@ class UnitError(AcceptError, ValueError):
     def __init__(self, path: Path, problems: list[str]) -> None:
         self.path, self.problems = path, problems
         super().__init__("; ".join(f"{path}: {p}" for p in problems))
-
-
-@dataclass(frozen=True)
-class FileEntry:
-    """A file that `unit.toml` names, and the input that declares what must be in it."""
-
-    name: str
-    declared: Series | CsvTable
-
-
-Entry = Measured | NDArray[np.float64] | FileEntry
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +51,8 @@ class UnitSection:
 @dataclass(frozen=True, eq=False)
 class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
-    section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it."""
+    section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
+    experiments: its responses under other conditions."""
 
     path: Path
     serial: str
@@ -79,11 +63,13 @@ class UnitFolder:
     sections: Mapping[str, UnitSection] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    experiments: Sequence[UnitExperiment] = ()
 
     @property
     def files(self) -> list[str]:
         """Names of its files, sorted."""
-        return sorted({name for section in self.sections.values() for name in section.files})
+        listed = [*(s.files for s in self.sections.values()), *(e.files for e in self.experiments)]
+        return sorted({name for names in listed for name in names})
 
     def input_hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
@@ -140,9 +126,10 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     channels = folder_header.strings(data, "channels", problems)
     measured = folder_header.days(data, problems)
     notes = folder_header.notes(data, problems)
+    experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in {"serial", "kind", "parts", "channels", "measured", "notes"}:
+        if name in {"serial", "kind", "parts", "channels", "measured", "notes", EXPERIMENTS}:
             continue
         if name not in SECTIONS:
             problems.append(f"[{name}] unknown section or key (known: {', '.join(SECTIONS)})")
@@ -152,7 +139,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
             sections[name] = _section(SECTIONS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
-    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes)
+    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes, experiments)
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:
@@ -167,7 +154,7 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
     entries: dict[str, Entry] = {}
     unusable: list[str] = []
     for key, value in content.items():
-        entry = _entry(check.name, known[key], value, problems, unusable)
+        entry = entry_of(f"[{check.name}]", known[key], value, problems, unusable)
         if entry is not None:
             entries[key] = entry
     return UnitSection(check, entries, "; ".join(unusable) or None)
@@ -175,80 +162,6 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
 
 def _form_of(check: Check, keys: set[str]) -> Form | None:
     return next((form for form in check.forms if keys <= {i.name for i in form.inputs}), None)
-
-
-def _entry(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
-    """Entry of one key. A wrong type is a problem of the file; a number that cannot be is a problem of the section."""
-    where = f"[{section}] {declared.name}"
-    match declared:
-        case Scalar():
-            return _scalar(where, declared, value, problems, unusable)
-        case Vector():
-            return _vector(where, declared, value, problems, unusable)
-        case _:
-            if not isinstance(value, str) or not value or "\0" in value:
-                problems.append(f"{where} = {value!r}: expected a file name")
-                return None
-            if is_reserved(value):
-                problems.append(f"{where} = {value!r}: a certificate keeps this name for itself; rename the record")
-                return None
-            return FileEntry(value, declared)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusable: list[str]) -> Measured | None:
-    U = None
-    if isinstance(value, dict):
-        if set(value) - {"value", "U"} or "value" not in value:
-            problems.append(f"{where} = {value!r}: expected a number or {{ value, U }}")
-            return None
-        value, U = value["value"], value.get("U")
-    if not _is_number(value) or not (U is None or _is_number(U)):
-        problems.append(f"{where} = {value!r}: expected a number in {declared.unit}")
-        return None
-    number = _float(value)
-    if not math.isfinite(number):
-        unusable.append(f"{declared.name} is {number}")
-    elif not declared.lo <= number <= declared.hi:
-        unusable.append(
-            f"{declared.name} = {number:g} {declared.unit} is not plausible"
-            f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit})"
-        )
-    if U is not None and not (math.isfinite(_float(U)) and _float(U) > 0):
-        unusable.append(f"the uncertainty U of {declared.name} is {U}, expected a positive number")
-    return Measured(number, None if U is None else _float(U))
-
-
-def _float(number: float) -> float:
-    """float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a value."""
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf
-
-
-def _vector(
-    where: str, declared: Vector, value: Any, problems: list[str], unusable: list[str]
-) -> NDArray[np.float64] | None:
-    if not isinstance(value, list) or not all(_is_number(v) for v in value):
-        problems.append(f"{where} = {value!r}: expected a list of {declared.size} numbers in {declared.unit}")
-        return None
-    array = np.array([_float(v) for v in value])
-    if array.size != declared.size:
-        unusable.append(f"{declared.name} has {array.size} values, expected {declared.size}")
-    elif not np.isfinite(array).all():
-        first = int(np.flatnonzero(~np.isfinite(array))[0])
-        unusable.append(f"{declared.name}: value {first + 1} is {array[first]}")
-    return array
-
-
-def is_reserved(name: str) -> bool:
-    """Whether a certificate keeps this file name for itself, in whatever case a file system takes for the same."""
-    folded = name.replace("\\", "/").casefold()
-    return posixpath.normpath(folded) in RESERVED or folded.split("/")[0] == MODEL_FOLDER
 
 
 def inside(folder: Path, name: str) -> Path:

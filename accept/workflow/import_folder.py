@@ -3,7 +3,8 @@
 import numpy as np
 
 from accept.units import unit_folder
-from accept.units.unit_folder import FileEntry, UnitFolder, UnitSection
+from accept.units.unit_entry import FileEntry
+from accept.units.unit_folder import UnitFolder, UnitSection
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
 from checks.declare import Measured
@@ -21,6 +22,9 @@ def adopt(session: Session, taken: UnitFolder) -> list[str]:
         part = taken.sections.get(step.check.reads)
         if not step.derived and part is not None:
             problems += _section(session, taken, step, part)
+    if taken.experiments:
+        names = ", ".join(e.name for e in taken.experiments)
+        problems.append(f"experiments ({names}) are not part of the workflow: `accept gap` reads them in {taken.path}")
     return problems
 
 

@@ -10,7 +10,7 @@ from accept.base.exit_codes import Exit
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
-from accept.simulate.order import drawn, on_bench
+from accept.simulate.order import ExperimentRequest, drawn, on_bench
 from checks.gap.effects import misalignment
 from checks.model.model import Model
 from checks.model.time.adc_dac import Converters
@@ -67,6 +67,7 @@ def order_of(wanted: SimulateOptions) -> UnitRequest:
         repeats=wanted.repeats,
         low_s=wanted.low_s,
         high_s=wanted.high_s,
+        experiments=tuple(experiment_of(text) for text in wanted.experiment or ()),
     )
 
 
@@ -84,6 +85,13 @@ def effect_of(text: str) -> Effect:
     """`name:key=value,key=value`, or a name alone. Raises OrderError."""
     name, _, given = text.partition(":")
     return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"effect '{name}'")
+
+
+def experiment_of(text: str) -> ExperimentRequest:
+    """`kind:key=value`, or a kind alone. Raises UnitRequestError."""
+    name, _, given = text.partition(":")
+    values = pairs((p for p in given.split(",") if p.strip()), f"experiment '{name}'")
+    return ExperimentRequest.of(name.strip(), values)
 
 
 def pairs(texts: Iterable[str], where: str) -> dict[str, float]:

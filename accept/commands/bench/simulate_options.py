@@ -9,7 +9,7 @@ import typer
 
 @dataclass(frozen=True)
 class SimulateOptions:
-    """One unit to simulate. effect, setting: None for none, as typer has lists that may be left out."""
+    """One unit to simulate. effect, experiment, setting: None for none, as typer has lists that may be left out."""
 
     out: Annotated[Path, typer.Option(help="The unit folder to write.")]
     kind: Annotated[str, typer.Option(help="apa or strut.")] = "strut"
@@ -21,6 +21,7 @@ class SimulateOptions:
     effect: Annotated[list[str] | None, typer.Option(help="As bench_mode:f_Hz=110,ratio=0.03,damping_ratio=0.01")] = (
         None
     )
+    experiment: Annotated[list[str] | None, typer.Option(help="Responses once more, as added_mass:mass_kg=0.5")] = None
     setting: Annotated[list[str] | None, typer.Option("--set", help="A parameter, as joint.kz_N_per_um=80")] = None
     draw: Annotated[bool, typer.Option("--draw", help="Draw every uncertain parameter from its prior.")] = False
     fault: Annotated[str | None, typer.Option(help="What is wrong with it: see `accept simulate faults`.")] = None

@@ -40,9 +40,7 @@ def strut(
 ) -> AsBuilt:
     """A strut of a frequency scatter, its modes off by a bias besides, its ruler read beside its head."""
     common = draw_bias(np.random.default_rng(4), bias) if bias else None
-    drawn = replace(
-        draw(rng), dx=1e-6 * at_um[0], dy=1e-6 * at_um[1], built=draw_shell(rng, scatter, DAMPING, common)
-    )
+    drawn = replace(draw(rng), dx=1e-6 * at_um[0], dy=1e-6 * at_um[1], built=draw_shell(rng, scatter, DAMPING, common))
     drawn = replace(drawn, ruler_x=drawn.arm_x, ruler_y=drawn.arm_y + 1e-3 * beside_mm)
     drive = np.exp(-2j * np.pi * F * rng.uniform(0.0, 200e-6)) / (1.0 + 1j * F / rng.uniform(3e3, 2e4))
     H = (plant(drawn).at(2j * np.pi * F)[list(PLANTS)] * drive).T

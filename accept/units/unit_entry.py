@@ -1,0 +1,101 @@
+"""One entry of `unit.toml`: a number, a list of numbers or the name of a file, by what declares it."""
+
+import math
+import posixpath
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.declare import CsvTable, Input, Measured, Scalar, Series, Vector
+
+# What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
+RESERVED = ("unit.toml", "results.json", "manifest.json", "spec.toml", "panels.json")
+MODEL_FOLDER = "spec-models"
+
+
+@dataclass(frozen=True)
+class FileEntry:
+    """A file that `unit.toml` names, and the input that declares what must be in it."""
+
+    name: str
+    declared: Series | CsvTable
+
+
+Entry = Measured | NDArray[np.float64] | FileEntry
+
+
+def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
+    """Entry of one key of a section, called as it stands in the file. A wrong type is a problem of the file; a number
+    that cannot be is a problem of the section."""
+    where = f"{section} {declared.name}"
+    match declared:
+        case Scalar():
+            return _scalar(where, declared, value, problems, unusable)
+        case Vector():
+            return _vector(where, declared, value, problems, unusable)
+        case _:
+            if not isinstance(value, str) or not value or "\0" in value:
+                problems.append(f"{where} = {value!r}: expected a file name")
+                return None
+            if is_reserved(value):
+                problems.append(f"{where} = {value!r}: a certificate keeps this name for itself; rename the record")
+                return None
+            return FileEntry(value, declared)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusable: list[str]) -> Measured | None:
+    U = None
+    if isinstance(value, dict):
+        if set(value) - {"value", "U"} or "value" not in value:
+            problems.append(f"{where} = {value!r}: expected a number or {{ value, U }}")
+            return None
+        value, U = value["value"], value.get("U")
+    if not _is_number(value) or not (U is None or _is_number(U)):
+        problems.append(f"{where} = {value!r}: expected a number in {declared.unit}")
+        return None
+    number = _float(value)
+    if not math.isfinite(number):
+        unusable.append(f"{declared.name} is {number}")
+    elif not declared.lo <= number <= declared.hi:
+        unusable.append(
+            f"{declared.name} = {number:g} {declared.unit} is not plausible"
+            f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit})"
+        )
+    if U is not None and not (math.isfinite(_float(U)) and _float(U) > 0):
+        unusable.append(f"the uncertainty U of {declared.name} is {U}, expected a positive number")
+    return Measured(number, None if U is None else _float(U))
+
+
+def _float(number: float) -> float:
+    """float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a value."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
+
+
+def _vector(
+    where: str, declared: Vector, value: Any, problems: list[str], unusable: list[str]
+) -> NDArray[np.float64] | None:
+    if not isinstance(value, list) or not all(_is_number(v) for v in value):
+        problems.append(f"{where} = {value!r}: expected a list of {declared.size} numbers in {declared.unit}")
+        return None
+    array = np.array([_float(v) for v in value])
+    if array.size != declared.size:
+        unusable.append(f"{declared.name} has {array.size} values, expected {declared.size}")
+    elif not np.isfinite(array).all():
+        first = int(np.flatnonzero(~np.isfinite(array))[0])
+        unusable.append(f"{declared.name}: value {first + 1} is {array[first]}")
+    return array
+
+
+def is_reserved(name: str) -> bool:
+    """Whether a certificate keeps this file name for itself, in whatever case a file system takes for the same."""
+    folded = name.replace("\\", "/").casefold()
+    return posixpath.normpath(folded) in RESERVED or folded.split("/")[0] == MODEL_FOLDER
