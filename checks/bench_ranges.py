@@ -1,6 +1,7 @@
 """Voltages, bands and gains of the bench, once: what is driven, what can be recorded, how far it moves."""
 
 STACK_V = (-20.0, 150.0)  # of the stacks ([STB] 2.3)
+AMPLIFIER_GAIN = 20.0  # from the DAC to the stacks ([STB] 2.3, 3.1)
 DAC_V = (-10.0, 10.0)  # of the converters
 RECORDED_V = 10.5  # largest voltage that a converter of +-10 V records, with overrange
 STATIC_HZ = (10.0, 20.0)  # [STB] 4.2.3: below the resonance, the gain is the static one

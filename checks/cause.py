@@ -79,6 +79,10 @@ class Cause(Enum):
     DRIVE_BEHIND_AMPLIFIER = (
         "Va reaches {value:.3g} V, a DAC at most {most:g} V: Va was measured at the output of the amplifier"
     )
+    CONTRADICTION = (
+        "{one} and {other} contradict each other: {title} is {ratio:.3g} ± {U:.2g}; expected {lo:g} to {hi:g}. One of "
+        "the two measurements is wrong, of another unit, or by another scale"
+    )
     SAMPLES_COPIED = (
         "holds the same samples as {others}; one recording measures one thing, so it counts for none of them until "
         "somebody says whose it is"

@@ -3,6 +3,8 @@
 import inspect
 
 from checks.acceptance import CHECKS
+from checks.consistency import contradictions
+from checks.consistency.relations import RELATIONS, Relation
 from checks.declare import Check, CsvTable, Form, Input, Scalar, Series, Vector
 
 HEAD = """# The checks
@@ -13,7 +15,15 @@ Written by `accept spec checks` from the checks' own declarations.
 
 def all_checks() -> str:
     """Markdown of every check: what it needs, what it measures, what a spec may set."""
-    return "\n".join([HEAD, *(_check(check) for check in CHECKS.values())])
+    return "\n".join([HEAD, *(_check(check) for check in CHECKS.values()), _relations()])
+
+
+def _relations() -> str:
+    rows = "\n".join(
+        f"- {r.title} (`{r.one}`, `{r.other}`): {r.lo:g} to {r.hi:g}. Why so wide: {r.why}." for r in RELATIONS
+    )
+    about = inspect.getdoc(inspect.getmodule(Relation)) or ""
+    return f"## Measurements that must agree\n\n{about}\n\n{inspect.getdoc(contradictions)}\n\n{rows}\n"
 
 
 def _check(check: Check) -> str:

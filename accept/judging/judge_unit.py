@@ -14,6 +14,7 @@ from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult
+from checks.consistency.contradictions import held_together
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
 from checks.model.model import Model
@@ -73,6 +74,7 @@ def judge_unit(
     information: list[tuple[str, Quantity]] = []
     notes: list[str] = []
     panels: dict[str, Panel] = {}
+    known: dict[str, Quantity] = {}
     for name, asked in spec.checks.items():
         section = unit.sections.get(CHECKS[name].reads)
         if section is None or not section.entries:
@@ -83,11 +85,13 @@ def judge_unit(
         except (RecordError, NoResult) as e:
             findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
             continue
+        known |= {q.name: q for q in outcome.quantities if q.reason is None and math.isfinite(q.value)}
         found, more = _split(name, asked, outcome)
         findings += found
         information += [(name, quantity) for quantity in more]
         notes += [f"{name}: {note}" for note in outcome.notes]
         panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+    findings = held_together(findings, known)
     notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
     if stated is not None:
         stated = calibration.checked(stated, unit.measured)

@@ -326,7 +326,7 @@ def _index_problem(connection: Connection, events: Iterator[Event]) -> ChainBrea
         if due != there:
             seq = min(pair[0] for pair in (due, there) if pair is not None)
             return ChainBreak(
-                seq, f"the index of samples is not that of event {seq}; a backup that is restored has it made anew"
+                seq, f"the index of samples is not that of event {seq}; restore a backup: the index is built again"
             )
     return None
 

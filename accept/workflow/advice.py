@@ -34,7 +34,9 @@ ADVICE: Mapping[Cause, str] = {
     Cause.CHANNEL_SCALE: "check the scale factors of {channel} and {other}",
     Cause.WRONG_GAIN: "check that both actuator stacks are connected, and the gain of the amplifier",
     Cause.DRIVE_BEHIND_AMPLIFIER: "record Va at the DAC, ahead of the amplifier",
-    Cause.SAMPLES_COPIED: "record it anew; if it is this unit's own: accept store resolve SERIAL --measured SERIAL",
+    Cause.CONTRADICTION: "check that both are of this unit, and what was stated with them (scale, amplifier, resistor, "
+    "added mass, payload); then measure both again",
+    Cause.SAMPLES_COPIED: "record again; if it belongs to this unit: accept store resolve SERIAL --measured SERIAL",
     Cause.POINT_TWICE: "measure points {first} and {second} again",
     Cause.VOLTAGE_START: _WHOLE_CYCLE,
     Cause.VOLTAGE_TOP: _WHOLE_CYCLE,

@@ -57,7 +57,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     if _falls(loops[-1]):
         notes.append("de falls while Va rises: the encoder counts the other way")
     width = _held_against_gain(_width("hysteresis_percent", loops[-1], spec), loops[-1], spec)
-    quantities = [width, _small(loops, spec), _amplitude(loops)]
+    quantities = [width, _small(loops, spec), _amplitude(loops), _gain(loops[-1])]
     panels = _panels("displacement", "displacement [um]", 1 / UM, loops)
     if "Vs" in record.channels:
         sensor = _loops(record, "Vs", cycles)
@@ -173,6 +173,11 @@ def _amplitude(loops: list[Loop]) -> Quantity:
     return Quantity("hysteresis_amplitude_V", loops[-1].amplitude)
 
 
+def _gain(loop: Loop) -> Quantity:
+    """Slope from tip to tip of the largest loop; its accuracy is the encoder's, which this check does not state."""
+    return Quantity("hysteresis_gain_um_per_V", float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM)
+
+
 def _sensor(loops: list[Loop]) -> Quantity:
     name = "sensor_hysteresis_percent"
     if len(loops) < 2:
@@ -234,6 +239,7 @@ CHECK = Check(
         "hysteresis_percent",
         "hysteresis_small_signal_percent",
         "hysteresis_amplitude_V",
+        "hysteresis_gain_um_per_V",
         "sensor_hysteresis_percent",
     ),
     measure=measure,

@@ -1,0 +1,1 @@
+"""Measurements of one unit that must agree with each other, or none of them counts."""

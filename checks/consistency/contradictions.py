@@ -1,0 +1,51 @@
+"""Findings of measurements that contradict each other: none of both can pass.
+
+Which of the two is wrong cannot be seen from them, so both are without a result. What fails by its own limits fails as
+before: a contradiction makes no unit better.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from checks.acceptance import CHECKS
+from checks.cause import Cause, Reason, because, together
+from checks.consistency.relations import RELATIONS, Known, Relation
+from checks.verdict import Finding, Verdict
+
+
+def held_together(findings: Sequence[Finding], known: Known) -> list[Finding]:
+    """The findings, those of contradicting measurements without a result."""
+    found = list(findings)
+    for relation in RELATIONS:
+        if relation.contradicted(known):
+            reason = _reason(relation, known)
+            found = [_without(f, reason) if _concerned(f, relation) else f for f in found]
+    return found
+
+
+def _concerned(finding: Finding, relation: Relation) -> bool:
+    return CHECKS[finding.check].reads in relation.sections and finding.quantity not in relation.spared
+
+
+def _without(finding: Finding, reason: Reason) -> Finding:
+    cause = reason if finding.cause is None else together([finding.cause, reason])
+    told = replace(finding, cause=cause, reason=str(cause))
+    if finding.verdict is Verdict.FAIL:
+        return told
+    bare = replace(told, value=None, U=None, p_false_accept=None, budget=(), note=None)
+    return replace(bare, verdict=Verdict.NO_RESULT)
+
+
+def _reason(relation: Relation, known: Known) -> Reason:
+    one, other = known[relation.one], known[relation.other]
+    ratio, U = relation.ratio(known) or (0.0, 0.0)
+    return because(
+        Cause.CONTRADICTION,
+        title=relation.title,
+        ratio=ratio,
+        U=U,
+        lo=relation.lo,
+        hi=relation.hi,
+        one=f"{one.name} = {one.value:.4g} {one.unit}",
+        other=f"{other.name} = {other.value:.4g} {other.unit}",
+    )

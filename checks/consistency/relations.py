@@ -1,0 +1,115 @@
+"""Two measurements of one thing by different instruments: what their ratio is on a sound unit that was measured right.
+
+The bands are wide because a piezo stack answers differently to a small and a large voltage, at 1 kHz and at 0.4 Hz, at
+once and after a second; within them nothing is said. Beyond them, and beyond the expanded uncertainties, a record is of
+another unit, a scale, an amplifier or a payload is not what was stated, or a stack is damaged. An open circuit that is
+softer than a closed one is found by the check of the stiffness itself.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from checks.bench_ranges import AMPLIFIER_GAIN, STACK_V, STATIC_HZ
+from checks.quantity import Quantity
+
+Known = Mapping[str, Quantity]
+"""Measured quantities of a unit by name, those with a value only."""
+
+
+@dataclass(frozen=True)
+class Relation:
+    """one over other, times `scale`, lies within lo to hi. one, other: quantities; sections: of `unit.toml`, whose data
+    they come from; spared: quantities of these that are read by themselves; needs: what `scale` takes."""
+
+    title: str
+    one: str
+    other: str
+    sections: tuple[str, str]
+    lo: float
+    hi: float
+    why: str
+    scale: Callable[[Known], float] = lambda _: 1.0
+    needs: tuple[str, ...] = ()
+    spared: tuple[str, ...] = ()
+
+    def ratio(self, known: Known) -> tuple[float, float] | None:
+        """The ratio and its expanded uncertainty; None where a quantity was not measured. An uncertainty that nobody
+        stated counts as none: the band is wide."""
+        if any(name not in known for name in (self.one, self.other, *self.needs)):
+            return None
+        one, other = known[self.one], known[self.other]
+        if other.value == 0.0:
+            return None
+        value = one.value / other.value * self.scale(known)
+        return value, abs(value) * math.hypot(*(_relative_U(q) for q in (one, other)))
+
+    def contradicted(self, known: Known) -> bool:
+        """Whether the two cannot both be right."""
+        found = self.ratio(known)
+        return found is not None and not self.lo - found[1] <= found[0] <= self.hi + found[1]
+
+
+def _relative_U(quantity: Quantity) -> float:
+    U = quantity.U if quantity.U is not None and math.isfinite(quantity.U) else 0.0
+    return U / abs(quantity.value) if quantity.value else 0.0
+
+
+def _static(known: Known) -> float:
+    """10 to 20 Hz lie a little up the flank of the resonance: what a gain there is to be multiplied with."""
+    f = known["axial_resonance_Hz"].value
+    lo, hi = STATIC_HZ
+    return 1.0 - (hi**3 - lo**3) / (hi - lo) / 3 / f**2
+
+
+def _static_over_stroke(known: Known) -> float:
+    """um per V at the DAC of two stacks, over um of three stacks over their whole range."""
+    return _static(known) / AMPLIFIER_GAIN / (2 / 3) * (STACK_V[1] - STACK_V[0])
+
+
+RELATIONS = (
+    Relation(
+        "Capacitance by the high-pass corner, over the LCR meter's",
+        "sensor_capacitance_implied_uF",
+        "sensor_uF",
+        ("sensor_highpass", "capacitance"),
+        0.85,
+        1.35,
+        "[STB] 2.2, 3.1.9: 4.9 to 5.1 uF at 1 kHz, about 5 at the corner of 0.4 Hz; the permittivity of soft PZT grows "
+        "by a few percent a decade towards low frequencies, and with the voltage ([DAMJANOVIC98])",
+        spared=("actuator_uF",),
+    ),
+    Relation(
+        "Static gain of the frequency response, over the slope of the largest loop",
+        "gain_de_um_per_V",
+        "hysteresis_gain_um_per_V",
+        ("frf", "hysteresis"),
+        0.55,
+        1.2,
+        "small signals move less than large ones, by up to a third ([STB] 4.2; Rayleigh's law, [BERTOTTI98])",
+        _static,
+        ("axial_resonance_Hz",),
+    ),
+    Relation(
+        "Static gain of the frequency response, over that of the whole stroke",
+        "gain_de_um_per_V",
+        "stroke_um",
+        ("frf", "stroke"),
+        0.55,
+        1.15,
+        "two of three stacks behind an amplifier of 20: 28.6 um per V by the stroke, 17.5 to 26.7 by small signals "
+        "([STB] 2.3, 4.2)",
+        _static_over_stroke,
+        ("axial_resonance_Hz",),
+    ),
+    Relation(
+        "Stiffness by resonance and payload, over that by the added mass",
+        "k_resonance_N_per_um",
+        "k_closed_N_per_um",
+        ("frf", "stiffness"),
+        0.9,
+        1.15,
+        "what moves of the unit itself adds 1 percent to the payload, creep takes 1 to 2 percent a decade of time off "
+        "the stiffness, a large load a few more ([STB] 3.1.7, 3.2.1)",
+    ),
+)
