@@ -19,13 +19,14 @@ from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch import outputs
-from accept.batch.worker import Job, Outcome, judge
+from accept.batch.worker import Errand, Job, Outcome, judge, run_errand
 from accept.certificate import events
 from accept.certificate.certify import certify
 from accept.certificate.commissioning import commissioned
 from accept.certificate.keys import Credential
 from accept.certificate.provenance import provenance_of
 from accept.certificate.spec_approval import approval_of
+from accept.cluster.work import Cluster, WorkerDied
 from accept.fleet import golden
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
@@ -52,7 +53,7 @@ class BatchRequest:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
-    break it."""
+    break it. cluster: judges instead of processes of this machine."""
 
     paths: Sequence[Path]
     out: Path
@@ -64,6 +65,7 @@ class BatchRequest:
     on: date = field(default_factory=lambda: datetime.now(UTC).date())
     model: str | None = None
     pool: ProcessPoolExecutor | None = None
+    cluster: Cluster | None = None
     _models: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict, init=False, repr=False)
     _starts: dict[str, StartModel | None] = field(default_factory=dict, init=False, repr=False)
 
@@ -127,7 +129,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
             say(f"{folder.serial}: unchanged, {known['verdict']}")
         else:
             jobs.append(_job(folder, order, before, head))
-    for number, (job, judged) in enumerate(_judge_all(jobs, order.workers, order.pool), 1):
+    for number, (job, judged) in enumerate(_judged(jobs, order), 1):
         _keep(job, judged, order, store, report, _numbered(say, number, len(jobs)))
     _doubted_again(folders, order, store, report, say)
     report.units.sort(key=lambda u: u["serial"])
@@ -273,6 +275,23 @@ def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head:
 def processes(count: int) -> ProcessPoolExecutor:
     """Fresh ones, which share nothing with this one."""
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def _judged(jobs: list[Job], order: BatchRequest) -> Iterator[tuple[Job, Outcome]]:
+    if order.cluster is None:
+        return _judge_all(jobs, order.workers, order.pool)
+    return _judge_far(jobs, order.cluster, order.out)
+
+
+def _judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, Outcome]]:
+    """Judge on a cluster; what a worker made beside the result comes back with it."""
+    for errand, back in cluster.unordered(run_errand, map(Errand.of, jobs)):
+        if isinstance(back, WorkerDied):
+            yield errand.job, f"{_folder(errand.job)}: every worker that judged it died (out of memory?)"
+            continue
+        for name, content in back.files.items():
+            write_atomic(unit_folder.inside(out, name), content)
+        yield errand.job, back.outcome
 
 
 def _judge_all(

@@ -1,14 +1,19 @@
-"""Judging one unit, here or in a process of its own: what goes in and what comes back are plain data."""
+"""Judging one unit, here, in a process of its own or on another machine: what goes in and what comes back are plain
+data."""
 
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
+from socket import gethostname
 from typing import Any
 
 from accept.certificate.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.spec import Spec
 
 QUIET_S = 2.0  # what takes less needs no words
@@ -35,3 +40,45 @@ def _progress(serial: str) -> Callable[[str], None]:
             print(f"{serial}: {words}", file=sys.stderr, flush=True)
 
     return say
+
+
+@dataclass(frozen=True, eq=False)
+class Errand:
+    """A job for another machine, with what the unit's folder looks like from this one: name of file -> size."""
+
+    job: Job
+    looks: Mapping[str, int]
+
+    @classmethod
+    def of(cls, job: Job) -> "Errand":
+        """The job with its folder by a path that means the same to every process."""
+        unit: UnitFolder = job.args[0]
+        there = replace(unit, path=unit.path.resolve())
+        return cls(partial(job.func, there, *job.args[1:], **job.keywords), looks_of(there))
+
+
+@dataclass(frozen=True, eq=False)
+class Returned:
+    """What comes back: the outcome, and files that belong beside the results, by their names there."""
+
+    outcome: Outcome
+    files: Mapping[str, bytes]
+
+
+def looks_of(unit: UnitFolder) -> dict[str, int]:
+    """Size of every file of a unit that is there [bytes]."""
+    files = {name: unit.path / name for name in (UNIT_FILE, *unit.files)}
+    return {name: path.stat().st_size for name, path in files.items() if path.is_file()}
+
+
+def run_errand(errand: Errand) -> Returned:
+    """Judge a unit far from who asked. A folder that looks otherwise from here is not judged: without its files a unit
+    would only seem incomplete."""
+    unit: UnitFolder = errand.job.args[0]
+    if looks_of(unit) != errand.looks:
+        words = "its files are not there, or are others; share the folder under this path with every worker"
+        return Returned(f"{unit.path}: as seen from {gethostname()}, {words}", {})
+    with tempfile.TemporaryDirectory(prefix="accept-") as place:
+        outcome = errand.job(out=Path(place))
+        files = {p.relative_to(place).as_posix(): p.read_bytes() for p in Path(place).rglob("*") if p.is_file()}
+    return Returned(outcome, files)

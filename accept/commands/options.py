@@ -17,3 +17,7 @@ QaPassphrase = Annotated[Path | None, typer.Option(help="File with the passphras
 LargeRecords = Annotated[
     Path | None, typer.Option("--records", help="Folder with the records that were too large to attach.")
 ]
+ClusterAt = Annotated[
+    str | None,
+    typer.Option("--cluster", help="Dask scheduler (tcp://HOST:8786), or local."),
+]

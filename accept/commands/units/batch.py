@@ -7,6 +7,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import explanations, reasons, units_table
+from accept.cluster.connect import connected
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
@@ -23,17 +24,18 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator)
     who = credential.person if credential else operator_name(wanted.operator)
-    order = judge_batch.BatchRequest(
-        paths,
-        wanted.out,
-        specs_for(wanted.spec),
-        who,
-        credential,
-        wanted.workers,
-        bench=load_bench(wanted.bench) if wanted.bench else None,
-        model=wanted.model,
-    )
-    with open_store() as store:
+    with connected(wanted.cluster, say) as cluster, open_store() as store:
+        order = judge_batch.BatchRequest(
+            paths,
+            wanted.out,
+            specs_for(wanted.spec),
+            who,
+            credential,
+            wanted.workers,
+            bench=load_bench(wanted.bench) if wanted.bench else None,
+            model=wanted.model,
+            cluster=cluster,
+        )
         report = judge_batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))

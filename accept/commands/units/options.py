@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from accept.commands.options import BenchPath, Operator, SpecName
+from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName
 
 ExplainBy = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
 
@@ -21,6 +21,7 @@ class BatchOptions:
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")] = (
         None
     )
+    cluster: ClusterAt = None
     operator: Operator = None
     bench: BenchPath = None
     model: ExplainBy = None

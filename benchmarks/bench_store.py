@@ -1,0 +1,65 @@
+"""Ratio of one more unit on a full store to one on an empty store. Run: python benchmarks/bench_store.py [EVENTS]
+
+Required: at 100,000 units at most 1.2. Both are what `accept batch` does after start-up: open the store, judge one unit
+of typed values, append, write the results, close. The full store was checked whole and sealed when it was made; the
+walk of the whole chain, which a day's first opening takes, is given too.
+"""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from accept.batch import judge_batch
+from accept.judging.judge_unit import load_spec
+from accept.store import NewEvent, open_store
+from tests.accept.units.units import make_unit
+
+RUNS, AT_ONCE = 9, 1000
+
+
+def one_more(url: str, place: Path, name: str) -> float:
+    """Median time of a batch of one new unit [s]."""
+    times = []
+    for n in range(RUNS):
+        folder = make_unit(place / name / f"U-{n}", f"{name}-{n}")
+        order = judge_batch.BatchRequest(
+            [folder], place / "out" / name / str(n), {"apa": load_spec("apa-basic")}, "bench"
+        )
+        began = time.perf_counter()
+        with open_store(url) as store:
+            judge_batch.run(order, store, lambda _: None)
+        times.append(time.perf_counter() - began)
+    return sorted(times)[RUNS // 2]
+
+
+def fill(url: str, units: int) -> None:
+    """As many judgements of other units as asked for, like the last one there is."""
+    with open_store(url) as store:
+        like = list(store.events(what="unit_judged"))[-1]
+        for first in range(0, units, AT_ONCE):
+            numbers = range(first, min(first + AT_ONCE, units))
+            entries = [NewEvent(like.what, f"F-{n}", like.data, like.spec) for n in numbers]
+            store.append_many(entries, who="bench")
+
+
+def main(units: int) -> None:
+    with tempfile.TemporaryDirectory(prefix="bench-store") as name:
+        place = Path(name)
+        url = f"sqlite:///{place / 'store.sqlite'}"
+        empty = one_more(url, place, "E")
+        fill(url, units)
+        full = one_more(url, place, "F")
+        (place / "store.seal").unlink()
+        began = time.perf_counter()
+        open_store(url).close()
+        walked = time.perf_counter() - began
+        print(
+            f"one more unit: {1e3 * empty:.0f} ms on an empty store, {1e3 * full:.0f} ms on one of {units} units: ",
+            end="",
+        )
+        print(f"ratio {full / empty:.2f} (required: at most 1.2); the whole chain walked: {walked:.1f} s")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
