@@ -5,6 +5,10 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.demo_run import demo_run
+
+__all__ = ["demo_run"]
+
 
 @pytest.fixture(autouse=True)
 def bench_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:

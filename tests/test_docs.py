@@ -30,7 +30,9 @@ def commands(page: Path) -> list[tuple[str, list[str]]]:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
-def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
     monkeypatch.chdir(tmp_path)
     make_unit(tmp_path / "UNIT", "U-01")
     make_unit(tmp_path / "units" / "a", "A-1")
@@ -41,7 +43,10 @@ def test_examples_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
             words = ["accept", "demo", "--out", "out/demo"]
         if words[0] != "accept":
             continue
-        done = CliRunner().invoke(app, words[1:], env={"COLUMNS": "100"})
+        if words[1:] == ["demo", "--out", "out/demo"]:
+            done = request.getfixturevalue("demo_run")
+        else:
+            done = CliRunner().invoke(app, words[1:], env={"COLUMNS": "100"})
         assert done.exit_code in {0, 3, 4}, f"{command}: {done.output}"
         printed = [" ".join(line.split()) for line in done.output.splitlines()]
         for line in shown:

@@ -26,6 +26,7 @@ from accept.store import open_store
 from accept.units import unit_folder
 from specs.spec import builtin
 from tests.accept.units.units import DATA, GOOD, make_unit
+from tests.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
            "verdict", "p_false_accept", "required", "reason", "gap"]  # fmt: skip
@@ -50,36 +51,38 @@ def verdicts(out: Path) -> dict[str, str]:
     return {u["serial"]: u["verdict"] for u in results(out)["units"]}
 
 
-def test_demo(tmp_path: Path) -> None:
+def test_demo(demo_run: DemoRun) -> None:
     """APA 3 is rejected for capacitance and stroke, by name; the others and the simulated strut are accepted. What is
     hidden in the strut is named."""
-    done = accept("demo", "--out", tmp_path)
-    assert done.exit_code == 0
+    done, out = demo_run, demo_run.out
+    assert done.exit_code == 0, done.output
     expected = {apa.serial: "accepted" for apa in published_units.SEED_APAS} | {"APA-03": "rejected"}
-    assert verdicts(tmp_path) == expected | {"SIM-STRUT-01": "accepted"}
-    third = next(u for u in results(tmp_path)["units"] if u["serial"] == "APA-03")
+    assert verdicts(out) == expected | {"SIM-STRUT-01": "accepted"}
+    third = next(u for u in results(out)["units"] if u["serial"] == "APA-03")
     failed = {f["quantity"] for f in third["findings"] if f["verdict"] == "fail"}
     assert failed == {"sensor_uF", "actuator_uF", "stroke_um"}
-    assert len(list((tmp_path / "certificates").glob("*.pdf"))) == 8
+    assert len(list((out / "certificates").glob("*.pdf"))) == 8
     assert "8 of 8 verified" in done.stderr
     last = done.stdout.strip().splitlines()[-1]
     assert "misalignment dx_um" in last
     assert "named (truth 0, -170)" in last
-    hidden = next(u for u in results(tmp_path)["units"] if u["serial"] == "SIM-STRUT-01")["gap"]
+    hidden = next(u for u in results(out)["units"] if u["serial"] == "SIM-STRUT-01")["gap"]
     lo, hi = hidden["named"][0]["parameters"]["dy_um"]["ci95"]
     assert lo <= -170.0 <= hi
     assert max(hidden["gap_after"]["channels"].values()) < 1.0 < max(hidden["gap_before"]["channels"].values())
-    assert (tmp_path / hidden["improved"]).is_file()
+    assert (out / hidden["improved"]).is_file()
     row = next(line for line in done.stdout.splitlines() if "APA-07" in line)
     assert "18.7" in row  # as published
     assert "2.43" in row  # exact
 
 
-def test_demo_certificates_are_trusted_as_a_demo_only(tmp_path: Path) -> None:
+def test_demo_certificates_are_trusted_as_a_demo_only(
+    demo_run: DemoRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The demo's key has no secret passphrase: what it signs is valid for the demo's own units and nothing else."""
-    accept("demo", "--out", tmp_path)
+    monkeypatch.setenv("ACCEPT_HOME", demo_run.home)
     for serial in ("APA-01", "SIM-STRUT-01"):
-        pdf = tmp_path / "certificates" / f"{serial}.pdf"
+        pdf = demo_run.out / "certificates" / f"{serial}.pdf"
         assert accept("verify", pdf).exit_code == 3
         done = accept("verify", "--demo", pdf)
         assert (done.exit_code, done.stdout.startswith("DEMO")) == (0, True)
