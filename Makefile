@@ -13,7 +13,7 @@ demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
 test: $(DEV) lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(DEV)
 	$(BIN)/ruff check .
@@ -30,7 +30,7 @@ QUICK := tests/test_sources.py tests/test_imports.py tests/specs \
 	tests/accept/workflow/test_workflow.py tests/accept/commands/test_wrong_orders.py tests/accept/tui/test_tui_keys.py
 
 quick: $(DEV) lint
-	$(BIN)/python -m pytest -n 2 $(QUICK)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow" $(QUICK)
 
 # The documentation site, as files, in site/.
 docs: $(DEV)
@@ -42,7 +42,7 @@ test-python:
 
 # Lines that the tests reach. Tracing makes them some 40 % slower, so it is no part of `make test`.
 coverage: $(DEV)
-	$(BIN)/python -m pytest -n 2 --cov --cov-report=term:skip-covered
+	$(BIN)/python -m pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered
 
 # The heavy proofs in full: every kill, every damaged file.
 soak: $(DEV)

@@ -1,13 +1,32 @@
-"""Every test has a bench's folder of its own: none touches the keys and events of whoever runs the tests."""
+"""Every test has a bench's folder of its own: none touches the keys and events of whoever runs the tests. What a test
+needs beside the program is said by a mark, and the test is skipped where that is not there."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from tests.demo_run import demo_run
+from tests.soak import SOAK
 
 __all__ = ["demo_run"]
+
+DATA = Path(__file__).parent.parent / "../shared/data"
+CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)
+NEEDS = {
+    "soak": (SOAK, "a heavy proof: make soak"),
+    "needs_data": (DATA.is_dir(), "the recorded units (../shared/data) are not beside the repository"),
+    "browser": (CHROMIUM is not None, "no Chromium (Debian: apt install chromium)"),
+    "terminal": (shutil.which("tmux") is not None, "no tmux (Debian: apt install tmux)"),
+}
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what cannot run here, in the words of what is missing."""
+    for mark, (there, reason) in NEEDS.items():
+        if not there and item.get_closest_marker(mark):
+            pytest.skip(reason)
 
 
 @pytest.fixture(autouse=True)

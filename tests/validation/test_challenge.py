@@ -4,7 +4,6 @@ just that; then a few blind units through the real workflow. `make challenge` ru
 import copy
 import json
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import cycle
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.soak import SOAK
 from validation import challenge
 from validation.cases import counts, draw_cases, seal
 from validation.challenge import Job, control_jobs, run_all
@@ -21,12 +21,10 @@ from validation.effects import LIBRARY, OUTSIDE
 from validation.report import report_of_set
 from validation.results_store import Mixed, Store, stamp
 from validation.scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
-from validation.shell import MATRICES
 
 Json = dict[str, Any]
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 SEED = 7  # of development: what `make challenge` reports is drawn from another
-needs_data = pytest.mark.skipif(not MATRICES.exists(), reason="the matrices are not beside the repository")
+needs_data = pytest.mark.needs_data
 
 
 # --- results made up --------------------------------------------------------------------------------------------------

@@ -4,7 +4,6 @@ judges."""
 
 import ast
 import json
-import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,6 +17,7 @@ from scipy import integrate, signal
 
 from accept.units.unit_folder import read
 from checks.arrays import Array
+from tests.soak import SOAK
 from validation import bench, model_files, rational, sets, shell
 from validation import cases as blind_cases
 from validation import effects as blind_effects
@@ -26,9 +26,8 @@ from validation.bench import FS, Playing, Setting, World
 from validation.strut import DATA, Strut
 
 ROOT = Path(__file__).parents[2]
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 MODULES = (rational, shell, blind_strut, bench, blind_effects, blind_cases, sets, model_files)
-needs_data = pytest.mark.skipif(not shell.MATRICES.exists(), reason="the matrices are not beside the repository")
+needs_data = pytest.mark.needs_data
 
 TRUTH = {  # field of Strut -> name in truth.json, factor to SI
     "kz": ("kz_N_per_um", 1e6),

@@ -18,10 +18,10 @@ from validation.results_store import CODE, ROOT, THRESHOLDS
 from validation.scores import Outcome
 from validation.scores_as_built import above_limit, acceptances, faulty_right, scores_of, wrong_acceptances
 from validation.sets import DAMPING, SETS, draw_set
-from validation.shell import MATRICES, Built
+from validation.shell import Built
 
 Array = NDArray[np.float64]
-pytestmark = pytest.mark.skipif(not MATRICES.exists(), reason="the matrices are not beside the repository")
+pytestmark = pytest.mark.needs_data
 
 
 def unchanged() -> Built:

@@ -13,7 +13,6 @@ from sqlalchemy import Engine, event
 from sqlalchemy.pool import Pool
 
 TIMEOUT_S = 60.0  # for a process to start or to end on a crowded machine
-SOAK = bool(os.environ.get("ACCEPT_SOAK"))
 fork = multiprocessing.get_context("fork")
 
 

@@ -30,7 +30,7 @@ from tests.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
            "verdict", "p_false_accept", "required", "reason", "gap"]  # fmt: skip
-recorded = pytest.mark.skipif(not DATA.is_dir(), reason="recorded units (../shared/data) are not here")
+recorded = pytest.mark.needs_data
 
 
 def accept(*arguments: object):
@@ -51,6 +51,7 @@ def verdicts(out: Path) -> dict[str, str]:
     return {u["serial"]: u["verdict"] for u in results(out)["units"]}
 
 
+@pytest.mark.slow
 def test_demo(demo_run: DemoRun) -> None:
     """APA 3 is rejected for capacitance and stroke, by name; the others and the simulated strut are accepted. What is
     hidden in the strut is named."""
@@ -76,6 +77,7 @@ def test_demo(demo_run: DemoRun) -> None:
     assert "2.43" in row  # exact
 
 
+@pytest.mark.slow
 def test_demo_certificates_are_trusted_as_a_demo_only(
     demo_run: DemoRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -260,6 +262,7 @@ def test_a_unit_with_a_missing_file_has_a_certificate_that_verifies(tmp_path: Pa
     assert done.exit_code == 0, done.stdout
 
 
+@pytest.mark.slow
 def test_a_pool_that_is_broken_loses_no_unit(tmp_path: Path) -> None:
     """It refuses the first job that it is given; all units, the one judged here too, are judged nevertheless."""
     units = [make_unit(tmp_path / serial, serial) for serial in "AB"]
@@ -321,6 +324,7 @@ def test_the_command_line_itself(tmp_path: Path) -> None:
 
 
 @recorded
+@pytest.mark.slow
 def test_recorded_units(tmp_path: Path) -> None:
     """A-01..03 against what was put into them, with two workers: stroke within 0.3 %, stiffness within 1 %."""
     truth = json.loads((DATA / "units" / "truth.json").read_text())

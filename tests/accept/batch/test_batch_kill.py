@@ -23,8 +23,9 @@ from accept.certificate.keys import TECHNICIAN
 from accept.judging.judge_unit import load_spec
 from accept.store import fold, open_store
 from accept.verify.rejudge import verify_file
-from tests.accept.batch.killing import SOAK, Points, fork
+from tests.accept.batch.killing import Points, fork
 from tests.accept.units.units import GOOD, make_unit
+from tests.soak import SOAK
 
 SERIALS = ("A", "B", "C")
 
@@ -102,6 +103,7 @@ def undisturbed(bench: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
     return (folder / "out" / "results.json").read_bytes(), points, took
 
 
+@pytest.mark.slow
 def test_killed_at_every_write(bench: Path, undisturbed: tuple[bytes, int, float], tmp_path: Path) -> None:
     expected, total, _ = undisturbed
     assert total > 100  # the counting itself works
@@ -113,6 +115,7 @@ def test_killed_at_every_write(bench: Path, undisturbed: tuple[bytes, int, float
         shutil.rmtree(folder)
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments(bench: Path, undisturbed: tuple[bytes, int, float], tmp_path: Path) -> None:
     expected, _, took = undisturbed
     dice = random.Random(3)

@@ -3,7 +3,6 @@
 import hashlib
 import io
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import timedelta
@@ -28,8 +27,6 @@ from accept.pdf.assemble import assemble
 from accept.verify.verification import Outcome, Verification, verify
 from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, made_bench, refused
-
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """Verification: changed bytes are found, wherever they are, with one line for the reason and no traceback."""
 
 import io
-import os
 import subprocess
 import sys
 from binascii import hexlify, unhexlify
@@ -21,8 +20,7 @@ from accept.certificate import keys
 from accept.certificate.signing import P256_ORDER
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify_help import Bench, credentials, hole_of, made_bench, refused, with_cms
-
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
+from tests.soak import SOAK
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +43,7 @@ def flips(pdf: bytes, count: int, seed: int) -> list[tuple[int, int]]:
 
 
 @pytest.mark.parametrize("state", ["signed", "countersigned"])
+@pytest.mark.slow
 def test_every_flipped_bit_is_found(bench: Bench, state: str) -> None:
     pdf = getattr(bench, state)
     for place, bit in flips(pdf, 600 if SOAK else 60, seed=20):
@@ -54,7 +53,7 @@ def test_every_flipped_bit_is_found(bench: Bench, state: str) -> None:
         refused(report)
 
 
-@pytest.mark.skipif(not SOAK, reason="every bit of a hole takes minutes: set ACCEPT_SOAK=1")
+@pytest.mark.soak
 def test_every_bit_of_the_hole(bench: Bench) -> None:
     start, end = hole_of(bench.signed, 0)
     used = len(bench.signed[start:end].rstrip(b"0")) + 2
@@ -83,6 +82,7 @@ def test_what_is_no_pdf_is_refused(bench: Bench, content: bytes) -> None:
     refused(bench.check(content))
 
 
+@pytest.mark.slow
 def test_the_reason_is_all_that_is_said(bench: Bench, tmp_path: Path) -> None:
     """pyhanko logs what it finds in a broken file; in a process without a logging setup that must not reach stderr."""
     start, _ = hole_of(bench.countersigned, 1)

@@ -2,7 +2,6 @@
 
 import asyncio
 import io
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
@@ -22,8 +21,6 @@ from accept.certificate.signing import SigningRefused, _append, _signer, sign
 from accept.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
-
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 
 
 @pytest.fixture(scope="module")

@@ -124,6 +124,7 @@ def test_compare_prints_who_stands_out_and_writes_it(tmp_path: Path):
     assert plot.read_bytes()[:4] == b"%PDF"
 
 
+@pytest.mark.slow
 def test_compare_overlays_and_scores_the_responses(tmp_path: Path):
     """Five APAs with records; one is 3 dB stronger, which none of the others comes near."""
     spec = tmp_path / "frf-only.toml"

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -23,7 +22,6 @@ from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.gap_units import HIGHPASS, make_strut
 from tests.checks.model.units_model import DATA, needs_data, truth
 
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 F = np.geomspace(8.0, 1900.0, 60)
 
 
@@ -192,6 +190,7 @@ def estimated(unit: Path, model: object, place: Path) -> dict[str, tuple[float, 
     return axes if done.exit_code == 0 else None
 
 
+@pytest.mark.slow
 def test_misalignment_is_estimated_again_on_the_improved_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The effect's values are replaced, not added to: what `gap` named and what `misalign` finds are one thing."""
     monkeypatch.setattr(misalign, "table_for", lambda m, say: table_for(m, say, 9, 13, 1))
@@ -209,7 +208,7 @@ def test_misalignment_is_estimated_again_on_the_improved_model(tmp_path: Path, m
 
 
 @needs_data
-@pytest.mark.skipif(not SOAK, reason="heavy: ACCEPT_SOAK=1 runs it")
+@pytest.mark.soak
 @pytest.mark.parametrize("model", ["strut", DATA / "units" / "model.toml"], ids=["built-in", "finite elements"])
 @pytest.mark.parametrize("serial", ["S-02", "S-04", "S-05"])
 def test_recorded_misalignment_on_the_improved_model(serial: str, model: object, tmp_path: Path) -> None:
@@ -266,7 +265,7 @@ class TestRefused:
         copy(crossed.unit, tmp_path / "b")
         assert "must be unique" in self.refused(tmp_path, "--out", tmp_path / "out")
 
-    @pytest.mark.skipif(not SOAK, reason="heavy: ACCEPT_SOAK=1 runs it")
+    @pytest.mark.soak
     @pytest.mark.parametrize("model", ["strut-2dof", "apa-frame"])
     def test_wrong_model_gives_no_name(self, crossed: SimpleNamespace, tmp_path: Path, model: str) -> None:
         done = accept("gap", crossed.unit, "--model", model, "--out", tmp_path)

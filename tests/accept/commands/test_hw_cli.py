@@ -115,6 +115,7 @@ def test_pickup(tmp_path, monkeypatch):
     assert tomllib.loads((tmp_path / "U" / "unit.toml").read_text())["stroke"]["one_stack"] == "a.mat"
 
 
+@pytest.mark.slow
 def test_simulate_bench_as_a_program_of_its_own(tmp_path):
     """Two programs: one simulates, the other measures; a signal ends the first in good order."""
     make_unit(tmp_path / "U", "U-7")
@@ -149,6 +150,7 @@ def test_a_fault_to_practise_with(bench, fault, words):
     assert words in done.output
 
 
+@pytest.mark.slow
 def test_a_fault_asked_for_on_the_command_line(tmp_path):
     make_unit(tmp_path / "U", "U-7")
     words = ["simulate", "bench", "--unit", tmp_path / "U", "--fault", "lcr:overrange"]

@@ -27,6 +27,7 @@ def ports(monkeypatch):
     os.close(slave)
 
 
+@pytest.mark.slow
 def test_ports_are_listened_to_and_never_written_to(ports, capsys):
     os.set_blocking(ports, False)
     assert command.scan(()) is Exit.ACCEPTED
@@ -38,6 +39,7 @@ def test_ports_are_listened_to_and_never_written_to(ports, capsys):
         os.read(ports, 10)
 
 
+@pytest.mark.slow
 def test_a_meter_is_proposed_as_an_entry_that_opens(ports, capsys):
     with served(E4980aPeer()) as where:
         host, number = where.split(":")
@@ -48,6 +50,7 @@ def test_a_meter_is_proposed_as_an_entry_that_opens(ports, capsys):
     assert "127.0.0.1::9::SOCKET: went away (" in said.err
 
 
+@pytest.mark.slow
 def test_another_instrument_is_named_and_not_proposed(ports, capsys):
     with served(E4980aPeer(model="34465A")) as where:
         command.scan(["TCPIP::{}::{}::SOCKET".format(*where.split(":"))])

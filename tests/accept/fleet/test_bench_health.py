@@ -43,6 +43,7 @@ def test_a_bench_as_before_goes_on(store):
 
 
 @pytest.mark.parametrize("changed", [{"sensor_uF": 5.1}, {"stroke_um": None}, {"stroke_um": 200.0}])
+@pytest.mark.slow
 def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, changed, tmp_path):
     done = today(store, **changed)
     assert done.exit_code == 3

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,15 +16,13 @@ from accept.fleet.site.write_site import write_site
 from accept.store import open_store
 from checks.picture import Line, Panel
 from tests.accept.fleet.judgements import add, judgement
+from tests.conftest import CHROMIUM
 
-CHROMIUM = next((p for name in ("chromium", "chromium-browser", "google-chrome") if (p := shutil.which(name))), None)
 ARGUMENTS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
 EVIL = "<img src=x onerror=\"document.title='owned'\"></script><script>document.title='owned'</script>"
-
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium (Debian: apt install chromium)")
 
 
 def written(out: Path) -> Path:
@@ -77,7 +74,8 @@ def drawn(page, units: int) -> None:
     until(page, "document.body.dataset.drawn", str(units))
 
 
-@needs_chromium
+@pytest.mark.browser
+@pytest.mark.slow
 def test_two_thousand_units(page, tmp_path):
     """How long it takes is measured in `benchmarks/bench_site.py`."""
     fill(2000)
@@ -88,7 +86,8 @@ def test_two_thousand_units(page, tmp_path):
     assert page.locator("#table tbody tr").count() == 300
 
 
-@needs_chromium
+@pytest.mark.browser
+@pytest.mark.slow
 def test_filters_search_and_keys(page, tmp_path):
     fill(60)
     with open_store() as store:
@@ -123,7 +122,7 @@ def test_filters_search_and_keys(page, tmp_path):
         assert page.locator(link.get_attribute("href")).count() == 1
 
 
-@needs_chromium
+@pytest.mark.browser
 def test_nothing_that_stands_in_a_unit_runs(page, tmp_path):
     evil = judgement(EVIL, {"sensor_uF": 1.7})
     evil.payload["result"]["notes"] = [EVIL]
@@ -137,7 +136,8 @@ def test_nothing_that_stands_in_a_unit_runs(page, tmp_path):
     assert page.locator("#detail-body img").count() == 0
 
 
-@needs_chromium
+@pytest.mark.browser
+@pytest.mark.slow
 def test_curves_lie_over_each_other(page, tmp_path):
     fill(3)
     x = np.geomspace(10, 1000, 5000)

@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -21,7 +20,6 @@ from accept.units.loaded_unit import LoadedUnit
 from tests.checks.gap.gap_units import HIGHPASS, make_strut
 from tests.checks.model.units_model import DATA, needs_data
 
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 BASIC = Path(__file__).parents[3] / "specs" / "strut-basic.toml"  # without the check that fits a model: quick
 
 
@@ -167,6 +165,7 @@ class TestFails:
     @pytest.mark.parametrize(
         "error", [RuntimeError("singular matrix"), attach_to_result.GapRefused("coherence is too low")]
     )
+    @pytest.mark.slow
     def test_the_unit_is_judged_all_the_same(
         self, units: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
     ) -> None:
@@ -202,7 +201,7 @@ class TestFails:
 
 
 @needs_data
-@pytest.mark.skipif(not SOAK, reason="heavy: ACCEPT_SOAK=1 runs it")
+@pytest.mark.soak
 def test_recorded_struts_by_the_strut_spec(tmp_path: Path) -> None:
     """Built-in spec and model against records of finite elements: what is there is named, and nothing else."""
     names = ("S-01", "S-02", "S-04", "S-05")

@@ -1,7 +1,6 @@
 """What several units have in common belongs to the bench; what one has to that strut."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,7 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.gap.fleet import common, lines
 from tests.checks.gap.gap_units import make_strut
-
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
+from tests.soak import SOAK
 
 
 def unit(serial: str, verdict: str = "explained", **effects: tuple[float, float]) -> dict[str, Any]:
@@ -63,6 +61,7 @@ class TestCommon:
         assert lines(common([unit("A")])) == ["fleet of 1: A", "  no effect was named"]
 
 
+@pytest.mark.slow
 def test_fleet_of_simulated_struts(tmp_path: Path) -> None:
     """The bench's high-pass is in both, a delay in one."""
     shared = ("sensor_highpass", {"f_Hz": 4.0})

@@ -51,6 +51,7 @@ def test_every_item_leaves_its_mark(nth: int) -> None:
     assert drawn(fewer) != drawn(EVERYTHING)
 
 
+@pytest.mark.slow
 def test_the_same_bytes_in_another_process() -> None:
     program = (
         "import hashlib; from tests.accept.pdf.test_panel_drawing import *\n"

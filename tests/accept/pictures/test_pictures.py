@@ -58,6 +58,7 @@ def test_every_item_is_drawn_and_twice_the_same(kind: str) -> None:
     assert picture([EVERYTHING, MAPS], kind) == first
 
 
+@pytest.mark.slow
 def test_the_same_bytes_in_another_process_and_place(tmp_path: Path) -> None:
     """Another hash seed, time zone, folder and a matplotlibrc of one's own must not matter."""
     (tmp_path / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 20\nsvg.hashsalt: mine\n")

@@ -156,6 +156,7 @@ def test_a_strange_unit_is_told_and_moves_nothing(
         assert abs(found["parameters"][name]["mean"] - p["mean"]) < 0.1 * p["U"], name
 
 
+@pytest.mark.slow
 def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: Path) -> None:
     """Two of four late by 300 us: G says that the model cannot be theirs, and two are too few."""
     late = [unit_folder(tmp_path / f"L-{i}", f"L-{i}", MEAN, 50 + i, late_us=300.0) for i in range(2)]
@@ -167,6 +168,7 @@ def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: 
     assert all(r and "G of" in r for r in reasons)
 
 
+@pytest.mark.slow
 def test_what_most_units_have_alike_is_the_bench_s(tmp_path: Path) -> None:
     """All late by 200 us: no value of the model gives that, and the gap analysis of each names one delay. It is put
     into the model of the batch as the bench's, and the units then belong."""

@@ -2,7 +2,6 @@
 of one core: with ACCEPT_SOAK=1 only."""
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,8 @@ from validation.shell import DATA
 BATCH = DATA / "population"
 LEARN = [f"P-0{i}" for i in range(1, 6)]
 pytestmark = [
-    pytest.mark.skipif(not BATCH.exists(), reason="the recorded batch is not beside the repository"),
-    pytest.mark.skipif(os.environ.get("ACCEPT_SOAK") != "1", reason="some minutes of one core: ACCEPT_SOAK=1"),
+    pytest.mark.needs_data,
+    pytest.mark.soak,
 ]
 
 

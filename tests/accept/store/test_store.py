@@ -3,7 +3,6 @@
 import hashlib
 import json
 import multiprocessing
-import os
 import sqlite3
 import subprocess
 import sys
@@ -18,6 +17,7 @@ import pytest
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store.store import _PAGE
+from tests.soak import SOAK
 
 WRITER = Path(__file__).with_name("store_writer.py")
 
@@ -162,9 +162,10 @@ def test_threads_share_a_store(store: Store) -> None:
     assert store.check() is None
 
 
+@pytest.mark.slow
 def test_processes_keep_one_chain(home: Path) -> None:
     """Four programs start on an empty folder at once; every acknowledged event is there with the hash it was given."""
-    count = 100 if os.environ.get("ACCEPT_SOAK") else 25
+    count = 100 if SOAK else 25
     command = [sys.executable, str(WRITER)]
     writers = [subprocess.Popen([*command, f"w{i}", str(count)], stdout=subprocess.PIPE, text=True) for i in range(4)]
     said = [writer.communicate(timeout=60)[0].splitlines() for writer in writers]
@@ -186,7 +187,7 @@ def start_at_once(url: str, barrier: Any) -> None:
 def test_a_new_store_is_made_once_by_many_at_once(tmp_path: Path) -> None:
     """SQLite does not wait where two switch a new file to WAL; without our wait one start in 180 fails."""
     fork = multiprocessing.get_context("fork")
-    for i in range(60 if os.environ.get("ACCEPT_SOAK") else 3):
+    for i in range(60 if SOAK else 3):
         barrier, url = fork.Barrier(6), f"sqlite:///{tmp_path}/{i}.sqlite"
         starters = [fork.Process(target=start_at_once, args=(url, barrier)) for _ in range(6)]
         for process in starters:

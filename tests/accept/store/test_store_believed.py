@@ -56,6 +56,7 @@ def edit(file: Path, seq: int, rest_too: bool = False) -> None:
         file.with_suffix(".head").write_text(f"{len(rows)} {prev}\n")
 
 
+@pytest.mark.slow
 def test_an_edited_event_with_its_own_hash_is_not_believed(tmp_path: Path) -> None:
     """The verdict of a judged unit altered in the database: a batch takes nothing from it and appends nothing."""
     unit = make_unit(tmp_path / "u", "A-1")

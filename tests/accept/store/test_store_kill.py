@@ -20,7 +20,8 @@ from pathlib import Path
 import pytest
 
 from accept.store import NewEvent, open_store
-from tests.accept.batch.killing import SOAK, Points, fork
+from tests.accept.batch.killing import Points, fork
+from tests.soak import SOAK
 
 WRITER = Path(__file__).with_name("store_writer.py")
 GROUP = 3  # events of one append_many
@@ -74,6 +75,7 @@ def points_of(folder: Path) -> int:
 
 
 @pytest.mark.parametrize("existing", [False, True], ids=["new store", "existing store"])
+@pytest.mark.slow
 def test_killed_at_every_point(tmp_path: Path, existing: bool) -> None:
     template = tmp_path / "template"
     template.mkdir()
@@ -91,6 +93,7 @@ def test_killed_at_every_point(tmp_path: Path, existing: bool) -> None:
         shutil.rmtree(folder)
 
 
+@pytest.mark.slow
 def test_killed_again_and_again_at_random_points(tmp_path: Path) -> None:
     """One store that lives through it all, so that damage would add up."""
     dice = random.Random(5)
@@ -99,6 +102,7 @@ def test_killed_again_and_again_at_random_points(tmp_path: Path) -> None:
         assert_sound(tmp_path, acknowledged(tmp_path))
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs of their own, killed by another, two at a time on one store."""
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
@@ -121,7 +125,7 @@ def test_killed_at_random_moments(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 CALLS = ("pwrite64", "fdatasync", "fsync", "ftruncate", "unlink", "rename", "openat")
 
 
-@pytest.mark.skipif(not SOAK, reason="a heavy proof: set ACCEPT_SOAK=1")
+@pytest.mark.soak
 @pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
 @pytest.mark.parametrize("call", CALLS)
 def test_killed_at_every_system_call_that_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str) -> None:

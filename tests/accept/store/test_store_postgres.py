@@ -13,8 +13,9 @@ from sqlalchemy.exc import DBAPIError
 
 from accept.store import NewEvent, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
-from tests.accept.batch.killing import SOAK, TIMEOUT_S
+from tests.accept.batch.killing import TIMEOUT_S
 from tests.accept.store.postgres_server import Server, Wire, any_server, execute, own_server
+from tests.soak import SOAK
 
 WRITER = Path(__file__).with_name("store_writer.py")
 

@@ -4,7 +4,6 @@ workflow stands at the step where it stood, nothing acknowledged is missing, and
 import os
 import random
 import re
-import shutil
 import signal
 import subprocess
 import threading
@@ -19,10 +18,11 @@ from accept.store import open_store
 from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.status import next_step
 from accept.workflow.steps.plan import steps_of
-from tests.accept.batch.killing import SOAK, gone, until
+from tests.accept.batch.killing import gone, until
 from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench_for_seed
+from tests.soak import SOAK
 
-pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux (Debian: apt install tmux)")
+pytestmark = pytest.mark.terminal
 
 KILLS_A_RUN = 20 if SOAK else 3
 LONGEST_S = 6.0  # until a kill: several entries and their judgement, or a signature
@@ -156,6 +156,7 @@ def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events
 
 
 @pytest.mark.parametrize("seed", range(10 if SOAK else 1))
+@pytest.mark.slow
 def test_a_run_that_is_killed_again_and_again_loses_nothing(seed: int, bench_home: Path, tmp_path: Path):
     rng, events = random.Random(seed), 0
     keys.init(bench_home, "correct horse", "Ann", "Quinn", "battery staple")

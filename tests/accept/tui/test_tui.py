@@ -38,6 +38,7 @@ def qa_key(person: str, passphrase: str) -> None:
     key_changes.install(home(), issued)
 
 
+@pytest.mark.slow
 async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
     async with running() as pilot:
         await begin(pilot)
@@ -129,6 +130,7 @@ async def test_notes_and_nonconformance():
     assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
 
 
+@pytest.mark.slow
 async def test_a_known_serial_goes_on_where_it_stood():
     async with running() as pilot:
         await begin(pilot)
@@ -172,6 +174,7 @@ async def test_a_serial_that_cannot_be_is_said_at_once():
         assert screen(pilot) == "StartScreen"
 
 
+@pytest.mark.slow
 async def test_signing_needs_the_passphrase():
     async with running() as pilot:
         await begin(pilot)
@@ -242,7 +245,7 @@ async def test_an_unexpected_error_is_not_swallowed(monkeypatch):
         await provoke()
 
 
-@pytest.mark.skipif(not DATA.exists(), reason="recorded units are not here")
+@pytest.mark.needs_data
 async def test_records_are_picked_and_the_bode_plot_appears():
     async with running(loader("strut", DATA / "units" / "S-01"), WIDE) as pilot:
         await type_line(pilot, "S-01")
@@ -270,6 +273,7 @@ async def test_a_file_that_is_no_record_is_refused(tmp_path: Path):
     assert not stored("record_linked")
 
 
+@pytest.mark.slow
 async def test_every_check_has_a_step_made_from_its_declaration_alone():
     """A new check needs no line here: each declared input of each form has its field."""
     async with running(loader("apa")) as pilot:

@@ -3,6 +3,7 @@
 import asyncio
 import random
 
+import pytest
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.pilot import Pilot
@@ -11,8 +12,8 @@ from accept.base.home import home
 from accept.certificate import keys as signing_keys
 from accept.store import open_store
 from accept.tui.widgets.text_entry import TextEntry
-from tests.accept.batch.killing import SOAK
 from tests.accept.tui.tui_help import loader, press, running, settled
+from tests.soak import SOAK
 
 COUNT = 20_000 if SOAK else 1_000
 BATCH = 20
@@ -69,6 +70,7 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
                 await press(pilot, "escape")
 
 
+@pytest.mark.slow
 async def test_random_keys(tmp_path):
     signing_keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
     rng, sent, kept = random.Random(8), 0, None

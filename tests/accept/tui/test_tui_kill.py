@@ -17,8 +17,8 @@ from textual.widgets import DataTable
 
 from accept.store import open_store
 from accept.workflow.state.unit_state import fold_run
-from tests.accept.batch.killing import SOAK
 from tests.accept.tui.tui_help import HEIGHTS, press, running, type_line
+from tests.soak import SOAK
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are of Unix")
 
@@ -110,6 +110,7 @@ async def stands_at() -> str | None:
 
 
 @pytest.mark.parametrize("seed", range(200 if SOAK else 3))
+@pytest.mark.slow
 async def test_nothing_acknowledged_is_lost(seed: int, bench_home: Path):
     acknowledged = await asyncio.to_thread(killed_somewhere, bench_home, random.Random(seed))
     with open_store() as store:

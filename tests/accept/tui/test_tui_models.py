@@ -21,7 +21,6 @@ from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Elsewhere, Explained
 from accept.workflow.worker.process import Work
 from checks.picture import Image
-from tests.accept.batch.killing import SOAK
 from tests.accept.tui.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words
 from tests.accept.workflow import worker_orders
 from tests.checks.gap.explained import FOUND, PANELS
@@ -67,6 +66,7 @@ async def open_row(pilot, key: str) -> None:
     await press(pilot, "enter")
 
 
+@pytest.mark.slow
 async def test_misalignment_is_found_shown_and_not_computed_again_after_a_restart(begun, monkeypatch):
     begun.close()
     async with running(loader("strut")) as pilot:
@@ -196,7 +196,7 @@ def test_pictures_that_are_damaged_are_as_good_as_none(tmp_path: Path):
     assert panel_cache.load(tmp_path, "gap", 8) == {}
 
 
-@pytest.mark.skipif(not SOAK, reason="a whole search; make soak")
+@pytest.mark.soak
 def test_the_hidden_misalignment_is_named(begun):
     begun.explain(Elsewhere(APART).explain)
     assert [n["effect"] for n in begun.gap["named"]] == ["misalignment"]

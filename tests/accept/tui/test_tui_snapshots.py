@@ -121,6 +121,7 @@ async def go_to(pilot: Pilot[None], step: str) -> None:
 
 
 @SIZES
+@pytest.mark.slow
 async def test_the_screens_of_an_apa(size: tuple[int, int]):
     async with running(apa, size) as pilot:
         await type_line(pilot, "APA-02")

@@ -48,6 +48,7 @@ async def measure_everything(pilot, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["apa", "strut"])
+@pytest.mark.slow
 async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
     seed = SEEDS[kind]
     opened = []

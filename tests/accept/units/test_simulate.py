@@ -154,6 +154,7 @@ def test_a_good_apa_is_accepted_and_told_right(apa: Model, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("kind", ["apa", "strut"])
+@pytest.mark.slow
 def test_every_fault_is_found_and_nothing_else(kind: str, apa: Model, strut: Model, tmp_path: Path) -> None:
     for name in (n for n, f in FAULTS.items() if kind in f.kinds):
         result = judged(order(apa if kind == "apa" else strut, kind, fault=name), tmp_path / name)

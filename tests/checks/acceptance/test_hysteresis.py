@@ -1,7 +1,6 @@
 """Hysteresis loops: against recorded units, and against loops whose width has a closed form."""
 
 import math
-import os
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from checks.verdict import judge
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
 from tests.checks.acceptance.play_model import Plays
+from tests.soak import SOAK
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 BARE = CheckSpec(required=False)
@@ -134,7 +134,7 @@ def test_drift_and_a_turned_encoder_leave_the_width_alone(response: np.ndarray) 
 
 def test_intervals_are_honest() -> None:
     """Rayleigh's parabolas, exact in closed form: width = opening / peak to peak."""
-    repeats = 200 if os.environ.get("ACCEPT_SOAK") else 100
+    repeats = 200 if SOAK else 100
     drive = sines((4.0,))
     angle = 2 * np.pi * np.arange(drive.size) / PERIOD
     de = 24e-6 * drive - 24e-6 * 4 * 0.03 * np.cos(angle) * np.abs(np.cos(angle))

@@ -2,7 +2,6 @@
 
 import functools
 import json
-import os
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -27,9 +26,9 @@ from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result
 from tests.checks.signals.frf_plant import UNITS as PLANT_UNITS
 from tests.checks.signals.frf_plant import Plant, noise_drive, record, unit
+from tests.soak import SOAK
 
 DATA = Path(__file__).parents[3] / "../shared/data/units"
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 APA, STRUT = load("apa").checks["frf"], load("strut").checks["frf"]
 BARE = CheckSpec(required=False)
 FS = 1000.0  # of the cheap records: the fits know no sampling but by the bin
@@ -118,6 +117,7 @@ def test_side_of_a_zero_that_noise_hides_stays_open():
 
 
 @pytest.mark.parametrize("what", ["axial f", "axial damping", "second f", "zero f", "zero damping"])
+@pytest.mark.slow
 def test_intervals_cover(what):
     """200 repeats (1000 in the soak); value +- U must hold the truth in the 99.9 % binomial band about 95 %."""
     inside = covered(1000 if SOAK else 200)[what]
@@ -143,6 +143,7 @@ def covered(repeats):
     return {name: np.array(h) for name, h in hits.items()}
 
 
+@pytest.mark.slow
 def test_false_alarms_of_a_second_resonance():
     """One in 1000 is stated: of 60 (1000) records none, or by chance one (four), may show a second resonance."""
     repeats, allowed = (1000, 4) if SOAK else (60, 1)

@@ -3,7 +3,6 @@ time base."""
 
 import json
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from checks.record import Record
 from checks.verdict import judge
 from specs.spec import CheckSpec, Limit, StatedU
 from tests.causes import causes, no_result
+from tests.soak import SOAK
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 BARE = CheckSpec(required=False)
@@ -126,7 +126,7 @@ def test_the_discrete_filter_is_the_continuous_one() -> None:
 
 
 def test_intervals_are_honest() -> None:
-    repeats = 200 if os.environ.get("ACCEPT_SOAK") else 60
+    repeats = 200 if SOAK else 60
     bench = Bench(fs=100.0, seconds=100.0)
     clean = bench.clean()
     rng = np.random.default_rng(20263)

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from checks.record import Record
 from checks.signals.slow.steps import find_steps
 from specs.spec import CheckSpec, StatedU
 from tests.causes import causes, no_result
+from tests.soak import SOAK
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 MASS, G = 6.4, 9.80665
@@ -145,7 +145,7 @@ def test_creep_would_bias_what_is_not_fitted() -> None:
 )
 def test_intervals_are_honest(bench: Bench) -> None:
     """Mass, encoder scale and moments drawn from what is stated about them; 95 percent interval = 1.96/2 of U."""
-    repeats = 200 if os.environ.get("ACCEPT_SOAK") or bench.dt == 0.01 else 60
+    repeats = 200 if SOAK or bench.dt == 0.01 else 60
     rng = np.random.default_rng(20261)
     hits = 0
     for _ in range(repeats):

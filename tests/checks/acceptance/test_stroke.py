@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from checks.record import Record
 from specs.spec import CheckSpec, StatedU
 from tests.causes import causes
 from tests.checks.acceptance.play_model import Plays
+from tests.soak import SOAK
 
 UNITS = Path(__file__).parents[4] / "shared" / "data" / "units"
 SPEC = CheckSpec(required=False, uncertainty={"d_um": StatedU(U_percent=1.0, source="gauge")})
@@ -90,7 +90,7 @@ def test_recovers_a_closed_form_stroke(drive: str) -> None:
 
 def test_intervals_are_honest(sine_response: np.ndarray) -> None:
     """Scatter and the stated accuracy drawn, 95 percent interval = 1.96/2 of U."""
-    repeats = 1000 if os.environ.get("ACCEPT_SOAK") else 400
+    repeats = 1000 if SOAK else 400
     rng = np.random.default_rng(20262)
     spec = CheckSpec(required=False, uncertainty={"d_um": StatedU(U=0.02, source="gauge")})
     truth, hits = 1e6 * ONE.first_rise(170), 0

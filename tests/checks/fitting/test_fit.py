@@ -1,6 +1,5 @@
 """Fits: what is simulated is recovered, intervals hold what they promise, recorded struts give their parameters."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +20,8 @@ from hw.records import read
 from tests.checks.fitting.function_response import FunctionResponse
 from tests.checks.model import units_model
 from tests.checks.model.units_model import DATA, needs_data, nominal_model, true_values
+from tests.soak import SOAK
 
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 REPEATS = 1000 if SOAK else 200
 BAND = stats.binom.interval(0.999, REPEATS, 0.95)
 F = np.arange(10.0, 400.0, 3.0)
@@ -102,6 +101,7 @@ def wrong_by(scale: str, tolerance: float, rng: np.random.Generator) -> np.ndarr
     return tolerance * np.array([np.interp(x, knots, d[:, c]) for c in range(3)]).T
 
 
+@pytest.mark.slow
 def test_intervals_cover_as_they_say_with_noise_alone() -> None:
     inside = covered(repeats(REPEATS, 0.0, "none", seed=11))
     assert all(BAND[0] <= n <= BAND[1] for n in inside.values()), inside

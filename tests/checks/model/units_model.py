@@ -18,7 +18,7 @@ APA300ML = DATA / "superelements" / "APA300ML.mat"
 FLEXOR = DATA / "superelements" / "flexor_025.mat"
 NOMINAL = DATA / "units" / "model.toml"
 
-needs_data = pytest.mark.skipif(not NOMINAL.exists(), reason="the recorded units are not beside the repository")
+needs_data = pytest.mark.needs_data
 
 # what truth.json calls it -> what the model calls it
 TRUTH_NAMES = {

@@ -1,7 +1,5 @@
 """Hammer test against simulated plants: which impacts are set aside, what the fit recovers, whether intervals cover."""
 
-import os
-
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -21,8 +19,8 @@ from checks.signals.impact.impacts import (
 )
 from checks.signals.impact.modal_fit import amplitude_at, find_modes, fit_mode
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
+from tests.soak import SOAK
 
-SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 BAND = (60.0, 2000.0)
 ONE = ((280.0, 0.008, 1e-6),)
 

@@ -1,6 +1,5 @@
 """The local polynomial method against the exact response of a lightly damped mode, and the intervals it states."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.spectral.frf import h1
 from checks.signals.spectral.lpm import lpm, lpm_record
+from tests.soak import SOAK
 
 MODE_HZ, DAMPING, SECONDS = 95.0, 0.005, 20.0
 
@@ -72,7 +72,7 @@ def test_peak_is_true_where_a_window_is_not(seed: int) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 def test_regions_cover_also_at_the_peak(noise: float) -> None:
     """200 repeats, seeds fixed. 20 s at 2 kHz: the bins and the decay of 10 kHz in a fifth of the time."""
-    mode = Mode(10_000.0 if os.environ.get("ACCEPT_SOAK") else 2_000.0)
+    mode = Mode(10_000.0 if SOAK else 2_000.0)
     inside = []
     for seed in range(200):
         frf = lpm(*mode.record(seed, noise, corner_Hz=400.0), mode.fs, f_lo=92.0, f_hi=130.0)

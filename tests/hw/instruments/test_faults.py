@@ -3,7 +3,6 @@
 1,000 sequences per driver with ACCEPT_SOAK=1, 50 otherwise.
 """
 
-import os
 import random
 import time
 from collections import Counter
@@ -23,8 +22,9 @@ from hw.link import Link
 from hw.serial_port import LineSettings
 from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
 from hw.simulated.server import swap
+from tests.soak import SOAK
 
-SEQUENCES = 1000 if os.environ.get("ACCEPT_SOAK") == "1" else 50
+SEQUENCES = 1000 if SOAK else 50
 # Short, so that 50 sequences take seconds; the driver under test has no other clock. A reply takes under 1 ms here.
 TIMES = {"timeout_s": 0.12, "quiet_s": 0.06, "deadline_s": 0.6}
 # One look at the port (20 ms) beyond the deadline, reopening it, and a machine busy with other tests.
@@ -123,6 +123,7 @@ def run(kind, tmp_path, seeds):
 
 
 @pytest.mark.parametrize("kind", ["OPTORSD", "OPTORSS", "M1240", "LCR", "ND"])
+@pytest.mark.slow
 def test_random_faults(kind, tmp_path):
     shares = [range(n, SEQUENCES, BENCHES) for n in range(BENCHES)]
     with ThreadPoolExecutor(BENCHES) as pool:

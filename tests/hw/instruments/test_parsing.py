@@ -4,6 +4,7 @@ agree. Damage of every kind by hypothesis."""
 import re
 from contextlib import suppress
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -130,6 +131,7 @@ def test_only_five_digits_are_a_capacitance(line):
 
 
 @given(st.text(max_size=20) | st.from_regex(r"[+-]?\d{0,3}[.,]?\d{0,3} ?(uF|nF|mm)?", fullmatch=True))
+@pytest.mark.slow
 def test_only_a_typed_number_with_its_unit(typed):
     with suppress(InstrumentError):
         farads = parse_typed("m", typed, ManualSettings(measure="capacitance", unit="uF", range=[0.1, 50.0]), "F")

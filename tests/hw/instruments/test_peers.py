@@ -4,7 +4,6 @@ refused, and what the documents print is read.
 2,000 sequences per driver with ACCEPT_SOAK=1, 100 otherwise. The clock is the line's own: nothing waits.
 """
 
-import os
 import random
 from collections import Counter
 from pathlib import Path
@@ -28,9 +27,10 @@ from tests.hw.peers.lcr800 import Lcr800Peer
 from tests.hw.peers.line import KINDS, Fault, Line, random_faults
 from tests.hw.peers.millimar import MillimarPeer
 from tests.hw.peers.scpi_lcr import E4980aPeer
+from tests.soak import SOAK
 
 CAPACITANCE = ("LCR-800", "E4980A")
-SEQUENCES = 2000 if os.environ.get("ACCEPT_SOAK") == "1" else 100
+SEQUENCES = 2000 if SOAK else 100
 READINGS = 4
 RANGE = {"range_mm": [-1.0, 1.0]}
 GAUGE = {"unit": "um", "integer_digits": 4, "decimals": 1, **RANGE}

@@ -202,7 +202,7 @@ def test_tables_that_are_refused(raw, words, put):
     assert str(refusal.value).startswith("flatness.csv: ")
 
 
-@pytest.mark.skipif(not (UNITS / "A-01").is_dir(), reason="needs the recorded units in ../shared/data")
+@pytest.mark.needs_data
 @pytest.mark.parametrize("unit", ["A-01", "S-01"])
 def test_recorded_units_as_scipy_reads_them(unit):
     paths = sorted((UNITS / unit).glob("*.mat"))

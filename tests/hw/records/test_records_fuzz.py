@@ -3,7 +3,6 @@
 ACCEPT_SOAK=1 reads 10,000 damaged files and every header word set to every extreme; by default a few hundred.
 """
 
-import os
 import time
 import warnings
 
@@ -14,8 +13,8 @@ from checks.errors import RecordError
 from checks.record import Record
 from hw import records
 from tests.hw.records import records_files as made
+from tests.soak import SOAK
 
-SOAK = bool(os.environ.get("ACCEPT_SOAK"))
 FORMATS = (
     "plain.mat", "packed.mat", "v73.mat", "v73-packed.mat", "table.csv", "text.uff", "binary.uff", "uneven.uff",
 )  # fmt: skip
@@ -116,6 +115,7 @@ def test_damaged_files_are_refused_or_valid(name, originals, tmp_path, capfd):
 
 
 @pytest.mark.parametrize("name", ["plain.mat", "v73.mat", "v73-packed.mat", "binary.uff"])
+@pytest.mark.slow
 def test_every_header_word_at_its_extremes(name, originals, tmp_path, capfd):
     raw = originals[name]
     words = range(124, min(len(raw), 6000), 4 if SOAK else 92)
