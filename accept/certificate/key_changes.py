@@ -45,7 +45,7 @@ def issue_request(office: Path, content: bytes, passphrase: str, when: datetime 
     try:
         asked = x509.load_pem_x509_csr(content)
     except ValueError as e:
-        raise KeysError(f"this is no request for a certificate ({e})") from e
+        raise KeysError(f"is not a certificate request ({e})") from e
     key = asked.public_key()
     if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey):
         raise KeysError("the request is not signed by its own key, which must be of the curve P-256")
@@ -119,7 +119,7 @@ def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, sin
         raise KeysError(f"no reason '{reason}' (reasons: {', '.join(REASONS)})")
     meant = [c for c in _known(office) if _is(c, who)]
     if not meant:
-        raise KeysError(f"{office}: nobody known is '{who}'; give a name or the sha256 that `accept keys list` shows")
+        raise KeysError(f"{office}: no key of '{who}'; give the name or the sha256 that `accept keys list` shows")
     ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
     ca = keys.certificate_of(office / f"{CA}.pem")
     listed = {r.serial_number: r for r in revocation.revoked_in(office / revocation.FILE, ca)}

@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.models.model_file import open_model, opened
-from accept.population.learn import G_MOST, common_effects, learn_population, measured_units
+from accept.population.learn import common_effects, learn_population, measured_units
+from accept.population.unit_fits import G_MOST
 from checks.errors import ModelError
 from hw.records.writers import mat_bytes
 
