@@ -3,7 +3,7 @@
 import math
 
 MOST_DECIMALS = 9  # nobody reads more
-LARGE = 1e12
+LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 
 def decimals_of(U: float) -> int:

@@ -11,8 +11,8 @@ from typing import Any
 from hw.errors import SettingsError
 from hw.serial_port import POLL_S
 
-CONNECT_S = 3.0
-MAX_READ = 65_536
+CONNECT_S = 3.0  # on a local network a device that is there answers in milliseconds
+MAX_READ = 65_536  # of one read; an answer is some hundred bytes
 
 
 @dataclass(frozen=True)

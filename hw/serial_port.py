@@ -28,7 +28,7 @@ STOP_BITS = (1, 2)
 DATA_BITS = (7, 8)
 HANDSHAKES = ("none", "xonxoff", "rtscts")
 POLL_S = 0.02  # how long one look at the port may wait; a deadline is kept to within it
-WRITE_TIMEOUT_S = 1.0
+WRITE_TIMEOUT_S = 1.0  # some bytes at 1200 baud take a tenth of that
 MARK = 0xFF  # before a damaged character (termios: PARMRK); on Windows in its place
 
 

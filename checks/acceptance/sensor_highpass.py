@@ -21,8 +21,8 @@ from specs.spec import CheckSpec
 UF = 1e-6
 TOP_HZ = 5.0
 CAPACITANCE_UF = [4.4, 5.5]
-MAX_UNEXPLAINED = 0.02
-MAX_RELATIVE_U = 0.1
+MAX_UNEXPLAINED = 0.02  # of the variance: a circuit of first order leaves noise alone
+MAX_RELATIVE_U = 0.1  # a corner known to no better than a tenth says nothing of a capacitor
 RESISTOR_OHM = 80600.0  # [STB] 3.1.9
 SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 

@@ -11,7 +11,7 @@ from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
 
 UM = 1e-6
-MIN_SAMPLES = 12
+MIN_SAMPLES = 12  # of a rest at an end of the range, for a mean and its scatter
 MAX_FIRST = 0.05  # of the stroke, beside what the first rise leaves open
 # That is, of the opening at mid-voltage, 0.8 where the loop has the first rise in it and 2 where it is a settled one
 # (Rayleigh's law; [DAMJANOVIC98]); half as much again for loops of another shape.

@@ -23,7 +23,7 @@ from checks.model.model import Model
 
 FINER = (3e-3, 1e-3, 3e-4, 1e-4)  # tolerances; the reduction of an APA leaves 1e-4
 STEPS = 5  # towards the other form of damping
-ROUNDING = 1e-12
+ROUNDING = 1e-12  # relative: keeps a matrix invertible that a double leaves just short of it
 OTHER = {"full": "modal", "modal": "full"}
 
 Wrap = Callable[[Model], Response]

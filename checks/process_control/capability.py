@@ -11,8 +11,8 @@ from scipy.special import ndtri
 
 from checks.arrays import Array
 
-LEAST = 10
-CONFIDENCE = 0.95
+LEAST = 10  # below, the interval of Cpk is wider than any decision about it
+CONFIDENCE = 0.95  # two-sided, as usual for capability
 
 
 @dataclass(frozen=True)

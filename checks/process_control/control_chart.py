@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 
 D2, D4 = 1.128379167095513, 3.2665  # of ranges of two normal values: mean range / sigma (2 / sqrt(pi)), upper limit
-SIGMAS = 3.0
+SIGMAS = 3.0  # Shewhart's limits: one false alarm in 370 points
 EWMA_WEIGHT, EWMA_SIGMAS = 0.2, 2.962  # in-control run length 500 ([Montgomery] table 9.11)
 ROUTINE = (1, 2, 3, 4)  # the others ring early and often: hints, no alarms ([Nelson])
 LEAST = 8  # values below which limits are not worth drawing

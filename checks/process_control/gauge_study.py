@@ -12,7 +12,7 @@ from scipy.special import fdtrc
 from checks.arrays import Array
 
 POOLED_ABOVE = 0.25  # p of the interaction above which it is taken for repeatability ([AIAG-MSA]: alpha to remove)
-STUDY_SIGMAS = 6.0
+STUDY_SIGMAS = 6.0  # width that holds 99.73 % of the readings ([AIAG-MSA] chapter II)
 
 
 @dataclass(frozen=True)

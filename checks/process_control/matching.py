@@ -13,7 +13,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 
 from checks.arrays import Array
 
-TIME_LIMIT_S = 60.0
+TIME_LIMIT_S = 60.0  # a person waits so long; what is then not proven best is said to be so
 
 
 @dataclass(frozen=True)

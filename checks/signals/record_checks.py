@@ -19,7 +19,7 @@ from checks.signals.spectral.frf import Frf, quantile
 
 CHANCE = 1e-3  # probability that a channel without any response is called alive, over all bins
 STRUCTURE_RAD = 0.03  # phase by which damping departs from 0 or 180 degrees away from resonances
-MAX_SAMPLES = 50.0
+MAX_SAMPLES = 50.0  # of delay that is looked for: 5 ms at 10 kHz
 FLICKER = 3  # values between which the last digit of a converter changes where nothing is connected
 
 

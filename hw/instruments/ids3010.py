@@ -25,7 +25,7 @@ from specs.bench import InstrumentEntry
 
 END = b"\n"
 SYSTEM, IDS = "com.attocube.system", "com.attocube.ids"
-PICOMETRE = 1e-12
+PICOMETRE = 1e-12  # unit in which it sends a displacement [m]
 
 
 class Ids3010Settings(LengthSettings):

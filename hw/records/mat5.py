@@ -18,7 +18,7 @@ from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.variable import Variable, unique
 
-HEADER_BYTES = 128
+HEADER_BYTES = 128  # of a file, before its first array ([MATFILE])
 COMPRESSED, MATRIX = 15, 14
 # Type of a stored number -> numpy ([MATFILE] table 1-1).
 STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}

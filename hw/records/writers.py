@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 HEADER = b"MATLAB 5.0 MAT-file, written by accept"
-HEADER_TEXT_BYTES = 116
+HEADER_TEXT_BYTES = 116  # [MATFILE]: free text at the head of the file
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # what MATLAB loads as a variable
 
 

@@ -21,8 +21,8 @@ from checks.signals.spectral.frf import Frf
 
 UM = 1e-6
 ABOUT_MERGE = np.sqrt(2.0)  # half an octave to either side, where both bands are driven
-COHERENT = 0.9
-MIN_BINS = 5
+COHERENT = 0.9  # of both: below, noise makes the difference
+MIN_BINS = 5  # for a median that one bin does not decide
 AT_POLE = 0.03  # of the resonance, to either side
 BEYOND_POLE = 1.3, 1.5  # times the resonance
 # One mode of a damping ratio of 5 percent, five times what any strut has, is ten times larger at its pole than at 1.4

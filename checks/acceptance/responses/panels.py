@@ -15,7 +15,7 @@ from checks.signals.spectral.zeros import Zero
 UNITS = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
 SHOWN = 0.15  # of the resonance, each side, in the zoom
 COLOURS = ("data", "before")
-POINTS = 300
+POINTS = 300  # of a coherence as it is drawn
 
 
 def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:

@@ -13,7 +13,7 @@ from checks.model.structure.apa import ApaBody
 from checks.model.structure.rigid_motion import lever
 
 _BOTTOM, _APA, _KA = slice(0, 6), 6, 7
-_SIZE = 8
+_SIZE = 8  # coordinates: six motions of the bottom, the elongation of the shell, that of ka
 
 
 def two_dof_body(

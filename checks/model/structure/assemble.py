@@ -21,7 +21,7 @@ from checks.model.structure.joint import CLAMP, RIGID, Joint
 from checks.model.structure.matrix_builder import Builder, System
 from checks.model.structure.rigid_motion import lever
 
-Z = 2
+Z = 2  # place of the axis among the six motions of a face
 
 
 def assemble(

@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.arrays import Array
 
-RANGE_V = 10.0
+RANGE_V = 10.0  # of the rig's converters, to either side
 LSB_V = 2.0 * RANGE_V / 2**16  # 16 bit
 STEPS = {"de": 2.5e-9, "da": 1e-10}  # encoder (2.5 nm), interferometer [m]
 NOISE = {"Vs": 1e-3, "de": 2e-9, "da": 2e-9}  # white, rms per sample at 10 kHz: as the recorded units show [V, m, m]

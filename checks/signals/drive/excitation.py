@@ -19,7 +19,7 @@ from checks.signals.drive.ramps import fade, ramp
 from checks.signals.drive.shapes import AmplitudeShape, Flat
 from specs.errors import AcceptError
 
-MAX_SAMPLES = 20_000_000
+MAX_SAMPLES = 20_000_000  # half an hour at 10 kHz; 160 MB as doubles
 MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands still
 
 

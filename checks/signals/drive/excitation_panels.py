@@ -7,7 +7,7 @@ from checks.picture import Band, Item, Line, Mark, Panel
 from checks.signals.drive.excitation import Excitation
 
 _COLUMNS = 2000  # of the time picture: more cannot be told apart in print
-_SEGMENT_s = 1.0
+_SEGMENT_s = 1.0  # of the spectrum that is drawn: lines 1 Hz apart
 _TURNS = 10.0  # that a segment holds at least
 _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the window's skirt
 

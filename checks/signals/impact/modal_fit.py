@@ -31,7 +31,7 @@ _PROMINENCE = 0.3  # in log10: 6 dB
 _SEPARATION_Hz = 8.0
 _SIGNIFICANT = 4.0  # standard errors
 _MISFIT_FACTOR = 2.0  # residual power against the scatter between impacts
-_DAMPING_MAX = 0.1
+_DAMPING_MAX = 0.1  # no joint or frame of a strut damps a tenth of critical: above, it is no mode
 _DECAY_BINS = (
     0.02  # half-width of a mode, in bins: with less it loses under 12 % over a block, like a line of the mains
 )

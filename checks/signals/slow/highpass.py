@@ -10,8 +10,8 @@ from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
-MIN_SAMPLES = 200
-TRIALS = 20
+MIN_SAMPLES = 200  # one second at the 200 Hz that such records have
+TRIALS = 20  # over the logarithm of the range: neighbours so close that one minimum lies between them
 LOWEST_PERIODS = 0.2  # a corner below this over the length of the record is a drift, not a corner
 EDGE_PERIODS = 3.0  # of the highest frequency, cut off at each end where the filter has started and stopped
 

@@ -12,7 +12,7 @@ TURN = 0.8  # of the amplitude: beyond it a branch counts as having reached its 
 NEAR_MIDDLE = (
     0.15  # of the amplitude: half-width of the local fit of a branch, wide enough to average, still a parabola
 )
-MIN_SAMPLES = 8
+MIN_SAMPLES = 8  # for a line through a branch and its scatter
 MAX_DRAWN = 1500  # points of a curve in a picture
 
 

@@ -16,7 +16,7 @@ ABOVE_SCATTER = 10.0  # times the scatter of the jumps elsewhere
 ABOVE_CHANGE = 4.0  # times the usual change of those medians from one to the next
 QUIET = 8.0  # times the usual change from sample to sample: what moves faster has not settled
 TOUCH_S = 0.075  # a touch shorter than this is not yet the step
-MIN_SAMPLES = 100
+MIN_SAMPLES = 100  # one second at the 100 Hz that such records have
 REACH_S = 2.0  # a step must settle within it
 
 

@@ -18,7 +18,7 @@ from checks.signals.spectral.frf import Frf, guarded_covariance, named, power_fl
 
 Bins = NDArray[np.intp]
 
-ORDER, HALF = 4, 8
+ORDER, HALF = 4, 8  # of the polynomials, and bins on either side: 17 bins for 10 unknowns leave 7 to estimate the noise
 MIN_DOF = 7  # with fewer, F(2, 2 nu) has tails so heavy that a variance says little
 BATCH_BINS = 256  # bins solved at once: the work space stays in the cache
 DEPENDENT = 1e-20  # share of a regressor's power left by the others, below which it is one of them but for rounding

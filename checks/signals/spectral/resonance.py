@@ -17,9 +17,9 @@ from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminated
 CHANCE = 1e-3  # probability of a pole where there is none, over the whole range that is searched
 ORDER = 4  # of the polynomials beside the poles
 DAMPING_RATIOS = (0.002, 0.005, 0.0125, 0.03)
-DAMPING_MAX = 0.1
+DAMPING_MAX = 0.1  # above, a resonance is no peak that could be taken for one
 APART = 3.0  # half-power half-widths between two resonances that are told apart
-MAX_CANDIDATES = 300
+MAX_CANDIDATES = 300  # keeps the look short; places are then wider apart
 CANDIDATE_BINS = 500  # the grid is tried on so many bins; what it finds is fitted and judged on all
 _NONE = np.zeros(0, dtype=complex)
 
