@@ -20,7 +20,7 @@ from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch import outputs
 from accept.batch.worker import Errand, Job, Outcome, judge, run_errand
-from accept.certificate import events
+from accept.certificate import events, keys, revocation
 from accept.certificate.certify import certify
 from accept.certificate.commissioning import commissioned
 from accept.certificate.keys import Credential
@@ -269,7 +269,8 @@ def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head:
     if order.credential is None:
         return None
     approval = approval_of(spec, home(), order.credential.ca)
-    return provenance_of(before, head, approval, demo=order.credential.demo)
+    crl = revocation.kept(keys.folder(home()) / revocation.FILE)
+    return provenance_of(before, head, approval, demo=order.credential.demo, crl=crl)
 
 
 def processes(count: int) -> ProcessPoolExecutor:

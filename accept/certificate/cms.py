@@ -8,8 +8,9 @@ _SHA256 = {"algorithm": "sha256"}
 _ECDSA = {"algorithm": "sha256_ecdsa"}
 
 
-def build(signer: bytes, root: bytes, digest: bytes, signature: bytes) -> bytes:
-    """DER of the CMS. signer, root : their certificates in DER. digest : SHA-256 of what is signed."""
+def build(signer: bytes, root: bytes, digest: bytes, signature: bytes, token: bytes | None = None) -> bytes:
+    """DER of the CMS. signer, root : their certificates in DER. digest : SHA-256 of what is signed. token : timestamp
+    of the signature, as its authority gave it."""
     certificate = x509.Certificate.load(signer)
     info = {
         "version": "v1",
@@ -19,6 +20,9 @@ def build(signer: bytes, root: bytes, digest: bytes, signature: bytes) -> bytes:
         "signature_algorithm": algos.SignedDigestAlgorithm(_ECDSA),
         "signature": signature,
     }
+    if token is not None:
+        stamp = {"type": "signature_time_stamp_token", "values": [cms.ContentInfo.load(token)]}
+        info["unsigned_attrs"] = cms.CMSAttributes([cms.CMSAttribute(stamp)])
     carried = [cms.CertificateChoices("certificate", x509.Certificate.load(c)) for c in (root, signer)]
     content = {
         "version": "v1",

@@ -50,12 +50,15 @@ class KeyInfo:
 
 @dataclass(frozen=True, eq=False)
 class Credential:
-    """An opened key with its certificate and that of the bench's CA; no key where a token holds it."""
+    """An opened key with its certificate and that of the bench's CA; no key where a token holds it.
+
+    tsa: URL of the time stamping authority that is asked about what it signs, None for none."""
 
     role: str
     key: ec.EllipticCurvePrivateKey | None
     certificate: x509.Certificate
     ca: x509.Certificate
+    tsa: str | None = None
 
     @property
     def person(self) -> str:

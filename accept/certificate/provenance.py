@@ -17,9 +17,11 @@ def provenance_of(
     *,
     attempt: int | None = None,
     demo: bool = False,
+    crl: str | None = None,
 ) -> dict[str, Any]:
     """What a certificate is to state. before: what the store knows of the unit's last judgement, None for a first one;
-    head: `Store.signed_head` when the unit was judged; attempt: its number, where it is not one more than `before`.
+    head: `Store.signed_head` when the unit was judged; attempt: its number, where it is not one more than `before`;
+    crl: the authority's list of revoked keys as it is now, PEM, for whoever verifies when the authority is gone.
     """
     replaces = None
     if before is not None:
@@ -29,6 +31,8 @@ def provenance_of(
     stated: dict[str, Any] = {"attempt": number, "replaces": replaces, "approval": dict(approval)}
     if head is not None:
         stated["head"] = dict(head)
+    if crl is not None:
+        stated["crl"] = crl
     return stated | ({"demo": True} if demo else {})
 
 

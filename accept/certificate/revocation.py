@@ -39,12 +39,27 @@ class Revoked:
 def revoked_in(path: Path, ca: x509.Certificate) -> list[Revoked]:
     """Entries of an authority's list, none where there is no file. Raises RevocationError for a list that is damaged or
     is not signed by this authority."""
+    content = _read(path)
+    return [] if content is None else entries_of(content, str(path), ca)
+
+
+def kept(path: Path) -> str | None:
+    """The list as it is now, to be attached to a certificate. Raises RevocationError."""
+    content = _read(path)
+    return None if content is None else content.decode("ascii", "replace")
+
+
+def _read(path: Path) -> bytes | None:
     try:
-        content = read_bounded(path)
+        return read_bounded(path)
     except FileNotFoundError:
-        return []
+        return None
     except OSError as e:
         raise RevocationError(f"{path}: cannot be read ({e.strerror})") from e
+
+
+def entries_of(content: bytes, path: str, ca: x509.Certificate) -> list[Revoked]:
+    """Entries of a list; path: what it is called in messages. Raises RevocationError as `revoked_in`."""
     try:
         listed = x509.load_pem_x509_crl(content)
         key = ca.public_key()

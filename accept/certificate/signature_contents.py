@@ -55,7 +55,7 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
     if stated != [[digest]]:
         raise InvalidCertificate("the document was changed after it was signed")
     signer, root = _certificates(signed, trusted)
-    canonical = cms.build(signer, root, digest, _lower(info["signature"].native))
+    canonical = cms.build(signer, root, digest, _lower(info["signature"].native), token_of(content))
     if not content.startswith(canonical):
         raise InvalidCertificate(
             "the signature is not encoded canonically, or carries more than certificate, digest and value"
@@ -63,6 +63,24 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
     if any(content[len(canonical) :]):
         raise InvalidCertificate("the padding behind the signature is not zero")
     return x509.load_der_x509_certificate(signer)
+
+
+def token_of(content: bytes) -> bytes | None:
+    """The timestamp beside a signature, None where there is none. Raises InvalidCertificate for anything else there."""
+    info = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]
+    beside = list(info["unsigned_attrs"])
+    if not beside:
+        return None
+    if len(beside) != 1 or beside[0]["type"].native != "signature_time_stamp_token" or len(beside[0]["values"]) != 1:
+        raise InvalidCertificate("the signature carries more than a timestamp beside it")
+    token: bytes = beside[0]["values"][0].dump()
+    return token
+
+
+def signature_of(content: bytes) -> bytes:
+    """The signature value in a hole's content."""
+    value: bytes = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]["signature"].native
+    return value
 
 
 def _lower(value: bytes) -> bytes:

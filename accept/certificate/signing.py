@@ -16,9 +16,11 @@ from pyhanko.sign.fields import MDPPerm, SigSeedSubFilter, enumerate_sig_fields
 from pyhanko.sign.general import SigningError
 from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, Signer, SimpleSigner
 from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
+from pyhanko.sign.timestamps import TimeStamper
+from pyhanko.sign.timestamps.common_utils import TimestampRequestError
 from pyhanko_certvalidator.registry import SimpleCertificateStore
 
-from accept.certificate import stamp
+from accept.certificate import stamp, timestamp
 from accept.certificate.fixed_parts import field_rectangles
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from specs.errors import AcceptError
@@ -52,13 +54,20 @@ class _Signer(LowS, SimpleSigner):
         return key.sign(data, ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
 
 
-def sign(pdf: bytes, credential: Credential, when: datetime, signer: Signer | None = None) -> bytes:
+def sign(
+    pdf: bytes,
+    credential: Credential,
+    when: datetime,
+    signer: Signer | None = None,
+    stamping: TimeStamper | None = None,
+) -> bytes:
     """The document with one more signature; the bytes before it stay as they are.
 
-    when : time of signing with its zone; the bench's clock, not a trusted timestamp.
+    when : time of signing with its zone; the bench's clock.
     signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
+    stamping : asked for a trusted timestamp in place of the credential's authority.
     Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
-    certificate.
+    certificate, or no timestamp where one is wanted.
     """
     if when.tzinfo is None:
         raise SigningRefused("the time of signing has no time zone")
@@ -68,7 +77,11 @@ def sign(pdf: bytes, credential: Credential, when: datetime, signer: Signer | No
         raise SigningRefused(f"{words} UTC; what it signs would not verify")
     try:
         _check_order(pdf, credential.role)
-        return asyncio.run(_append(pdf, credential, when.replace(microsecond=0), signer or _signer(credential)))
+        asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
+        moment = when.replace(microsecond=0)
+        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked))
+    except (TimestampRequestError, OSError) as e:
+        raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
     except (PdfError, SigningError) as e:
         raise SigningRefused(f"cannot be signed as {credential.role}: {e}") from e
 
@@ -82,16 +95,20 @@ def _check_order(pdf: bytes, role: str) -> None:
         raise SigningRefused(f"signed by {have}; {role} signs after {need}")
 
 
-async def _append(pdf: bytes, credential: Credential, when: datetime, by: Signer) -> bytes:
+async def _append(
+    pdf: bytes, credential: Credential, when: datetime, by: Signer, stamping: TimeStamper | None = None
+) -> bytes:
+    room = RESERVED + (timestamp.LARGEST if stamping else 0)
     left, bottom, right, top = field_rectangles()[credential.role]
     signer = PdfSigner(
         _metadata(credential),
         signer=by,
+        timestamper=stamping,
         stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
     )
     session = signer.init_signing_session(IncrementalPdfFileWriter(io.BytesIO(pdf)), existing_fields_only=True)
     session.system_time = when
-    document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * RESERVED)
+    document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
     out = io.BytesIO()
     prepared, _ = document.digest_tbs_document(output=out)
     attributes = PdfCMSSignedAttributes(signing_time=when)

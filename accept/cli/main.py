@@ -17,7 +17,7 @@ from accept.cli.options import spread
 from accept.cli.responses import compare, frf, gap, lookup_app, misalign
 from accept.cli.store import app as store_app
 from accept.commands.bench.run_options import RunOptions
-from accept.commands.options import LargeRecords, Operator, QaPassphrase
+from accept.commands.options import LargeRecords, Operator, QaPassphrase, TimeStamping
 from accept.commands.units.options import BatchOptions, ReportOptions
 
 app = typer.Typer(
@@ -106,11 +106,12 @@ def countersign(
     certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
     passphrase_file: QaPassphrase = None,
     records: LargeRecords = None,
+    tsa: TimeStamping = None,
 ) -> None:
     """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
     from accept.commands.trust import countersign as command
 
-    raise typer.Exit(command.run(certificate, passphrase_file, records))
+    raise typer.Exit(command.run(certificate, passphrase_file, records, tsa))
 
 
 @app.command()
@@ -121,12 +122,14 @@ def verify(
     require: Annotated[str, typer.Option(help="Also require: accepted,countersigned.")] = "",
     spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
     demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
+    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
 ) -> None:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
     from accept.commands.trust import verify as command
 
     required = [word.strip() for word in require.split(",") if word.strip()]
-    raise typer.Exit(command.run(certificate, command.VerifyOptions(trust or [], records, required, spec, demo)))
+    options = command.VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [])
+    raise typer.Exit(command.run(certificate, options))
 
 
 @spec_app.command("list")

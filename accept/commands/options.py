@@ -21,3 +21,6 @@ ClusterAt = Annotated[
     str | None,
     typer.Option("--cluster", help="Dask scheduler (tcp://HOST:8786), or local."),
 ]
+TimeStamping = Annotated[
+    str | None, typer.Option("--tsa", envvar="ACCEPT_TSA", help="URL of a time stamping authority (RFC 3161).")
+]

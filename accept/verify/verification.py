@@ -4,7 +4,7 @@ import hashlib
 import io
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 from pathlib import Path
@@ -24,7 +24,7 @@ from pyhanko.sign.validation import (
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
-from accept.certificate import attachments, authority
+from accept.certificate import attachments, authority, timestamp
 from accept.certificate.attachments import Rejudge
 from accept.certificate.authority import same_person
 from accept.certificate.content import CertificateContent
@@ -32,10 +32,11 @@ from accept.certificate.errors import InvalidCertificate, one_line
 from accept.certificate.keys import QA, ROLES, TECHNICIAN
 from accept.certificate.page_check import check_page
 from accept.certificate.provenance import statements
-from accept.certificate.revocation import Revoked
-from accept.certificate.signature_contents import byte_range, check_hole, read_hole
+from accept.certificate.revocation import RevocationError, Revoked, entries_of
+from accept.certificate.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
 from accept.certificate.spec_approval import check_spec
 from accept.certificate.step import Step
+from accept.certificate.timestamp import Stamped
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
@@ -56,12 +57,15 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Signed:
-    """One valid signature. doubt: why its time alone does not carry it, None where it does."""
+    """One valid signature. doubt: why its time alone does not carry it, None where it does. stamped: the timestamp
+    beside it, None where there is none."""
 
     role: str
     person: str
     when: datetime
     doubt: str | None = None
+    serial_number: int = 0  # of the signer's certificate
+    stamped: Stamped | None = None
 
 
 @dataclass(frozen=True)
@@ -101,25 +105,28 @@ def verify(
     records: Path | None = None,
     revoked: Sequence[Revoked] = (),
     known: Callable[[CertificateContent], Step] | None = None,
+    stamping: Sequence[x509.Certificate] = (),
 ) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
 
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
     only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
-    revoked. known : what a bench's own store says of it. Never raises on any bytes.
+    revoked. known : what a bench's own store says of it. stamping : trusted roots of time stamping authorities. Never
+    raises on any bytes.
     """
     details: list[str] = []
     try:
         roots = _roots(trust, demo)
-        signatures, signed = _signatures(pdf, roots, now or datetime.now(UTC), revoked)
+        signatures, signed = _signatures(pdf, roots, now or datetime.now(UTC), revoked, stamping)
         _check_persons(signatures)
-        details += [_words(s) for s in signatures]
+        details += [line for s in signatures for line in (_words(s), _words_of_time(s))]
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
         contents = _guarded("the attachments", attachments.read, signed)
         details += [
             one_line(f"{k.lower()}: {v}") for k, v in _guarded("the statements", statements, contents).items() if v
         ]
+        _guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
         judged = contents
         if records is not None:
             judged = _guarded("the records", attachments.with_records, contents, records)
@@ -182,7 +189,11 @@ def _guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any)
 
 
 def _signatures(
-    pdf: bytes, trust: Sequence[x509.Certificate], now: datetime, revoked: Sequence[Revoked]
+    pdf: bytes,
+    trust: Sequence[x509.Certificate],
+    now: datetime,
+    revoked: Sequence[Revoked],
+    stamping: Sequence[x509.Certificate],
 ) -> tuple[tuple[Signed, ...], bytes]:
     """The valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
@@ -197,7 +208,8 @@ def _signatures(
     ]
     found = [
         _guarded(
-            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, covers_all=p[2] == len(pdf)
+            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, stamping,
+            covers_all=p[2] == len(pdf),
         )
         for s, c, p in zip(embedded, certificates, places, strict=True)
     ]
@@ -248,6 +260,7 @@ def _signature(
     trust: Sequence[x509.Certificate],
     now: datetime,
     revoked: Sequence[Revoked],
+    stamping: Sequence[x509.Certificate],
     covers_all: bool,
 ) -> Signed:
     role = str(embedded.field_name)
@@ -259,19 +272,57 @@ def _signature(
     _check_by_pyhanko(embedded, trust, when, covers_all)
     if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
         raise InvalidCertificate("the technician's signature does not forbid later changes")
-    return Signed(role, authority.person_of(certificate), when, _doubt(certificate, when, revoked))
+    stamped = _stamped(embedded, when, stamping)
+    doubt = _doubt(certificate, when, revoked, stamped)
+    return Signed(role, authority.person_of(certificate), when, doubt, certificate.serial_number, stamped)
 
 
-def _doubt(certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked]) -> str | None:
+def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:
+    """The timestamp beside a signature. Raises InvalidCertificate for one that is wrong, or says another day than the
+    signer's clock."""
+    token = token_of(embedded.pkcs7_content)
+    if token is None:
+        return None
+    found = timestamp.checked(token, signature_of(embedded.pkcs7_content), roots)
+    if abs(found.when - when) > _CLOCK_SLACK:
+        raise InvalidCertificate(
+            f"it says that it was signed at {when:%Y-%m-%d %H:%M}, its timestamp says {found.when:%Y-%m-%d %H:%M} UTC"
+        )
+    return found
+
+
+def _check_attached_list(
+    contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
+) -> None:
+    """Keys that were revoked already when the unit was judged, by the list as it was then."""
+    given = contents.provenance.get("crl")
+    if given is None:
+        return
+    for ca in roots:
+        try:
+            entries = entries_of(str(given).encode(), "the attached list", ca)
+        except RevocationError:
+            continue  # of another authority among those trusted
+        for entry in entries:
+            for signed in signatures:
+                if signed.serial_number == entry.serial_number and signed.when >= entry.since:
+                    raise InvalidCertificate(f"the key of {signed.person} was revoked on {entry.since:%Y-%m-%d}")
+        return
+    raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
+
+
+def _doubt(
+    certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked], stamped: Stamped | None
+) -> str | None:
     """Raises InvalidCertificate for a signature made after its key was revoked. One made before holds, unless somebody
-    else may have the key: he could have set the clock back."""
+    else may have the key: he could have set the clock back, but not that of a trusted timestamp."""
     person = authority.person_of(certificate)
     for entry in revoked:
         if entry.serial_number != certificate.serial_number:
             continue
         if when >= entry.since:
             raise InvalidCertificate(f"the key of {person} was revoked on {entry.since:%Y-%m-%d}, before it signed")
-        if entry.compromised:
+        if entry.compromised and not (stamped and stamped.trusted and stamped.when < entry.since):
             return f"the key of {person} was compromised, and only its owner's clock says that it signed before"
     return None
 
@@ -309,8 +360,19 @@ def _check_by_pyhanko(
     allowed = ModificationLevel.NONE if covers_all else ModificationLevel.FORM_FILLING
     if status.coverage != expected or level is None or level > allowed:
         raise InvalidCertificate(f"the document was changed after the {embedded.field_name} signed it")
-    if not status.bottom_line:
+    if not replace(status, timestamp_validity=None).bottom_line:  # `timestamp.checked` looks at that
         raise InvalidCertificate(f"the {embedded.field_name}'s signature does not hold: {status.summary()}")
+
+
+def _words_of_time(signed: Signed) -> str:
+    """Which time it is: a trusted timestamp's, or the bench's clock."""
+    by_heads = "the bench's clock; the signed heads of its store order certificates"
+    if signed.stamped is None:
+        return f"time of the {signed.role}: {by_heads}"
+    at = f"timestamp of {signed.stamped.when:%Y-%m-%d %H:%M:%S} UTC by {one_line(signed.stamped.by)}"
+    if signed.stamped.trusted:
+        return f"time of the {signed.role}: trusted {at}"
+    return f"time of the {signed.role}: {by_heads}; a {at}, who is not trusted here (--tsa-trust)"
 
 
 def _words(signed: Signed) -> str:

@@ -1,6 +1,7 @@
 """From a judged unit to a signed certificate that is verified on the spot."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,10 @@ from accept.certificate.certify import certify, sign_into
 from accept.certificate.examine import drawn
 from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.provenance import provenance_of
+from accept.certificate.revocation import FILE, kept
 from accept.certificate.signing import SigningRefused
 from accept.certificate.spec_approval import approval_of
+from accept.certificate.timestamp import VARIABLE
 from accept.store import fold
 from accept.verify.against_store import check_copies
 from accept.verify.rejudge import read_certificate, verify_file
@@ -62,7 +65,8 @@ def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
     if not passphrase:
         raise keys.KeysError("no passphrase was typed; nothing was signed")
     several = role == TECHNICIAN and len(list(keys.person_files(session.home, role))) > 1
-    return keys.unlock(session.home, role, passphrase, session.operator if several else None)
+    credential = keys.unlock(session.home, role, passphrase, session.operator if several else None)
+    return replace(credential, tsa=os.environ.get(VARIABLE) or None)
 
 
 def _keep_older(path: Path) -> None:
@@ -85,4 +89,5 @@ def _provenance(session: Session, credential: Credential) -> dict[str, Any]:
     approval = approval_of(session.spec, session.home, credential.ca)
     before = fold(session.before_attempt()).units.get(session.serial)
     number = session.attempt.number
-    return provenance_of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo)
+    crl = kept(keys.folder(session.home) / FILE)
+    return provenance_of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo, crl=crl)

@@ -3,6 +3,7 @@
 import getpass
 import os
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -43,9 +44,10 @@ def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE
     return keys.passphrase(given, prompt=(lambda: terminal_prompt(words) or "") if sys.stdin.isatty() else None)
 
 
-def bench_credential(home: Path, operator: str | None) -> Credential | None:
+def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -> Credential | None:
     """The technician's key of the bench, made when there is none. None, and a word why, when no passphrase is given:
-    the units are judged all the same. operator: who is said to judge; None is whoever has the key.
+    the units are judged all the same. operator: who is said to judge; None is whoever has the key. tsa:
+    URL of the time stamping authority to ask, if any.
 
     Raises KeysError, also where another than the operator would sign: the signer is the operator on the record.
     """
@@ -65,7 +67,7 @@ def bench_credential(home: Path, operator: str | None) -> Credential | None:
     for words in (credential.warning(datetime.now(UTC)), *_exposed(home)):
         if words:
             say(f"warning: {words}")
-    return credential
+    return replace(credential, tsa=tsa)
 
 
 def _known(home: Path, operator: str | None) -> str | None:

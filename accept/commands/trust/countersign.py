@@ -1,5 +1,6 @@
 """`accept countersign`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from accept.base.console import clear_errors, say
@@ -17,7 +18,7 @@ from accept.verify.verification import Outcome
 
 
 @clear_errors
-def run(path: Path, passphrase_file: Path | None, records: Path | None = None) -> Exit:
+def run(path: Path, passphrase_file: Path | None, records: Path | None = None, tsa: str | None = None) -> Exit:
     """Verify, then sign as QA and replace the file; what is not valid and judged again is not signed."""
     content = read_certificate(path)
     before = verify_here(content, VerifyOptions(records=records))
@@ -27,6 +28,7 @@ def run(path: Path, passphrase_file: Path | None, records: Path | None = None) -
         say(f"not countersigned: {before.reason}")
         return Exit.INCOMPLETE if before.outcome is Outcome.SIGNED else Exit.REJECTED
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
+    credential = replace(credential, tsa=tsa)
     with open_store() as store:
         sign_into(path, content, credential, store, before.serial, credential.person)
     say(f"{before.serial} {before.verdict}: countersigned by {credential.person}")

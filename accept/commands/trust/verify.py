@@ -27,13 +27,15 @@ class RequirementError(AcceptError, ValueError):
 @dataclass(frozen=True)
 class VerifyOptions:
     """trust: CA certificates instead of this bench's. records: folder with what was too large to attach. require: what
-    must be true beside validity. spec: the spec that it must have been judged by. demo: of a demonstration."""
+    must be true beside validity. spec: the spec that it must have been judged by. demo: of a demonstration. stamping:
+    root certificates of time stamping authorities."""
 
     trust: Sequence[Path] = ()
     records: Path | None = None
     require: Sequence[str] = field(default=())
     spec: str | None = None
     demo: bool = False
+    stamping: Sequence[Path] = ()
 
 
 @clear_errors
@@ -79,4 +81,12 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
     known = check_copies if not options.demo and store_is_there(home()) else None
-    return verify(pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known)
+    stamping = [keys.certificate_of(path) for path in options.stamping or _kept_roots(place)]
+    return verify(
+        pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
+    )
+
+
+def _kept_roots(place: Path) -> list[Path]:
+    """Of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem among its keys."""
+    return sorted(keys.folder(place).glob("tsa*.pem"))

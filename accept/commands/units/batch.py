@@ -22,7 +22,7 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
     """Judge the units at or below `paths`. See `accept.batch.run`."""
     if wanted.model is not None:
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
-    credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator)
+    credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
         order = judge_batch.BatchRequest(

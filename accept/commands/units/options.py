@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName
+from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName, TimeStamping
 
 ExplainBy = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
 
@@ -25,6 +25,7 @@ class BatchOptions:
     operator: Operator = None
     bench: BenchPath = None
     model: ExplainBy = None
+    tsa: TimeStamping = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,3 +37,4 @@ class ReportOptions:
     operator: Operator = None
     bench: BenchPath = None
     model: ExplainBy = None
+    tsa: TimeStamping = None

@@ -10,9 +10,11 @@ from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import reasons
+from accept.certificate import keys
 from accept.certificate.certify import certify
 from accept.certificate.examine import examine
 from accept.certificate.provenance import provenance_of
+from accept.certificate.revocation import FILE, kept
 from accept.certificate.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
@@ -36,12 +38,12 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     chosen = judge_batch.spec_for(one, specs_for(wanted.spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(wanted.bench), chosen.checks, today) if wanted.bench else None
-    credential = bench_credential(home(), wanted.operator)
+    credential = bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:
         before = fold(store.events(one.serial)).units.get(one.serial)
         approval = approval_of(chosen, home(), credential.ca if credential else None)
-        stated_too = provenance_of(before, store.signed_head(), approval)
+        stated_too = provenance_of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
         start = StartModel.of(chosen, wanted.model)
         examined = partial(examine, one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
         judged = examined()
