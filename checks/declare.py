@@ -18,7 +18,8 @@ from specs.units import unit_of
 
 @dataclass(frozen=True)
 class Scalar:
-    """One number in the unit that its name says. lo, hi: what is plausible at all; outside it the entry is refused."""
+    """One number in the unit that its name says. lo, hi: what is plausible at all; outside it the entry is refused.
+    usual: what is asked about outside it, since a power of ten or another unit is easily mistyped."""
 
     name: str
     label: str
@@ -26,6 +27,7 @@ class Scalar:
     hi: float = np.inf
     optional: bool = False
     default: float | None = None
+    usual: tuple[float, float] | None = None
 
     @property
     def unit(self) -> str:
@@ -35,13 +37,14 @@ class Scalar:
 @dataclass(frozen=True)
 class Vector:
     """A fixed number of values in the unit that the name says, typed or taken in a stated order. item: what one of them
-    is called."""
+    is called; usual: as of a scalar."""
 
     name: str
     label: str
     size: int
     optional: bool = False
     item: str = "value"
+    usual: tuple[float, float] | None = None
 
     @property
     def unit(self) -> str:
@@ -109,10 +112,11 @@ class Setting:
 @dataclass(frozen=True)
 class Guide:
     """What the technician is told at a check's step. words: two sentences; picture: lines of a drawing, at most 33
-    columns wide; "" for none."""
+    columns wide; drive: who starts it, and at which amplitude; "" for none."""
 
     words: str
     picture: str = ""
+    drive: str = ""
 
 
 @dataclass(frozen=True)
@@ -124,6 +128,7 @@ class Check:
     section : the check whose data this one reads too; its forms are then the other's.
     model : the setting that names a model; the check finds it open among its values, as `model`.
     guide : what the workflow shows at its step; made of the declaration where there is none.
+    short : its name in a list, at most 16 letters; the beginning of the title where there is none.
     """
 
     name: str
@@ -137,6 +142,7 @@ class Check:
     section: str | None = None
     model: str | None = None
     guide: Guide | None = None
+    short: str = ""
 
     @property
     def reads(self) -> str:

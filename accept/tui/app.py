@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from textual.app import App
 from textual.binding import Binding, BindingType
 
+from accept.tui import theme
 from accept.tui.screens.help import Help
 from accept.tui.screens.start import Begin, Given, StartScreen
 
@@ -31,6 +32,7 @@ class BenchApp(App[None]):
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]  # noqa: RUF012 - declared so by textual
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
+        Binding("f12", "light_or_dark", "Light or dark", priority=True, show=False),
     ]
 
     def __init__(self, load: "Callable[[], Workbench]", given: Given | None = None) -> None:
@@ -38,6 +40,14 @@ class BenchApp(App[None]):
         self.load, self.given, self.done = load, given or Given(), RunOutcome()
         self.session: Session | None = None
         self.bench: Workbench | None = None
+        self.ansi_theme_dark, self.ansi_theme_light = theme.ANSI_DARK, theme.ANSI_LIGHT
+        for one in theme.THEMES:
+            self.register_theme(one)
+        self.theme = theme.asked_for()
+
+    def action_light_or_dark(self) -> None:
+        """The other theme, for a bright bench or a dark one."""
+        self.theme = theme.LIGHT if self.theme == theme.DARK else theme.DARK
 
     def on_mount(self) -> None:
         self.show_start()
@@ -92,4 +102,5 @@ class BenchApp(App[None]):
             )
             told = getattr(screen, "help_text", None)
             words = told() if callable(told) else "Enter goes on, Esc goes back."
-            self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}"))
+            always = f"  {'f12':<12}Light or dark\n  {'^q':<12}Quit; the next start continues here"
+            self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}\n{always}"))

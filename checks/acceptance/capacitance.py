@@ -25,6 +25,7 @@ PICTURE = """\
 CHECK = Check(
     name="capacitance",
     title="Capacitance of the stacks at 1 kHz",
+    short="Capacitance",
     kinds=("apa",),
     forms=(
         Form(
@@ -42,5 +43,6 @@ CHECK = Check(
         "Discharge the stacks: short them briefly. Set the LCR meter to 1 kHz and measure the sensor stack alone. "
         "Then measure the two actuator stacks in parallel.",
         PICTURE,
+        drive="none; disconnect the amplifier",
     ),
 )

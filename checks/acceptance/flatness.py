@@ -12,6 +12,7 @@ from checks.picture import Band, Heights, Line, Panel
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from specs.spec import CheckSpec, StatedU
 
+USUAL_UM = (-200.0, 200.0)  # of a height over point 1: beyond it the probe slipped, or the unit is another
 POSITIONS_MM = [[-29.5, 9], [-16, 9], [-16, -9], [-29.5, -9], [16, 9], [29.5, 9], [29.5, -9], [16, -9]]
 MIN_POINTS_PER_INTERFACE = 4  # three points always lie in a plane: they would show a flatness of zero
 APART_MM = 0.1  # closer than a probe is placed: one position read twice
@@ -180,10 +181,11 @@ PICTURE = """\
 CHECK = Check(
     name="flatness",
     title="Flatness of the two interface planes",
+    short="Flatness",
     kinds=("apa",),
     forms=(
         Form("points", (CsvTable("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
-        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8, item="height"),)),
+        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8, item="height", usual=USUAL_UM),)),
     ),
     quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),
     measure=measure,
@@ -193,5 +195,6 @@ CHECK = Check(
         "Place the part on the table. Set the probe to zero at point 1, then measure points 1 to 8 in this order. "
         "Read each height when the probe has settled. You can load a table of points instead.",
         PICTURE,
+        drive="none; the amplifier is off",
     ),
 )

@@ -221,6 +221,7 @@ PICTURE = """\
 CHECK = Check(
     name="hysteresis",
     title="Hysteresis under slow sines",
+    short="Hysteresis",
     kinds=("apa", "strut"),
     forms=(
         Form(
@@ -253,5 +254,6 @@ CHECK = Check(
         "Drive the unit with slow sines of increasing amplitude and record voltage and encoder. "
         "Do not touch the bench during the record.",
         PICTURE,
+        drive="you start it: sines of 0.1 Hz, 0.1 V to 4 V at the DAC about 3.25 V (accept excite sine)",
     ),
 )

@@ -196,6 +196,7 @@ PICTURE = """\
 CHECK = Check(
     name="sensor_highpass",
     title="High-pass of the sensor stack and its resistor",
+    short="High-pass",
     kinds=("apa",),
     forms=(
         Form(
@@ -225,5 +226,6 @@ CHECK = Check(
         "Record the slow sweep with the resistor across the sensor stack, then without the resistor. "
         "Enter the resistance from the label or measure it.",
         PICTURE,
+        drive="you start it: the slow sweep from 0.1 Hz, 1 V at the DAC about 3.25 V (accept excite sweep)",
     ),
 )

@@ -247,6 +247,7 @@ PICTURE = """\
 CHECK = Check(
     name="spurious_modes",
     title="Spurious modes: bending and torsion, by hammer",
+    short="Spurious modes",
     kinds=("apa",),
     forms=(
         Form(
@@ -273,5 +274,6 @@ CHECK = Check(
         "Hit with the hammer at the point in the drawing, about ten single hits per record; vibrometer opposite. "
         "Wait until the vibration has decayed before the next hit. Repeat double hits.",
         PICTURE,
+        drive="none; you hit by hand",
     ),
 )

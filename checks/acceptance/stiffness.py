@@ -266,6 +266,7 @@ PICTURE = """\
 CHECK = Check(
     name="stiffness",
     title="Axial stiffness from an added mass",
+    short="Stiffness",
     kinds=("apa",),
     forms=(
         Form("values", (Scalar("k_N_per_um", "axial stiffness, circuit closed", lo=0.0, hi=1000.0),)),
@@ -274,7 +275,7 @@ CHECK = Check(
             (
                 Series("closed_circuit", "mass added and removed, stacks on the amplifier", _CHANNELS),
                 Series("open_circuit", "mass added and removed, stacks open", _CHANNELS, optional=True),
-                Scalar("mass_kg", "added mass", lo=0.01, hi=1000.0),
+                Scalar("mass_kg", "added mass", lo=0.01, hi=1000.0, usual=(2.0, 15.0)),
             ),
         ),
     ),
@@ -297,5 +298,6 @@ CHECK = Check(
         "Weigh the mass. Connect the amplifier and record the encoder: add the mass at 15 s, remove it at 22 s. "
         "Disconnect the stacks and repeat.",
         PICTURE,
+        drive="none; the amplifier holds 0 V, then the stacks are open",
     ),
 )

@@ -261,6 +261,7 @@ PICTURE = """\
 CHECK = Check(
     name="stroke",
     title="Stroke of the three stacks, -20 V to 150 V",
+    short="Stroke",
     kinds=("apa",),
     forms=(
         Form("values", (Scalar("stroke_um", "stroke of the three stacks", lo=0.0, hi=2000.0),)),
@@ -294,5 +295,6 @@ CHECK = Check(
         "Set the gauge on the top. Drive one stack from -20 V to 150 V and back, then the other two stacks. "
         "Load both records, or enter the stroke of all three stacks.",
         PICTURE,
+        drive="you start it: slow sine, -1 V to 7.5 V at the DAC, -20 V to 150 V on the stacks",
     ),
 )

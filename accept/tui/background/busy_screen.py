@@ -55,8 +55,8 @@ class Working(Screen[T]):
         return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
 
     def say(self, words: str, role: str = "quiet") -> None:
-        """One line at the foot of the screen. role: quiet, good, bad."""
-        mark = {"good": "✓ ", "bad": "✗ "}.get(role, "")
+        """One line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
+        mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")
         for status in self.query("#status").results(Label):
             status.set_classes(role)
             status.update(f"{mark}{words}".replace("[", r"\["))

@@ -14,7 +14,7 @@ class DerivedScreen(StepView):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f3", "compare", "Compare"),
         Binding("f5", "note", "Note"),
-        Binding("f7", "picture", "Plot"),
+        Binding("f7", "picture", "Plots"),
         Binding("escape", "leave", "Back"),
     ]
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import Label, Static
+from textual.widgets import Static
 
 from accept.gap.text import REFUSED, alternatives, headline_of, number, parameters, values_of, without_a_name
 from accept.pictures import signs
@@ -14,11 +14,11 @@ from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
 from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
-TITLE = "Gap analysis"
-_WORDS = (
+WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
     "and tests the result on records that were not fitted. Takes up to a minute; does not change any verdict."
 )
@@ -29,12 +29,12 @@ class Explain(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("f3", "search", "Analyse"),
-        Binding("f7", "picture", "Plot"),
+        Binding("f7", "picture", "Plots"),
         Binding("escape", "leave", "Back"),
     ]
 
     def __init__(self, bench: Workbench, session: Session) -> None:
-        super().__init__(bench, session, _WORDS)
+        super().__init__(bench, session, WORDS, GAP)
 
     def parts(self) -> ComposeResult:
         yield Static("", id="answer", markup=False)
@@ -42,7 +42,8 @@ class Explain(Page):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one("#head", Label).update(f"{TITLE}  ·  {self.session.serial}")
+        self.query_one("#head", Static).update(Text(GAP_TITLE, "bold"))
+        self.query_one("#setup").display = False
         self._show()
         if self.session.gap is None:
             self.action_search()
@@ -52,8 +53,10 @@ class Explain(Page):
     def _show(self) -> None:
         found = self.session.gap
         if self.alive and found is not None:
+            self.query_one("#main").add_class("complete")
             self.query_one("#answer", Static).update(answer(found))
             self.query_one(Pictures).show(self.session.gap_panels)
+        self.show_around()
 
     def action_search(self) -> None:
         if self.stop is not None:
@@ -77,7 +80,7 @@ class Explain(Page):
 
     def help_text(self) -> str:
         return (
-            f"{_WORDS}\n\nG is the squared residual over noise and the model's tolerance, per degree of freedom; "
+            f"{WORDS}\n\nG is the squared residual over noise and the model's tolerance, per degree of freedom; "
             "G of 1 or less is agreement. The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
         )
 

@@ -1,37 +1,46 @@
-"""What the screens of a step share: head, words, a body that scrolls, pictures, a line that says what goes on."""
+"""What the screens of a step share: unit and steps around, head, words, a body that scrolls, a line that says what
+goes on."""
 
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Footer, Label, Static
 
 from accept.tui.background.busy_screen import Working
+from accept.tui.screens.plots import Plots
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.step_list import StepList
+from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
 
 class Page(Working[bool]):
-    """Its head is set through `#head`; words: what to do here."""
+    """Its head is set through `#head`; words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("pageup", "page(-1)", show=False),
         Binding("pagedown", "page(1)", show=False),
     ]
 
-    def __init__(self, bench: Workbench, session: Session, words: str) -> None:
+    def __init__(self, bench: Workbench, session: Session, words: str, row: str) -> None:
         super().__init__()
-        self.bench, self.session, self._words = bench, session, words
+        self.bench, self.session, self._words, self._row = bench, session, words, row
 
     def compose(self) -> ComposeResult:
-        yield Label("", id="head", classes="title", markup=False)
-        yield Static(self._words, id="words", markup=False)
-        with VerticalScroll(id="body", can_focus=False):
-            yield from self.parts()
-            yield Pictures()
+        yield UnitBar(self.session)
+        with Horizontal(id="main"):
+            yield StepList(self.session, live=False)
+            with Vertical(id="pane"):
+                yield Static("", id="head", markup=False)
+                yield Static(self._words, id="words", markup=False)
+                yield Static("", id="setup", markup=False)
+                with VerticalScroll(id="body", can_focus=False):
+                    yield from self.parts()
+                    yield Pictures()
         yield Label("", id="status")
         yield Footer(compact=True)
 
@@ -39,9 +48,22 @@ class Page(Working[bool]):
         """What stands in the body, above the pictures."""
         yield Findings(id="findings")
 
+    def show_around(self) -> None:
+        """Unit and steps, as they are now."""
+        for bar in self.query(UnitBar):
+            bar.show()
+        for rail in self.query(StepList):
+            rail.show()
+            rail.stand_at(self._row)
+        self.refresh_bindings()
+
     def action_picture(self) -> None:
-        self.query_one(Pictures).next()
-        self.call_after_refresh(self.query_one("#body", VerticalScroll).scroll_end, animate=False)
+        """The pictures on the whole screen."""
+        panels = self.query_one(Pictures).panels
+        if panels:
+            self.app.push_screen(Plots(panels))
+        else:
+            self.say("No plot yet")
 
     def action_page(self, way: int) -> None:
         body = self.query_one("#body", VerticalScroll)

@@ -1,21 +1,39 @@
-"""Choosing a record file: the folder's newest first, looked at again every second, so that a record that has just been
-written appears by itself."""
+"""Choosing a record file: the folder's newest first, with time, size and content, looked at again every second, so that
+a record that has just been written appears by itself."""
 
 import os
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.widgets import Label, OptionList
-from textual.widgets.option_list import Option
+from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import Working
 
-SUFFIXES = {".mat", ".csv", ".uff", ".unv", ".tdms", ".txt"}
+TYPES = {
+    ".mat": "MATLAB",
+    ".csv": "table",
+    ".uff": "UFF",
+    ".unv": "UFF",
+    ".tdms": "TDMS",
+    ".txt": "text",
+}
 _MOST = 500  # of one folder
+_PREVIEW_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One file. mtime: seconds of the epoch."""
+
+    name: str
+    mtime: float
+    size: int
 
 
 @dataclass(frozen=True)
@@ -23,7 +41,7 @@ class Listing:
     """One look at a folder: folders by name, files newest first."""
 
     folders: tuple[str, ...]
-    files: tuple[str, ...]
+    files: tuple[Entry, ...]
 
 
 def look(folder: Path) -> Listing:
@@ -31,15 +49,53 @@ def look(folder: Path) -> Listing:
     with os.scandir(folder) as found:
         seen = [entry for entry in found if not entry.name.startswith(".")]
     folders = sorted(entry.name for entry in seen if entry.is_dir())
-    files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in SUFFIXES]
-    files.sort(key=lambda entry: (-entry.stat().st_mtime_ns, entry.name))
-    return Listing(tuple(folders[:_MOST]), tuple(entry.name for entry in files[:_MOST]))
+    files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
+    listed = [Entry(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
+    listed.sort(key=lambda entry: (-entry.mtime, entry.name))
+    return Listing(tuple(folders[:_MOST]), tuple(listed[:_MOST]))
+
+
+def content_words(path: Path, size: int) -> str:
+    """What a file holds: its channels with their lengths, or why it cannot be read."""
+    from checks.errors import RecordError
+    from hw.records import list_channels  # readers load slowly: only when a file is looked into
+
+    if size > _PREVIEW_MOST:
+        return f"{size_words(size)}: too large to look into here"
+    try:
+        found = list_channels(path)
+    except (RecordError, OSError) as e:
+        return f"✗ {e}"
+    vectors = {name: max(shape) for name, shape in found.items() if shape and max(shape) > 1}
+    single = [name for name, shape in found.items() if name not in vectors]
+    lengths = set(vectors.values())
+    words = f"Channels: {', '.join(vectors)}" if vectors else "No channels"
+    words += f"\n{lengths.pop()} samples each" if len(lengths) == 1 else ""
+    return words + (f"; single values: {', '.join(single[:8])}" if single else "")
+
+
+def size_words(size: int) -> str:
+    """Bytes in the largest unit that leaves a number above one."""
+    for unit in ("B", "kB", "MB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000  # type: ignore[assignment]
+    return f"{size:.3g} GB"
+
+
+def age_words(mtime: float, now: float) -> str:
+    """When a file was written: how long ago within the hour, else the time, and the day where it is another."""
+    passed, then = now - mtime, datetime.fromtimestamp(mtime)
+    if 0 <= passed < 3600:
+        return f"{passed:.0f} s ago" if passed < 60 else f"{passed / 60:.0f} min ago"
+    return then.strftime("%H:%M" if then.date() == datetime.fromtimestamp(now).date() else "%Y-%m-%d %H:%M")
 
 
 class Pick(Working[Path | None]):
     """Dismisses with the file, None after Escape."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "choose", show=False, priority=True),
         Binding("escape", "leave", "Back"),
         Binding("backspace", "up", "Folder above"),
     ]
@@ -54,12 +110,17 @@ class Pick(Working[Path | None]):
         with Vertical(classes="dialog tall"):
             yield Label(f"File for: {self._what}", classes="title", markup=False)
             yield Label("", id="folder", markup=False)
-            yield OptionList(id="files", markup=False)
+            yield DataTable(id="files", cursor_type="row")
+            yield Static("", id="preview", markup=False)
             yield Label("New files appear here. Enter: choose, Esc: cancel", id="status")
 
     def on_mount(self) -> None:
         if not self.alive:
             return
+        table = self.query_one(DataTable)
+        for title, width in (("file", None), ("written", 16), ("size", 8), ("type", 7)):
+            table.add_column(title, key=title, width=width)
+        table.focus()
         self._open(self._folder)
         self.set_interval(1.0, self._again)
 
@@ -77,28 +138,51 @@ class Pick(Working[Path | None]):
         if folder != self._folder or listing == self._listing:
             return
         if self._listing is None:
-            self._first = frozenset(listing.files)
+            self._first = frozenset(entry.name for entry in listing.files)
         self._listing = listing
         self._fill(listing)
 
     def _fill(self, listing: Listing) -> None:
-        shown = self.query_one(OptionList)
-        before = shown.highlighted_option.id if shown.highlighted_option else None
-        shown.clear_options()
-        for name in listing.files:
-            new = "  ← new" if name not in self._first else ""
-            shown.add_option(Option(f"{name}{new}", id=f"f:{name}"))
-        shown.add_options(Option(f"{name}/", id=f"d:{name}") for name in ("..", *listing.folders))
-        ids = [f"f:{name}" for name in listing.files] + [f"d:{name}" for name in ("..", *listing.folders)]
-        shown.highlighted = ids.index(before) if before in ids else 0
+        table, now = self.query_one(DataTable), datetime.now().timestamp()
+        before = self._here()
+        table.clear()
+        for entry in listing.files:
+            new = "" if entry.name in self._first else "  ← new"
+            kind = TYPES[Path(entry.name).suffix.lower()]
+            cells = (age_words(entry.mtime, now), size_words(entry.size), kind)
+            table.add_row(Text(f"{entry.name}{new}"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}")
+        for name in ("..", *listing.folders):
+            table.add_row(Text(f"{name}/"), "", "", Text("folder", "dim"), key=f"d:{name}")
+        keys = [str(row.value) for row in table.rows]
+        table.move_cursor(row=keys.index(before) if before in keys else 0)
 
-    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        kind, _, name = str(event.option.id).partition(":")
+    def _here(self) -> str:
+        """Key of the row under the cursor, "" without any."""
+        table = self.query_one(DataTable)
+        if not table.row_count:
+            return ""
+        return str(table.coordinate_to_cell_key(table.cursor_coordinate).row_key.value)
+
+    def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
+        kind, _, name = str(event.row_key.value).partition(":")
+        self.query_one("#preview", Static).update("…" if kind == "f" else "")
+        sizes = {entry.name: entry.size for entry in self._listing.files} if self._listing else {}
+        if kind == "f" and name in sizes:
+            path, size = self._folder / name, sizes[name]
+            self.aside(lambda: (name, content_words(path, size)), self._previewed, "preview")
+
+    def _previewed(self, seen: tuple[str, str]) -> None:
+        name, words = seen
+        if self._here() == f"f:{name}":
+            self.query_one("#preview", Static).update(words)
+
+    def action_choose(self) -> None:
+        kind, _, name = self._here().partition(":")
         if kind == "f":
             self.leave(self._folder / name)
         elif name == "..":
             self.action_up()
-        else:
+        elif kind == "d":
             self._open(self._folder / name)
 
     def action_up(self) -> None:

@@ -76,6 +76,7 @@ class StartScreen(Working[Begin | None]):
         super().__init__()
         self._load, self._bench, self._given = load, bench, given
         self._known: KnownUnit | None = None
+        self._ending = False  # Escape was pressed once
 
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
@@ -127,6 +128,7 @@ class StartScreen(Working[Begin | None]):
                 line.value = part
 
     def on_input_changed(self, event: Input.Changed) -> None:
+        self._ending = False
         if event.input.id == "kind":
             self._show_parts()
         if event.input.id in ("serial", "kind"):
@@ -226,7 +228,17 @@ class StartScreen(Working[Begin | None]):
         self.query_one("#serial", Input).focus()
 
     def action_leave(self) -> None:
-        self.leave(None)
+        """The nearest thing first: the list, then the program, and that only when asked twice."""
+        shown = self.query_one("#units", OptionList)
+        if shown.display:
+            shown.display = False
+            self.query_one("#serial", Input).focus()
+            self.say("Enter: next field; on the last field it starts")
+        elif self._ending:
+            self.leave(None)
+        else:
+            self._ending = True
+            self.say("Esc again: end the program", "doubt")
 
     def help_text(self) -> str:
         return (

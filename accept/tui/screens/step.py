@@ -16,8 +16,9 @@ from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_view import StepView
 from accept.tui.widgets.fields import Field, Place, places
 from accept.tui.widgets.live_value import Gauge
+from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
-from accept.workflow.entry.parse_entry import EntryError, parse_list, parse_number, parse_scalar
+from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
@@ -28,26 +29,31 @@ from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 class StepScreen(StepView):
     """Values and files of one step, stored one by one; judged as soon as nothing is missing."""
 
+    # All before the line itself gets them: so keys act in the order in which they were pressed, however fast they come.
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f2", "pick", "File"),
-        Binding("f3", "read", "Read"),
-        Binding("f4", "repeat", "Repeat"),
-        Binding("f5", "note", "Note"),
-        Binding("f6", "way", "Input"),
-        Binding("f7", "picture", "Plot"),
-        Binding("f8", "measure_again", "Again"),
-        Binding("ctrl+z", "undo", "Undo"),
-        # before the page gets them: it would scroll where the form is longer than the screen
-        Binding("up", "app.focus_previous", show=False, priority=True),
-        Binding("down", "app.focus_next", show=False, priority=True),
-        Binding("escape", "leave", "Back"),
+        Binding("enter", "enter", show=False, priority=True),
+        Binding("f2", "pick", "File", priority=True),
+        Binding("f3", "read", "Read", priority=True),
+        Binding("f4", "repeat", "Repeat", priority=True),
+        Binding("f5", "note", "Note", priority=True),
+        Binding("f6", "way", "Input", priority=True),
+        Binding("f7", "picture", "Plots", priority=True),
+        Binding("f8", "measure_again", "Again", priority=True),
+        Binding("f9", "keep", "Keep", priority=True),
+        Binding("ctrl+z", "undo", "Undo", priority=True),
+        Binding("up", "line(-1)", show=False, priority=True),
+        Binding("down", "line(1)", show=False, priority=True),
+        Binding("escape", "leave", "Back", priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         super().__init__(bench, session, name)
         self._form = self.step.form(session.state(name).form)
+        self._reading = False
+        self._rereading: Field | None = None  # F3 was pressed once on what is saved already
 
     def parts(self) -> ComposeResult:
+        yield from super().parts()  # what came out stands on top, so that nobody has to scroll for it
         with Horizontal(id="upper"):
             with Vertical(id="form"):
                 yield Label("", id="way", markup=False)
@@ -55,12 +61,11 @@ class StepScreen(StepView):
                 yield Gauge()
             if self.step.guide.picture:
                 yield Static(self.step.guide.picture, id="guide", markup=False)
-        yield from super().parts()
 
     async def on_mount(self) -> None:
         await self._lay_out()
         self.show()
-        self.say("Enter: save the field")
+        self.say("Step complete. Esc: step list" if self.complete else "Enter: save the field")
         if self.complete:
             self.judge()
 
@@ -70,23 +75,26 @@ class StepScreen(StepView):
             return
         forms = self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not self._form)
-        self.query_one("#way", Label).update(f"input: {self._form.name}   (F6: {others})" if others else "")
+        self.query_one("#way", Label).update(f"Input: {self._form.name}   (F6: {others})" if others else "")
         self.query_one("#way").display = bool(others)
-        self.query_one("#upper").set_class(has_files(self._form), "files")
+        self.query_one("#upper").set_class(has_files(self._form) or len(list(places(self._form))) < 4, "files")
         fields = self.query_one("#fields")
         await fields.remove_children()
         if not self.alive:  # left while the old fields went
             return
         await fields.mount(*(Field(place, self.step, self.state) for place in places(self._form)))
-        self._to_next_empty(None)
+        self._go_on(None)
 
-    def _to_next_empty(self, after: Field | None) -> None:
-        """Focus the first field with nothing stored, behind `after` where there is one."""
+    def _go_on(self, after: Field | None) -> None:
+        """The cursor to the next field that nothing is saved for or under way to, behind `after` where there is one. At
+        once, so that no key comes between; and nowhere when all is there, so that nothing is overwritten unseen."""
+        self._rereading = None
         fields = list(self.query(Field))
         start = fields.index(after) + 1 if after in fields else 0
-        empty = [f for f in fields[start:] + fields[:start] if not self._has(f.place)]
-        for line in [line for first in (empty or fields)[:1] for line in first.query(Input)]:
-            self.set_focus(line)  # at once: `focus()` comes after keys that were typed meanwhile, which would be lost
+        empty = [f for f in fields[start:] + fields[:start] if not (f.pending or self._has(f.place))]
+        self.set_focus(empty[0].input if empty else None)
+        if empty and empty[0] is after:
+            empty[0].input.select_all()
 
     def _has(self, place: Place) -> bool:
         if place.is_file:
@@ -96,10 +104,8 @@ class StepScreen(StepView):
     def show(self) -> None:
         """Everything from the state of the session."""
         super().show()
-        if self.alive:
-            self.query_one("#upper").set_class(self.complete, "complete")
-            for field in self.query(Field):
-                field.show(self.state)
+        for field in self.query(Field):
+            field.show(self.state)
 
     def on_descendant_focus(self) -> None:
         self._follow()
@@ -128,100 +134,174 @@ class StepScreen(StepView):
         one = repeated(self.state.readings(name, place.index), self.step.asked, name)
         return None if one is None else Measured(one.value, one.U)
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        field = field_of(event.input)
-        if field is None:
-            return
-        if not event.value.strip():
-            self._to_next_empty(field)
-            if self.complete:
-                self.say("Step complete. Esc: step list")
-        else:
-            self._give(field, event.value, repeat=False)
+    async def action_line(self, way: int) -> None:
+        """To the line above or below."""
+        fields = [field.input for field in self.query(Field)]
+        await typed(*fields)
+        self._rereading = None
+        now = fields.index(self.focused) if self.focused in fields else (-1 if way > 0 else 0)
+        if fields:
+            self.set_focus(fields[(now + way) % len(fields)])
 
-    def _give(self, field: Field, text: str, repeat: bool) -> None:
-        """Store what was typed, or say beside the field why not."""
+    async def action_enter(self) -> None:
+        """Save what stands in the line, and go on at once: the next key belongs to the next line."""
+        field = await self._typed_field()
+        if field is None:
+            self.say("Step complete. ↑ ↓: choose a field to correct. Esc: step list")
+            self.app.bell()
+        elif not field.input.value.strip():
+            self._go_on(field)
+        else:
+            self._give(field, field.input.value, repeat=False)
+
+    async def _typed_field(self) -> Field | None:
+        """The field that the cursor is in, when every key before this one has arrived there."""
+        await typed(*(field.input for field in self.query(Field)))
+        return self._focused_field()
+
+    def _give(self, field: Field, text: str, repeat: bool, sure: bool = False) -> None:
+        """Send what was typed to the store, or say beside the field why not. sure: it was asked about already."""
         place, step = field.place, self.step.name
         try:
             match place.declared:
                 case Series() | CsvTable() as declared:
                     path = self.bench.records / Path(text.strip()).expanduser()  # an absolute one stays itself
-                    self._store(field, partial(self.session.link, step, declared, path))
-                case Scalar() as declared:
-                    self._take(field, parse_scalar(text, declared), repeat, text)
+                    self._store(field, partial(self.session.link, step, declared, path), text)
                 case Vector() as declared if len(text.replace(";", " ").split()) == declared.size:
-                    self._take_all(parse_list(text, declared), text)
+                    self._take_all(parse_list(text, declared), text, sure)
+                case Scalar() as declared:
+                    self._take(field, parse_scalar(text, declared), repeat, text, sure)
                 case _:
-                    self._take(field, parse_number(text, place.unit), repeat, text)
+                    self._take(field, parse_number(text, place.unit), repeat, text, sure)
         except EntryError as e:
-            field.refuse(str(e))
+            field.refuse(text, str(e))
+            self.say(f"{field.place.name}: {e}", "bad")
             self.app.bell()
+        self._go_on(field)
 
-    def _take(self, field: Field, measured: Measured, repeat: bool, text: str) -> None:
+    def _take(self, field: Field, measured: Measured, repeat: bool, text: str, sure: bool) -> None:
         place, step = field.place, self.step.name
+        if not sure and (question := self._doubt(place, measured.value)):
+            field.ask(text, question)
+            self.say(f"{place.name}: {question}. F9: keep it, ↑: correct it", "doubt")
+            self.app.bell()
+            return
         self._store(
             field,
             lambda: self.session.take(step, place.declared, measured, index=place.index, repeat=repeat, text=text),
+            text,
         )
 
-    def _take_all(self, values: list[float], text: str) -> None:
-        for other, value in zip(self.query(Field), values, strict=True):
-            self._take(other, Measured(value), False, text)
+    def _doubt(self, place: Place, value: float) -> str:
+        declared = place.declared
+        if not isinstance(declared, Scalar | Vector):
+            return ""
+        return doubt(value, place.unit, usual_range(declared, self.step.asked.limits))
 
-    def _store(self, field: Field, action: Callable[[], Event], doing: str = "storing") -> None:
-        self.send(action, lambda event: self._stored(field, event), doing, field.refuse)
+    def _take_all(self, values: list[float], text: str, sure: bool) -> None:
+        fields = list(self.query(Field))
+        unusual = next((q for f, v in zip(fields, values, strict=True) if (q := self._doubt(f.place, v))), "")
+        if unusual and not sure:
+            fields[0].ask(text, unusual)
+            self.say(f"{unusual}. F9: keep all", "doubt")
+            return
+        for field, value in zip(fields, values, strict=True):
+            self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
+
+    async def action_keep(self) -> None:
+        """What was asked about is meant as it was typed."""
+        here = await self._typed_field()
+        asked = [field for field in self.query(Field) if field.doubted]
+        field = here if here in asked else next(iter(asked), None)
+        if field is None or field.doubted is None:
+            return
+        text, line = field.doubted, field.input
+        if line.value != text:  # it was typed again meanwhile: that is another entry
+            self.say("The entry was changed. Enter: save it", "bad")
+            return
+        self._give(field, text, repeat=False, sure=True)
+
+    def _store(self, field: Field, action: Callable[[], Event], text: str = "", doing: str = "saving") -> None:
+        field.send()
+        self.send(action, lambda event: self._stored(field, event), doing, lambda why: self._lost(field, text, why))
 
     def _stored(self, field: Field, event: Event) -> None:
         """It is on the disk: now it may be shown."""
-        field.accept()
-        self.say(f"Saved ({event.seq})", "good")
+        field.arrived()
+        self.say(f"Saved ({event.seq})", "saved")
         self.show()
-        if self._focused_field() in (field, None):
-            self._to_next_empty(field)
         self._follow()
         if self.complete:
             self.judge()
 
+    def _lost(self, field: Field, text: str, why: str) -> None:
+        """It is not on the disk: what was typed comes back; the cursor only where it stands nowhere."""
+        field.arrived()
+        field.refuse(text, why)
+        if self.focused is None:
+            self._go_on(None)
+
     def _focused_field(self) -> Field | None:
         return field_of(self.focused) if isinstance(self.focused, Input) else None
 
-    def action_pick(self) -> None:
-        field = self._focused_field()
+    async def action_pick(self) -> None:
+        field = await self._typed_field()
         if field is None or not field.place.is_file:
             field = next((f for f in self.query(Field) if f.place.is_file and not self._has(f.place)), None)
         if field is None:
-            self.say("This step has no field for a file", "bad")
+            self.say("No empty field for a file. ↑ ↓: choose the field to replace", "bad")
             return
         chosen = field
-        self.app.push_screen(
-            Pick(chosen.place.declared.label, self.bench.records),
+        await self.app.push_screen(
+            Pick(chosen.place.name, self.bench.records),
             lambda path: self._give(chosen, str(path), repeat=False) if path else None,
         )
 
-    def action_read(self) -> None:
-        """Take the instrument's value into the line."""
-        self._read(repeat=False)
+    async def action_read(self) -> None:
+        """Take the instrument's value into the line; what is saved there already is replaced only when asked twice."""
+        field = await self._typed_field()
+        if field is None:
+            self.say("Step complete. ↑ ↓: choose a field to read again")
+        elif self._reading:
+            self.say("A reading is under way", "bad")
+        elif self._has(field.place) and self._rereading is not field:
+            self._rereading = field
+            self.say(f"{field.place.name} is saved. F3 again: replace it. F4: one more reading of it", "doubt")
+        else:
+            self._read(field, repeat=False)
 
-    def action_repeat(self) -> None:
+    async def action_repeat(self) -> None:
         """One more reading of the same value: what stands in the line, or what the instrument says."""
-        field = self._focused_field()
+        field = await self._typed_field()
         if field is not None and field.input.value.strip():
             self._give(field, field.input.value, repeat=True)
-        else:
-            self._read(repeat=True)
+        elif self._reading:
+            self.say("A reading is under way", "bad")
+        elif field is not None:
+            self._read(field, repeat=True)
 
-    def _read(self, repeat: bool) -> None:
-        field = self._focused_field()
-        instrument = self._instrument(field.place) if field is not None and not field.place.is_file else None
-        if field is None or instrument is None:
+    def _read(self, field: Field, repeat: bool) -> None:
+        place, step = field.place, self.step.name
+        instrument = None if place.is_file else self._instrument(place)
+        if instrument is None:
             self.say("No instrument for this field; type the value", "bad")
             return
-        place, step = field.place, self.step.name
+        self._reading = True
         self._store(
             field,
-            lambda: self.session.read(step, place.declared, instrument, index=place.index, repeat=repeat),
-            f"reading {instrument.name}",
+            lambda: self._read_now(
+                lambda: self.session.read(step, place.declared, instrument, index=place.index, repeat=repeat)
+            ),
+            doing=f"reading {instrument.name}",
         )
+        self._go_on(field)
+
+    def _read_now(self, read: Callable[[], Event]) -> Event:
+        """In a thread: another reading may be asked for when this one has ended, well or not."""
+        try:
+            return read()
+        finally:
+            self._reading = False
 
     def _instrument(self, place: Place) -> InstrumentPort | None:
         return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
@@ -255,24 +335,39 @@ class StepScreen(StepView):
         self.send(self.session.undo, self._changed, "undoing")
 
     def _changed(self, event: Event) -> None:
-        self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "good")
+        self.say(f"Saved ({event.seq}); the record keeps the earlier entries", "saved")
         self.show()
-        self._to_next_empty(None)
+        self._go_on(None)
         if self.complete:
             self.judge()
 
-    def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Keys that mean nothing at this step are not in the footer."""
-        if action == "way":
-            return len(self.step.check.forms) > 1
-        if action == "pick":
-            return has_files(self._form)
-        return True
+        if not self.is_mounted:
+            return True
+        match action:
+            case "way":
+                return len(self.step.check.forms) > 1
+            case "pick":
+                return has_files(self._form)
+            case "read":
+                return any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
+            case "repeat":
+                return any(not p.is_file for p in places(self._form))
+            case "measure_again":
+                return bool(self.state.entries)
+            case "undo":
+                return bool(self.session.attempt.undoable)
+            case "keep":
+                return any(field.doubted for field in self.query(Field))
+            case _:
+                return super().check_action(action, parameters)
 
     def more_help(self) -> list[str]:
         return [
             "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument, F4 "
-            "takes one more reading of the same value: the mean counts, the scatter is shown.\n"
+            "takes one more reading of the same value: the mean counts, the scatter is shown. A value that may be a "
+            "slip of the point or of the unit is asked about: F9 keeps it.\n"
         ]
 
 

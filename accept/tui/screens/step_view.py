@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from textual.widgets import Label
+from textual.widgets import Static
 
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
@@ -11,15 +11,15 @@ from accept.tui.screens.page import Page
 from accept.tui.widgets.findings import Findings, missing_words
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.step_words import head, setup
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import missing_labels, ready
 from accept.workflow.worker.judging import Elsewhere
+from checks.labels import label_of
 from specs.spec import Limit
-
-_HEAD = {"bold red": "red", "dim": "white"}
 
 
 class StepView(Page):
@@ -27,7 +27,7 @@ class StepView(Page):
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
         self.step = session.step(name)
-        super().__init__(bench, session, self.step.guide.words)
+        super().__init__(bench, session, self.step.guide.words, name)
 
     @property
     def state(self) -> StepState:
@@ -41,15 +41,13 @@ class StepView(Page):
         """Everything from the state of the session."""
         if not self.alive:
             return
-        status = self.session.status(self.step)
-        number = 1 + [s.name for s in self.session.steps].index(self.step.name)
-        words = f"{status.mark} {status.word}  ·  {self.session.serial}  ·  {self.step.title}"
-        head = self.query_one("#head", Label)
-        head.update(f"{number}/{len(self.session.steps)}  {words}")  # a long title is what may be cut
-        head.styles.color = _HEAD.get(status.style, status.style)
+        self.query_one("#head", Static).update(head(self.session, self.step))
+        self.query_one("#setup", Static).update(setup(self.step))
+        self.query_one("#main").set_class(self.complete, "complete")
         judgement = self.session.judgement(self.step.name) if self.complete else None
         self.query_one(Findings).show(self.step.check, judgement, self.lacking())
         self.query_one(Pictures).show(self.session.panels(self.step.name))
+        self.show_around()
 
     def lacking(self) -> str:
         """What is still to be given, in words."""
@@ -73,6 +71,10 @@ class StepView(Page):
         self.say("done", "good")
         self.show()
 
+    def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
+        """Keys that mean nothing at present are not in the footer."""
+        return action != "picture" or not self.is_mounted or bool(self.session.panels(self.step.name))
+
     def action_note(self) -> None:
         ask_note(self, self.session, self.step, self._noted)
 
@@ -81,9 +83,11 @@ class StepView(Page):
 
     def help_text(self) -> str:
         asked = self.step.asked
-        bounds = [f"  {name}: {limit_words(limit)}\n      {limit.source}" for name, limit in asked.limits.items()]
-        measured_with = f"\nMeasured with: {asked.instrument}" if asked.instrument else ""
-        told = f"{self.step.guide.words}\n{self.step.guide.picture}{measured_with}\n"
+        bounds = [
+            f"  {label_of(name)}: {limit_words(limit)}\n      {name}; {limit.source}"
+            for name, limit in asked.limits.items()
+        ]
+        told = f"{self.step.guide.words}\n{setup(self.step).plain}\n\n{self.step.guide.picture}\n"
         return "\n".join([told, *self.more_help(), "Limits", *bounds])
 
     def more_help(self) -> list[str]:

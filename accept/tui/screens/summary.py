@@ -15,13 +15,15 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
-from accept.tui.widgets.limit_bar import limits, numbers
+from accept.tui.widgets.limit_bar import after_number, limits, numbers
+from accept.tui.widgets.unit_bar import UnitBar
 from accept.verify.verification import Outcome, Verification
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
-from checks.verdict import Verdict
+from checks.labels import label_of
+from checks.verdict import Finding, Verdict
 
 _OUTCOMES = {
     Outcome.VALID: "✓ verified",
@@ -48,8 +50,7 @@ class Summary(Working[bool]):
         self._notes: list[str] = []
 
     def compose(self) -> ComposeResult:
-        words = f"{self.session.serial}  attempt {self.session.attempt.number}  ·  summary"
-        yield Label(words, classes="title", markup=False)
+        yield UnitBar(self.session, "summary")
         yield Static("Evaluating …", id="verdict", markup=False)
         yield DataTable(id="findings", cursor_type="row")
         yield Static("", id="detail", markup=False)
@@ -60,7 +61,7 @@ class Summary(Working[bool]):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one(DataTable).add_columns("", "quantity", "value ± U", "limits", "verdict")
+        self.query_one(DataTable).add_columns("", "Quantity", "Value ± U", "Limits", "Verdict")
         if self.session.result is not None:
             self._judged(self.session.result)
         else:
@@ -82,10 +83,11 @@ class Summary(Working[bool]):
         for f in result.findings:
             status = of_findings([f])
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
-            cells = (f.quantity, value, limits(f.lower, f.upper), Text(status.word, status.style))
+            bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
+            cells = (label_of(f.quantity), value, bounds, Text(status.word, status.style))
             table.add_row(Text(status.mark, status.style), *cells)
         self._notes = list(result.notes)
-        self._why = [f.reason or f.note or "" for f in result.findings]
+        self._why = [_detail(f) for f in result.findings]
         self._tell(0)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
@@ -199,6 +201,12 @@ _FIRST_LINES = [
 ]
 
 
+def _detail(f: Finding) -> str:
+    """Why a finding is what it is, with its code name and the rule of its limit."""
+    why = f.reason or f.note or ""
+    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{why}"
+
+
 def _verdict(result: UnitResult) -> Text:
     sign = signs.UNITS[result.verdict]
     text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
@@ -207,7 +215,7 @@ def _verdict(result: UnitResult) -> Text:
         ("missing", Verdict.NO_RESULT),
         ("conditional", Verdict.CONDITIONAL),
     ):
-        names = [f.quantity for f in result.findings if f.verdict is verdict]
+        names = [label_of(f.quantity) for f in result.findings if f.verdict is verdict]
         if names:
             text.append(f"  {word}: {', '.join(names)}")
     return text

@@ -15,6 +15,8 @@ from accept.workflow.steps.section import Repeated, repeated
 from checks.declare import CsvTable, Form, Scalar, Series, Vector
 from checks.declare import Input as Declared
 
+SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
+
 
 @dataclass(frozen=True)
 class Place:
@@ -32,11 +34,15 @@ class Place:
         return "" if self.is_file else str(getattr(self.declared, "unit", ""))
 
     @property
-    def label(self) -> str:
+    def name(self) -> str:
+        """What it is called in a sentence."""
         declared = self.declared
-        words = declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
-        needed = "" if is_needed(declared) else " (optional)"
-        return words + needed
+        return declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
+
+    @property
+    def label(self) -> str:
+        needed = "" if is_needed(self.declared) else " (optional)"
+        return self.name[0].upper() + self.name[1:] + needed
 
     @property
     def hint(self) -> str:
@@ -57,11 +63,16 @@ def places(form: Form) -> Iterator[Place]:
 
 
 class Field(Vertical):
-    """Label, what is typed, and beside it what is stored or why it was refused."""
+    """Label, what is typed, and beside it what is saved; below, why it was refused or what is asked about it.
+
+    pending: entries on their way to the store. doubted: what was typed and is asked about, None without.
+    """
 
     def __init__(self, place: Place, step: WorkflowStep, state: StepState) -> None:
         super().__init__(classes="field")
         self.place, self._step, self._state = place, step, state
+        self.pending = 0
+        self.doubted: str | None = None
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -78,21 +89,40 @@ class Field(Vertical):
         return self.query_one(Input)
 
     def show(self, state: StepState) -> None:
-        """Show what is stored for this place."""
+        """Show what is saved for this place."""
         words = stored_words(self.place, self._step, state)
-        self._put(".stored", f"✓ {words}" if words else "")
+        self._put(".stored", f"{SAVED} {words}" if words else "")
 
-    def refuse(self, reason: str) -> None:
-        """Say why nothing was stored; what was typed stays."""
-        self._put(".reason", f"✗ {reason}")
-        self.add_class("refused")
-
-    def accept(self) -> None:
-        """What was typed is stored: the field is free for a correction."""
-        self._put(".reason", "")
-        self.remove_class("refused")
+    def send(self) -> None:
+        """What was typed is on its way: the line is free, and the next key is not of this entry."""
+        self.pending += 1
+        self.doubted = None
+        self._reason("", "")
         for line in self.query(Input):
             line.value = ""
+
+    def refuse(self, text: str, reason: str) -> None:
+        """Say why nothing was saved; what was typed comes back, unless something else was typed meanwhile."""
+        self._back(text)
+        self._reason(f"✗ {reason}", "refused")
+
+    def ask(self, text: str, question: str) -> None:
+        """What was typed may be a slip: it is saved when that is confirmed."""
+        self._back(text)
+        self.doubted = text
+        self._reason(f"? {question}. F9: keep it", "doubted")
+
+    def arrived(self) -> None:
+        """One entry reached the store, or came back from it."""
+        self.pending = max(0, self.pending - 1)
+
+    def _back(self, text: str) -> None:
+        for line in self.query(Input):
+            line.value = line.value or text
+
+    def _reason(self, words: str, kind: str) -> None:
+        self._put(".reason", words)
+        self.set_class(kind == "refused", "refused").set_class(kind == "doubted", "doubted")
 
     def _put(self, where: str, words: str) -> None:
         """Into a part of this field, unless the form was changed meanwhile and the field is gone."""
@@ -107,7 +137,7 @@ def stored_words(place: Place, step: WorkflowStep, state: StepState) -> str:
         return link.file if link else ""
     key = place.declared.name if isinstance(place.declared, Scalar) else ""
     one = repeated(state.readings(place.declared.name, place.index), step.asked, key)
-    return _value_words(one, place.unit) if one else ""
+    return _value_words(one, place.unit if place.index is None else "").rstrip() if one else ""
 
 
 def _value_words(one: Repeated, unit: str) -> str:

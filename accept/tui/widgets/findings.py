@@ -10,31 +10,38 @@ from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.status import of_findings
 from checks.declare import Check
+from checks.labels import label_of
 from checks.verdict import Finding
 
-_STRIP = 32
+_STRIP = 30
+_FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
+_NAME, _VALUE = 27, 20  # columns of that table
 
 
 class Findings(Static):
     """Shows one judgement, or words in its place."""
 
     def show(self, check: Check, judgement: StepJudgement | None, words: str = "") -> None:
-        self.update(findings_text(check, judgement) if judgement else Text(words, "dim"))
+        text = findings_text(check, judgement) if judgement else Text(words, "dim")
+        self.display = bool(text.plain)
+        self.update(text)
 
 
 def findings_text(check: Check, judgement: StepJudgement) -> Text:
-    """What to do stands below the finding that it is about; findings of one cause share it."""
+    """What to do stands below the finding that it is about; findings of one cause share it. What is for information
+    comes last, and what is beyond doubt before what is not."""
     text, told = Text(), set[str]()
+    one = finding_text if len(judgement.findings) <= _FEW else finding_row
     for finding in judgement.findings:
-        text.append_text(finding_text(finding))
+        text.append_text(one(finding))
         for line in advice(check, finding):
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)
     for _, q in judgement.information:
-        text.append(f"  {q.name}  {numbers(q.value, q.U, q.unit)}\n", "dim")
+        text.append(f"  {label_of(q.name):<{_NAME}} {numbers(q.value, q.U, q.unit)}\n", "dim")
     for note in judgement.notes:
-        text.append(f"  note: {note}\n", "dim")
+        text.append(f"  Note: {note}\n", "dim")
     text.rstrip()
     return text
 
@@ -43,14 +50,28 @@ def finding_text(f: Finding) -> Text:
     """Two lines, and a third with the reason where there is one."""
     status = of_findings([f])
     colour = status.style
-    text = Text.assemble((f"{status.mark} {f.quantity}", colour), "  ", numbers(f.value, f.U, f.unit), "  ")
+    text = Text.assemble((f"{status.mark} {label_of(f.quantity)}", colour), "  ", (_value(f), "bold"), "  ")
     text.append(f"{status.word}\n", colour)
     drawn = limit_bar(f.value, f.U, f.lower, f.upper, _STRIP)
     text.append(f"  {drawn}  ", colour)
-    text.append(f"{limits(f.lower, f.upper)}{after_number(f.unit)}, {f.rule}\n", "dim")
+    text.append(f"{limits(f.lower, f.upper)}{after_number(f.unit)}\n", "dim")
     if f.reason:
         text.append(f"  {f.reason}\n", colour)
     return text
+
+
+def finding_row(f: Finding) -> Text:
+    """One line, and a second with the reason where there is one."""
+    status = of_findings([f])
+    text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{_NAME}}", status.style))
+    text.append(f"{_value(f):<{_VALUE}} ", "bold").append(f"{limits(f.lower, f.upper)}\n", "dim")
+    if f.reason:
+        text.append(f"    {f.reason}\n", status.style)
+    return text
+
+
+def _value(f: Finding) -> str:
+    return "no value" if f.value is None else numbers(f.value, f.U, f.unit)
 
 
 def missing_words(labels: Sequence[str]) -> str:

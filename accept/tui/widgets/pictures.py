@@ -1,4 +1,4 @@
-"""Pictures of a step: as many as the screen is wide for, the others behind a key."""
+"""Pictures of a step beside each other where the screen is wide; the whole screen shows them behind a key."""
 
 from collections.abc import Mapping
 
@@ -15,24 +15,20 @@ class Pictures(Vertical):
 
     def __init__(self) -> None:
         super().__init__(id="pictures")
+        self.panels: Mapping[str, Panel] = {}
         self._panels: tuple[Panel, ...] = ()
-        self._first = 0
 
     def compose(self) -> ComposeResult:
         yield Label("", classes="quiet", id="which")
         yield Horizontal(classes="panels")
 
     def show(self, panels: Mapping[str, Panel]) -> None:
-        """Show these from now on; the chosen place stays."""
+        """Show these from now on."""
+        self.panels = dict(panels)
         given = tuple(panels.values())
         if len(given) == len(self._panels) and all(a is b for a, b in zip(given, self._panels, strict=True)):
             return
         self._panels = given
-        self._draw()
-
-    def next(self) -> None:
-        """The next one first."""
-        self._first += 1
         self._draw()
 
     def on_resize(self) -> None:
@@ -41,9 +37,7 @@ class Pictures(Vertical):
             self._draw()
 
     def _shown(self) -> list[Panel]:
-        many = 2 if self.app.size.width >= WIDE_FROM else 1
-        count = len(self._panels)
-        return [self._panels[(self._first + i) % count] for i in range(min(many, count))]
+        return list(self._panels[:2]) if self.app.size.width >= WIDE_FROM else []
 
     def _draw(self) -> None:
         """As a message to itself, one after the other; not as a worker: to cancel one that waits for the old panels to
@@ -54,7 +48,7 @@ class Pictures(Vertical):
     async def _redraw(self) -> None:
         shown, count = self._shown(), len(self._panels)
         self.display = bool(shown)
-        words = f"picture {self._first % count + 1} of {count}, F7: next" if count > len(shown) else ""
+        words = f"F7: all {count} plots, on the whole screen" if count > len(shown) else "F7: plots on the whole screen"
         self.query_one("#which", Label).update(words)
         holder = self.query_one(".panels")
         await holder.remove_children()

@@ -28,7 +28,8 @@ ROLES = {
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
 _MOST_POINTS = 600  # a terminal is no wider
 WIDE_FROM = 110  # columns, as in the app's breakpoints
-MAP_ROWS = {False: 10, True: 14}  # of a map, on a narrow and on a wide screen
+_X_TICKS = 6  # numbers that never run into each other at 40 columns
+MAP_ROWS = 14  # of a map beside other parts of a screen
 
 
 class Decades(AxisFormatter):
@@ -42,6 +43,14 @@ class Decades(AxisFormatter):
 
     def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
         return [f"{10.0**t:.4g}" for t in ticks]
+
+
+class Few(NumericAxisFormatter):
+    """Ticks at round numbers, few enough that their numbers do not run into each other."""
+
+    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
+        ticks = super().get_ticks(min_, max_)
+        return ticks[:: math.ceil(len(ticks) / _X_TICKS)]
 
 
 class PanelPlot(PlotWidget):
@@ -59,7 +68,7 @@ class PanelPlot(PlotWidget):
         event.prevent_default()
         self.margin_top = 1
         panel = self._panel
-        self.set_x_formatter(Decades() if panel.x_log else NumericAxisFormatter())
+        self.set_x_formatter(Decades() if panel.x_log else Few())
         self.set_y_formatter(Decades() if panel.y_log else NumericAxisFormatter())
         self.set_xlabel(panel.x_label)
         ends = _span(panel)
@@ -133,15 +142,17 @@ def _span(panel: Panel) -> tuple[float, float]:
 class PanelView(Vertical):
     """Title, what the colours mean, and the axes; a map as shades."""
 
-    def __init__(self, panel: Panel) -> None:
+    def __init__(self, panel: Panel, *, large: bool = False) -> None:
+        """large: on a screen of its own."""
         super().__init__(classes="panel")
-        self._panel = panel
+        self._panel, self._large = panel, large
 
     def compose(self) -> ComposeResult:
         yield Static(panel_head(self._panel), classes="panel-head")
         drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
         if isinstance(drawn, Image):
-            yield Static(map_text(drawn, self._panel, height=MAP_ROWS[self.app.size.width >= WIDE_FROM]))
+            width, height = (self.app.size.width - 14, self.app.size.height - 8) if self._large else (44, MAP_ROWS)
+            yield Static(map_text(drawn, self._panel, width=width, height=height))
         elif drawn is not None:
             yield Static(plan(drawn), markup=False)
         else:

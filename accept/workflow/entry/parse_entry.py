@@ -2,12 +2,13 @@
 
 import math
 import re
+from collections.abc import Mapping
 
 from accept.units.unit_folder import SERIAL
 from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured, Scalar, Vector
 from specs.errors import AcceptError
-from specs.spec import Spec
+from specs.spec import Limit, Spec
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
 _ENTRY = re.compile(
@@ -33,6 +34,36 @@ def check_plausible(value: float, declared: Scalar) -> None:
         raise EntryError(
             f"{value:g} {declared.unit} is not plausible: expected {declared.lo:g} to {declared.hi:g} {declared.unit}"
         )
+
+
+_POWERS = (1, -1, 2, -2, 3, -3, 6, -6)
+
+
+def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple[float, float] | None:
+    """What a value commonly is: as declared, else a factor of two about the limits of the quantity of that name; None
+    where nobody says. A limit on one side reaches to three times itself."""
+    if declared.usual is not None:
+        return declared.usual
+    limit = limits.get(declared.name) or limits.get(declared.name.replace("k_", "k_closed_", 1))
+    if limit is None:
+        return None
+    lower, upper = limit.lower, limit.upper
+    if lower is not None and lower > 0:
+        return lower / 2, 2 * (upper if upper is not None else 1.5 * lower)
+    return None
+
+
+def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
+    """What to ask before a value is stored that a mistyped point or another unit would explain, or that lies ten times
+    outside the usual; "" for none. A value that is simply bad is not doubted: a dead stack reads a third."""
+    if usual is None or usual[0] <= value <= usual[1]:
+        return ""
+    meant = next((value * 10.0**p for p in _POWERS if usual[0] <= value * 10.0**p <= usual[1]), None)
+    if usual[0] > 0 and meant is not None:
+        return f"{value:.6g} {unit}: {meant:.6g} {unit} would be usual"
+    if usual[0] > 0 and usual[0] / 10 <= value <= usual[1] * 10:
+        return ""
+    return f"{value:.6g} {unit} is unusual; most are {usual[0]:g} to {usual[1]:g} {unit}"
 
 
 def parse_number(text: str, unit: str) -> Measured:

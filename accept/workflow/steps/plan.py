@@ -26,6 +26,11 @@ class WorkflowStep:
         return self.check.title
 
     @property
+    def short(self) -> str:
+        """Its name in a list."""
+        return self.check.short or self.check.title[:16].rstrip()
+
+    @property
     def required(self) -> bool:
         return self.asked.required
 

@@ -265,6 +265,7 @@ PICTURE = """\
 CHECK = Check(
     name="frf",
     title="Frequency responses: axial resonance, zero of Vs, gains, spurious modes",
+    short="Responses",
     kinds=("apa", "strut"),
     forms=(
         Form(
@@ -278,7 +279,7 @@ CHECK = Check(
                 Series("first", "first record, small noise", _ALL, optional=True),
                 Series("without_encoder_low", "low record before the encoder is fixed", _BARE, optional=True),
                 Series("without_encoder_high", "high record before the encoder is fixed", _BARE, optional=True),
-                Scalar("payload_kg", "payload on the bench", lo=0.01, hi=1000.0, optional=True),
+                Scalar("payload_kg", "payload on the bench", lo=0.01, hi=1000.0, optional=True, usual=(1.0, 20.0)),
             ),
         ),
     ),
@@ -312,5 +313,6 @@ CHECK = Check(
         "Mount the payload. Record the low excitation up to 350 Hz, then the high excitation above it. "
         "Do not touch the bench. Load a second realisation if you have one.",
         PICTURE,
+        drive="you start it: sweep of 1 V, noise of 0.3 V RMS at the DAC about 3.25 V (accept excite)",
     ),
 )

@@ -210,7 +210,7 @@ async def test_without_colour_every_state_has_its_mark(monkeypatch: pytest.Monke
         for _ in range(6):
             if type(pilot.app.screen).__name__ == "StartScreen":
                 await press(pilot, "enter")
-        marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")) for row in ROWS]
+        marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")).strip() for row in ROWS]
         assert marks == ["○", "✗", "·", "○"]
         await go_to(pilot, "misalignment")
         assert "✗ fail" in words(pilot, "#head")

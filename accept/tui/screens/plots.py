@@ -1,0 +1,65 @@
+"""The pictures of a step on the whole screen, one after the other; a phase stands under its magnitude."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import Screen
+from textual.widgets import Footer, Label
+
+from accept.tui.widgets.plot import PanelView
+from checks.picture import Panel, PanelKind
+
+
+class Plots(Screen[None]):
+    """Shows the panels of one step; arrows go from one to the next."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("f7,right,pagedown,space", "turn(1)", "Next"),
+        Binding("left,pageup,backspace", "turn(-1)", "Previous"),
+        Binding("escape,enter", "leave", "Back"),
+        Binding("f1", "app.help", show=False),
+    ]
+
+    def __init__(self, panels: Mapping[str, Panel]) -> None:
+        super().__init__()
+        self._pages, self._at = pages(panels), 0
+
+    def compose(self) -> ComposeResult:
+        yield Label("", classes="title", id="which", markup=False)
+        yield Vertical(id="drawn")
+        yield Footer(compact=True)
+
+    async def on_mount(self) -> None:
+        await self._draw()
+
+    async def action_turn(self, way: int) -> None:
+        self._at = (self._at + way) % len(self._pages)
+        await self._draw()
+
+    async def _draw(self) -> None:
+        shown = self._pages[self._at]
+        self.query_one("#which", Label).update(f"Plot {self._at + 1} of {len(self._pages)}: {shown[0].title}")
+        holder = self.query_one("#drawn")
+        await holder.remove_children()
+        if holder.is_attached:  # left while the old ones went
+            await holder.mount(*(PanelView(panel, large=True) for panel in shown))
+
+    def action_leave(self) -> None:
+        if self.is_current:
+            self.dismiss(None)
+
+    def help_text(self) -> str:
+        return "The plots of this step. Arrow keys or F7: next plot. The phase is drawn below its magnitude."
+
+
+def pages(panels: Mapping[str, Panel]) -> list[tuple[Panel, ...]]:
+    """What is seen at once: a response with the phase of its record below it, everything else alone."""
+    phase = next((panel for panel in panels.values() if panel.kind is PanelKind.PHASE), None)
+    found = []
+    for panel in panels.values():
+        under = (phase,) if phase is not None and panel.kind is PanelKind.RESPONSE else ()
+        found.append((panel, *under))
+    return found

@@ -1,0 +1,85 @@
+"""The design of the screens: one palette, light and dark, for Textual's parts and for what is drawn as text.
+
+Colours are those of the certificate (Okabe and Ito), lightened on dark and darkened on light until text of that colour
+has a contrast of 4.5 to its background or more.
+"""
+
+import os
+
+from rich.terminal_theme import TerminalTheme
+from textual.theme import Theme
+
+DARK, LIGHT = "accept-dark", "accept-light"
+
+THEMES = (
+    Theme(
+        name=DARK,
+        dark=True,
+        primary="#6cb6ff",
+        secondary="#8fa3bf",
+        accent="#f0b450",
+        success="#4cc38a",
+        warning="#f0b450",
+        error="#ff8a6b",
+        foreground="#dfe6ef",
+        background="#10151d",
+        surface="#171e29",
+        panel="#1f2937",
+        variables={
+            "footer-background": "#171e29",
+            "footer-key-foreground": "#f0b450",
+            "footer-description-foreground": "#a9b6c8",
+            "input-selection-background": "#6cb6ff 35%",
+            "block-cursor-background": "#2b4a6f",
+            "block-cursor-foreground": "#ffffff",
+            "block-cursor-blurred-background": "#26344a",
+        },
+    ),
+    Theme(
+        name=LIGHT,
+        dark=False,
+        primary="#0060a8",
+        secondary="#4a5a70",
+        accent="#8a5300",
+        success="#00694c",
+        warning="#8a5300",
+        error="#a83a00",
+        foreground="#1c2430",
+        background="#fbfcfd",
+        surface="#f0f3f6",
+        panel="#e2e8ee",
+        variables={
+            "footer-background": "#e2e8ee",
+            "footer-key-foreground": "#8a5300",
+            "footer-description-foreground": "#3c4a5c",
+            "input-selection-background": "#0060a8 25%",
+            "block-cursor-background": "#c4dcf2",
+            "block-cursor-foreground": "#0b1a2b",
+            "block-cursor-blurred-background": "#d8e4ef",
+        },
+    ),
+)
+
+
+def _rgb(*colours: str) -> list[tuple[int, int, int]]:
+    return [(int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16)) for c in colours]
+
+
+# black, red, green, yellow, blue, magenta, cyan, white: what "green" and its like are in text that is drawn
+ANSI_DARK = TerminalTheme(
+    (16, 21, 29),
+    (223, 230, 239),
+    _rgb("#10151d", "#ff8a6b", "#4cc38a", "#f0b450", "#6cb6ff", "#d6a2e8", "#58c4dd", "#dfe6ef"),
+    _rgb("#7d8ba0", "#ff8a6b", "#4cc38a", "#f0b450", "#6cb6ff", "#d6a2e8", "#7ad7f0", "#ffffff"),
+)
+ANSI_LIGHT = TerminalTheme(
+    (251, 252, 253),
+    (28, 36, 48),
+    _rgb("#1c2430", "#a83a00", "#00694c", "#8a5300", "#0060a8", "#7a3e92", "#00657f", "#1c2430"),
+    _rgb("#6a7788", "#a83a00", "#00694c", "#8a5300", "#0060a8", "#7a3e92", "#00657f", "#1c2430"),
+)
+
+
+def asked_for() -> str:
+    """Theme of `ACCEPT_THEME` (dark or light), dark without it."""
+    return LIGHT if os.environ.get("ACCEPT_THEME", "").strip().lower() == "light" else DARK

@@ -1,0 +1,88 @@
+"""The rail on the left of every screen of a unit: its steps, a mark for each, and where one stands."""
+
+from rich.text import Text
+from textual.widgets import DataTable
+
+from accept.pictures import signs
+from accept.tui.widgets.limit_bar import numbers
+from accept.workflow.session import Session
+from accept.workflow.status import Status
+from accept.workflow.steps.plan import WorkflowStep
+from checks.verdict import Verdict
+
+GAP = "gap"  # the row that no check stands behind
+GAP_TITLE = "Gap analysis"
+_TITLE, _RESULT = 16, 20  # columns
+WIDE_FROM = 110  # columns of a terminal, as in the app's breakpoints
+
+
+class StepList(DataTable[Text]):
+    """A row per step: mark and short title; on a wide terminal also what it showed. live: whether keys move in it."""
+
+    def __init__(self, session: Session, *, live: bool) -> None:
+        super().__init__(id="steps", cursor_type="row", show_header=False, cell_padding=0)
+        self._session = session
+        self.can_focus = live
+
+    def on_mount(self) -> None:
+        self.add_column("", key="mark", width=3)
+        self.add_column("step", key="title", width=_TITLE)
+        self.add_column("result", key="more", width=self._room())
+        for step in self._session.steps:
+            self.add_row(Text(), Text(step.short), Text(), key=step.name)
+        if self._session.responses is not None:
+            self.add_row(Text(), Text(GAP_TITLE), Text(), key=GAP)
+        self.show()
+
+    def show(self) -> None:
+        """Marks and results as they are now."""
+        if not self.row_count:
+            return
+        for step in self._session.steps:
+            status = self._session.status(step)
+            self._put(step.name, status, step.short, result_words(self._session, step, status))
+        if self._session.responses is not None:
+            self._put(GAP, *gap_row(self._session))
+
+    def _put(self, row: str, status: Status, title: str, more: str) -> None:
+        self.update_cell(row, "mark", Text(f" {status.mark}", status.style))
+        self.update_cell(row, "title", _cut(Text(title, "dim" if status is Status.NOT_DONE else ""), _TITLE))
+        self.update_cell(row, "more", _cut(Text(more, "dim"), _RESULT))
+
+    def stand_at(self, name: str) -> None:
+        """Move the cursor to a step."""
+        if name in {str(key.value) for key in self.rows}:
+            self.move_cursor(row=self.get_row_index(name))
+
+    def on_resize(self) -> None:
+        for column in self.ordered_columns:
+            if column.key.value == "more":
+                column.width = self._room()
+        self.refresh()
+
+    def _room(self) -> int:
+        return _RESULT if self.app.size.width >= WIDE_FROM else 0
+
+
+def gap_row(session: Session) -> tuple[Status, str, str]:
+    """Status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
+    found = session.gap
+    if found is None:
+        return Status.NOT_DONE, GAP_TITLE, ""
+    return Status.TAKEN, GAP_TITLE, signs.GAP[str(found["verdict"])].word
+
+
+def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
+    """The first finding that is no pass, else the first: its number."""
+    judgement = session.judgement(step.name)
+    notes = "✎ " if session.state(step.name).notes else ""
+    if judgement is None or status in (Status.NOT_DONE, Status.TAKEN):
+        return notes
+    worst = [f for f in judgement.findings if f.verdict is not Verdict.PASS] or list(judgement.findings)
+    shown = [status.word if f.value is None else numbers(f.value, f.U, f.unit) for f in worst[:1]]
+    return notes + "".join(shown)
+
+
+def _cut(text: Text, width: int) -> Text:
+    text.truncate(width, overflow="ellipsis")
+    return text
