@@ -114,7 +114,7 @@ def work(ann: Technician) -> None:
         given = attempt.step(step.name).entries if attempt else ()
         if step.name in ("stroke", "stiffness") and not given:
             ann.at.press("F6")
-            ann.at.wait_for("input: records")
+            ann.at.wait_for("Input: records")
         for entry in ENTRIES[step.name][len(given) :]:
             ann.reads() if entry == READ else ann.types(entry)
         ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")

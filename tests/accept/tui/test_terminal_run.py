@@ -51,7 +51,7 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
         ann.step(title)
         if title in ("Stroke", "Axial stiffness"):
             terminal.press("F6")
-            terminal.wait_for("input: records")
+            terminal.wait_for("Input: records")
         ann.types(*files)
         if title == "Axial stiffness":
             ann.types("6.4 kg")
@@ -87,7 +87,7 @@ def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[
     terminal.wait_for(r"/\d .*✗ fail")
     ann.back()
     if SOAK:
-        terminal.wait_for("Misalignment .*: complete, not judged yet")
+        terminal.wait_for("Complete, not judged yet")
         terminal.press("Down")
     ann.step("Hysteresis")
     ann.types("hysteresis.mat")

@@ -6,6 +6,7 @@ then run once with ACCEPT_SNAPSHOTS=renew.
 
 import os
 import re
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,6 +42,8 @@ METER = Only("capacitance", Fake([4.95e-6]))
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
+    time.tzset()
     RECORDS.mkdir()
     rng = np.random.default_rng(3)
     t = np.arange(0.0, 30.0, 0.002)
@@ -178,7 +181,7 @@ async def records(pilot: Pilot[None]) -> None:
     look(pilot, "record")
     await press(pilot, "f7")
     look(pilot, "picture")
-    pilot.app.screen.query(Input).first().focus()
+    pilot.app.screen.set_focus(pilot.app.screen.query(Input).first())
     await type_line(pilot, "nobody_set_it.csv")
     look(pilot, "advice")
     await press(pilot, "escape")

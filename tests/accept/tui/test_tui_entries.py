@@ -1,0 +1,167 @@
+"""Every entry lands where it was meant: keys faster than the store, slips of point and unit, what is saved already."""
+
+import asyncio
+import time
+from dataclasses import replace
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from textual.events import Key
+from textual.keys import _character_to_key
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from accept.store import Store, open_store
+from accept.tui.widgets.fields import Field
+from accept.workflow.entry.parse_entry import doubt, usual_range
+from checks.acceptance import CHECKS
+from specs.spec import Limit
+from tests.accept.batch.killing import SOAK
+from tests.accept.tui.tui_help import begin, loader, press, running, settled, type_line, words
+from tests.hw.instruments.fake_instrument import Fake, Only
+
+ENTRIES = st.lists(st.integers(-199, 199).map(lambda n: n / 4), min_size=8, max_size=8)
+PAUSES = st.lists(st.sampled_from([0, 0, 0, 1, 7, 60]), min_size=12, max_size=12)  # turns of the event loop
+DELAYS = st.lists(st.sampled_from([0.0, 0.0, 0.005, 0.03]), min_size=8, max_size=8)  # seconds of the store
+
+
+def stored(serial: str) -> list[dict]:
+    with open_store() as store:
+        return [event.data for event in store.events(serial, "value_taken")]
+
+
+async def burst(pilot: Pilot[None], text: str, pauses: list[int]) -> None:
+    """Letters and Enter as a terminal sends them; nobody waits for an answer."""
+    for n, letter in enumerate(text):
+        key = Key("enter", "\r") if letter == "\n" else Key(_character_to_key(letter), letter)
+        pilot.app.post_message(key)
+        for _ in range(pauses[n % len(pauses)]):
+            await asyncio.sleep(0)
+
+
+@settings(max_examples=40 if SOAK else 3, deadline=None, suppress_health_check=list(HealthCheck))
+@given(values=ENTRIES, pauses=PAUSES, delays=DELAYS, comma=st.booleans())
+def test_what_is_typed_is_stored_in_order_however_fast_the_keys_and_slow_the_store(values, pauses, delays, comma):
+    asyncio.run(_typed_ahead(values, pauses, delays, comma))
+
+
+async def _typed_ahead(values: list[float], pauses: list[int], delays: list[float], comma: bool) -> None:
+    serial = f"APA-{time.monotonic_ns()}"
+    append, waits = Store.append, iter(delays)
+
+    def slow(self, what, *more, **named):
+        if what == "value_taken":
+            time.sleep(next(waits, 0.0))
+        return append(self, what, *more, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Store, "append", slow)
+        async with running() as pilot:
+            await begin(pilot, serial)
+            await press(pilot, "enter")
+            typed = "".join(f"{value:g}\n" for value in values)
+            await burst(pilot, typed.replace(".", ",") if comma else typed, pauses)
+            await settled(pilot)
+            await asyncio.sleep(0.05)
+            await settled(pilot)
+    assert [(e["index"], e["value"]) for e in stored(serial)] == list(enumerate(values))
+
+
+async def test_two_lines_of_a_scanner_land_in_their_two_fields():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await burst(pilot, "4,93\n9940 nF\n", [0])
+        await settled(pilot)
+        await asyncio.sleep(0.05)
+        await settled(pilot)
+    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("sensor_uF", 4.93), ("actuator_uF", 9.94)]
+
+
+async def test_what_is_refused_keeps_its_field_and_the_next_entry_has_its_own():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await burst(pilot, "4.99 V\n9.85\n", [0])
+        await settled(pilot)
+        first, second = pilot.app.screen.query(Field)
+        assert first.input.value == "4.99 V"
+        assert first.input.has_focus  # the only one that is still to be given
+        await press(pilot, *"4.99", "enter")  # what is selected is replaced
+        assert pilot.app.screen.complete
+        assert not second.input.value
+    assert [(e["input"], e["value"]) for e in stored("APA-02")] == [("actuator_uF", 9.85), ("sensor_uF", 4.99)]
+
+
+async def test_on_a_complete_step_nothing_is_overwritten_unseen():
+    async with running(lambda: replace(loader()(), instruments=Only("capacitance", Fake([4.99e-6])))) as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await press(pilot, "f3", "f3")
+        assert len(stored("APA-02")) == 2
+        await press(pilot, "f3", *"77", "enter")  # the cursor stands in no field
+        assert len(stored("APA-02")) == 2
+        assert "choose a field" in words(pilot, "#status")
+        await press(pilot, "up", "f3")
+        assert "F3 again: replace it" in words(pilot, "#status")
+        assert len(stored("APA-02")) == 2
+        await press(pilot, "f3")
+        assert [e["input"] for e in stored("APA-02")] == ["sensor_uF", "actuator_uF", "actuator_uF"]
+
+
+async def test_a_slip_of_the_point_is_asked_about_and_kept_only_when_confirmed():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        await type_line(pilot, "49.9")
+        assert "4.99 uF would be usual" in words(pilot, "#status")
+        assert not stored("APA-02")
+        await press(pilot, "up", "enter")  # Enter does not confirm: a scanner sends it
+        assert not stored("APA-02")
+        await press(pilot, "f9")
+        assert [e["value"] for e in stored("APA-02")] == [49.9]
+
+
+async def test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_next():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "down", "enter", *"abc", "enter", *"365", "enter")
+    assert [e["value"] for e in stored("APA-02")] == [365]
+
+
+async def test_all_heights_at_once_are_asked_about_together():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, "0 1 2 3 99999 1 2 3")
+        assert "99999 um is unusual" in words(pilot, "#status")
+        assert not stored("APA-02")
+        await press(pilot, "f9")
+        assert [e["value"] for e in stored("APA-02")] == [0, 1, 2, 3, 99999, 1, 2, 3]
+
+
+async def test_escape_closes_the_nearest_thing():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "escape", "f2")
+        assert pilot.app.screen.query_one("#units").display
+        await press(pilot, "escape")
+        assert not pilot.app.screen.query_one("#units").display
+        await press(pilot, "escape")
+        assert "Esc again" in words(pilot, "#status")
+        assert isinstance(pilot.app.focused, Input)
+        assert pilot.app.is_running
+        assert not pilot.app._exit
+
+
+def test_what_is_bad_is_no_slip_and_what_is_a_slip_is_seen():
+    mass, height = CHECKS["stiffness"].inputs["mass_kg"], CHECKS["flatness"].inputs["z_um"]
+    limit = {"sensor_uF": Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test")}
+    sensor = usual_range(CHECKS["capacitance"].inputs["sensor_uF"], limit)
+    assert "6.4 kg would be usual" in doubt(0.64, "kg", usual_range(mass, {}))
+    assert doubt(6.4, "kg", usual_range(mass, {})) == ""
+    assert "unusual" in doubt(99999.0, "um", usual_range(height, {}))
+    assert "4.99 uF would be usual" in doubt(4990.0, "uF", sensor)  # nF
+    assert doubt(1.72, "uF", sensor) == ""  # a dead stack: bad, and true
+    assert doubt(1.72, "uF", None) == ""
