@@ -154,7 +154,7 @@ class PanelView(Vertical):
             width, height = (self.app.size.width - 14, self.app.size.height - 8) if self._large else (44, MAP_ROWS)
             yield Static(map_text(drawn, self._panel, width=width, height=height))
         elif drawn is not None:
-            yield Static(plan(drawn), markup=False)
+            yield Static(plan(drawn, 56 if self._large else 32), markup=False)
         else:
             yield PanelPlot(self._panel)
 

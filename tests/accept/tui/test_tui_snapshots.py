@@ -199,7 +199,7 @@ async def test_the_screens_of_a_strut(size: tuple[int, int]):
         look(pilot, "misalignment")
         await press(pilot, "f7")
         look(pilot, "likelihood_map")
-        await press(pilot, "escape")
+        await press(pilot, "escape", "escape")
         await go_to(pilot, "gap")
         look(pilot, "explanation")
         await press(pilot, "f7")
