@@ -1,8 +1,60 @@
-"""What a person runs."""
+"""The acceptance bench for piezo struts. In a script or a notebook:
+
+    import accept
+
+    unit = accept.read_unit("units/S-02")
+    print(accept.judge(unit).verdict)
+    accept.plot(accept.estimate_misalignment(unit)).save("map.png")
+
+The names below are stable; `docs/api.md` describes them. Each is imported when it is first used.
+"""
 
 import os
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 # The checks multiply small matrices: a linear algebra library that starts threads for each product loses more time than
 # it gains, all the more with a worker per core. Must stand before numpy is imported; whoever sets these keeps them.
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+
+if TYPE_CHECKING:
+    from accept.api import (
+        Plot,
+        analyse_gap,
+        estimate_misalignment,
+        fit_model,
+        frequency_response,
+        judge,
+        open_model,
+        plot,
+        read_record,
+        read_unit,
+        responses,
+        simulate_unit,
+    )
+
+__all__ = [
+    "Plot",
+    "analyse_gap",
+    "estimate_misalignment",
+    "fit_model",
+    "frequency_response",
+    "judge",
+    "open_model",
+    "plot",
+    "read_record",
+    "read_unit",
+    "responses",
+    "simulate_unit",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        return getattr(import_module("accept.api"), name)
+    raise AttributeError(f"module 'accept' has no attribute '{name}'; it offers {', '.join(__all__)}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

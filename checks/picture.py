@@ -105,5 +105,6 @@ class Panel:
     y_log: bool = False
     equal: bool = False  # same scale on both axes
     y_range: tuple[float, float] | None = None
+    x_range: tuple[float, float] | None = None  # so that panels that stand below each other share their axis
     y_names: tuple[str, ...] = ()  # in place of the numbers 0, 1, ... of the y axis
     kind: PanelKind = PanelKind.OTHER

@@ -36,6 +36,8 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
+    if panel.x_range is not None:
+        axes.set_xlim(*panel.x_range)
     if panel.kind is PanelKind.PHASE:
         set_degree_ticks(axes.yaxis)
     if panel.y_names:

@@ -42,12 +42,15 @@ def _plain(value: Any) -> Any:
 
 
 def _read_panel(data: Mapping[str, Any]) -> Panel:
-    rest = {key: value for key, value in data.items() if key not in ("name", "items", "y_range", "y_names", "kind")}
+    apart = ("name", "items", "y_range", "x_range", "y_names", "kind")
+    rest = {key: value for key, value in data.items() if key not in apart}
     y_range = None if data["y_range"] is None else (float(data["y_range"][0]), float(data["y_range"][1]))
     names = tuple(str(name) for name in data.get("y_names", ()))
     kind = PanelKind(data.get("kind", ""))
     items = tuple(_read_item(item) for item in data["items"])
-    return Panel(items=items, y_range=y_range, y_names=names, kind=kind, **rest)
+    ends = data.get("x_range")
+    x_range = None if ends is None else (float(ends[0]), float(ends[1]))
+    return Panel(items=items, y_range=y_range, x_range=x_range, y_names=names, kind=kind, **rest)
 
 
 def _read_item(data: Mapping[str, Any]) -> Item:

@@ -94,7 +94,7 @@ def _round(value: float, step: float) -> float:
 def scales(panel: Panel, wide: float, tall: float) -> tuple[Scale, Scale]:
     """Scales of both axes of a panel whose axes are `wide` and `tall`, in one unit."""
     y_extent = panel.y_range or _extent(panel.items, "y", panel.y_log)
-    x_lo, x_hi = _extent(panel.items, "x", panel.x_log)
+    x_lo, x_hi = panel.x_range or _extent(panel.items, "x", panel.x_log)
     y_lo, y_hi = y_extent
     if panel.equal:
         grown = max((x_hi - x_lo) / wide, (y_hi - y_lo) / tall)

@@ -8,7 +8,7 @@ null where the input had no power), "resonances": [{"channel", "f_Hz", "U_Hz", "
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from rich.table import Table
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.physics.foreign_record import foreign_record
 from accept.commands.physics.frf_options import Estimator, ResponseFiles, ResponseOptions
 from accept.pictures.formats import format_of
 from checks.declare import Series
@@ -57,10 +58,11 @@ class MeasuredResponse:
 @clear_errors
 def run(paths: Sequence[Path], wanted: ResponseOptions, files: ResponseFiles) -> Exit:
     """Estimate the responses of every record, or of two merged, and write what is asked for."""
-    as_json, plot, uff = files.json, files.plot, files.uff
-    check_places(as_json, plot, uff)  # said before the work, not after
+    as_json, plot, uff, html = files.json, files.plot, files.uff, files.html
+    check_places(as_json, plot, uff, html)  # said before the work, not after
     format = None if plot is None else format_of(plot)
-    records = [_read(path, wanted.input) for path in paths]
+    channels = _mapping(files.map or ())
+    records = [read_any(path, wanted.input, channels, files.ts) for path in paths]
     responses = responses_of(records, wanted)
     if uff is not None and len(responses) > 1:
         raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
@@ -74,13 +76,43 @@ def run(paths: Sequence[Path], wanted: ResponseOptions, files: ResponseFiles) ->
         write_atomic(uff, _uff(responses[0]))
     if plot is not None and format is not None:
         write_atomic(plot, _drawn(responses, wanted.merge_Hz, format))
+    if html is not None:
+        from accept.pictures.interactive import page
+
+        write_atomic(html, page(_panels(responses, wanted.merge_Hz), "Frequency responses"))
     return Exit.ACCEPTED
+
+
+def _mapping(given: Sequence[str]) -> dict[str, str]:
+    """`Va=AI0` as name here -> name in the file. Raises RecordError."""
+    pairs = [word.partition("=") for word in given]
+    if wrong := next((w for w, (a, sign, b) in zip(given, pairs, strict=True) if not (a and sign and b)), None):
+        raise RecordError(f"--map {wrong}: expected HERE=THERE, such as Va=AI0")
+    return {here.strip(): there.strip() for here, _, there in pairs}
+
+
+def read_any(path: Path, input: str, channels: Mapping[str, str], step_s: float | None) -> Record:
+    """A record as this bench writes it; else as other tools do, and then what was taken for what is said. Raises
+    RecordError."""
+    if not path.is_file():
+        raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
+    if not channels and step_s is None:
+        try:
+            return _read(path, input)
+        except RecordError as e:
+            first = e
+        try:
+            record, words = foreign_record(path, input, channels, step_s, UNITS)
+        except RecordError as e:
+            raise (e if "--map" in str(e) or "--ts" in str(e) else first) from e
+    else:
+        record, words = foreign_record(path, input, channels, step_s, UNITS)
+    say(words)
+    return record
 
 
 def _read(path: Path, input: str) -> Record:
     """Every vector of a file as long as its input."""
-    if not path.is_file():
-        raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     shapes = list_channels(path)
     length = math.prod(shapes.get(input, (0,)))
     names = [n for n, s in shapes.items() if math.prod(s) == length and n not in ("t", STEP)]
@@ -243,8 +275,20 @@ def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format
 
     panels: list[Panel] = []
     for response in responses:
-        panels += bode(response.frf, _ratios(response), merge_Hz=merge_Hz).values()
-    return picture(panels, format, columns=2)
+        drawn = bode(response.frf, _ratios(response), merge_Hz=merge_Hz)
+        of = response.frf.channels
+        panels += [drawn[f"{c} {part}"] for part in ("magnitude", "phase") for c in of]
+        panels += [drawn["coherence"]] * (len(responses) == 1)
+    columns = len(responses[0].frf.channels)
+    alike = all(len(r.frf.channels) == columns for r in responses)
+    return picture(panels, format, columns=columns if alike and columns <= 4 else 2)
+
+
+def _panels(responses: Sequence[MeasuredResponse], merge_Hz: float | None) -> dict[str, Panel]:
+    """Of all responses, by names that do not collide."""
+    many = len(responses) > 1
+    drawn = [(_title(r), bode(r.frf, _ratios(r), merge_Hz=merge_Hz)) for r in responses]
+    return {f"{title}: {name}" if many else name: panel for title, found in drawn for name, panel in found.items()}
 
 
 def _ratios(response: MeasuredResponse) -> dict[str, str]:

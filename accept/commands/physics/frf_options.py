@@ -36,8 +36,13 @@ class ResponseOptions:
 
 @dataclass(frozen=True)
 class ResponseFiles:
-    """What to write."""
+    """What to write, and how the file is to be read."""
 
     json: Json = None
     plot: Plot = None
     uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
+    html: Annotated[Path | None, typer.Option(help="Interactive plot, one page (extra `site`).")] = None
+    map: Annotated[
+        list[str] | None, typer.Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
+    ] = None
+    ts: Annotated[float | None, typer.Option(help="Sampling time [s] where the file has no time vector.")] = None

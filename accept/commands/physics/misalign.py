@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say
@@ -31,11 +31,8 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     folder = read(unit)
     if folder.kind != "strut":
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
-    given = opened(model or AS_BUILT)
-    table = table_for(given.model, say)
-    measured = _measured(folder)
-    found = _estimate(given, measured, table)
-    document = as_document(measured.serial, found)
+    found = _found(folder, model)
+    document = as_document(folder.serial, found)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
@@ -44,6 +41,21 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say(f"dx, dy: {found.meaning}")
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
+
+
+def estimate_unit(folder: UnitFolder, model: str | None = None) -> MisalignmentEstimate:
+    """The estimate of a strut. Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
+    found = _found(folder, model)
+    reason = found if isinstance(found, Reason) else found.reason
+    if reason is not None:
+        raise NoResult(reason)
+    return cast(MisalignmentEstimate, found)
+
+
+def _found(folder: UnitFolder, model: str | None) -> MisalignmentEstimate | Reason:
+    given = opened(model or AS_BUILT)
+    table = table_for(given.model, say)
+    return _estimate(given, _measured(folder), table)
 
 
 def _measured(unit: UnitFolder) -> Responses:

@@ -1,6 +1,7 @@
 """The pictures of a step on the whole screen, one after the other; a phase stands under its magnitude."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -10,7 +11,7 @@ from textual.screen import Screen
 from textual.widgets import Footer, Label
 
 from accept.tui.widgets.plot import PanelView
-from checks.picture import Panel, PanelKind
+from checks.picture import Line, Panel, PanelKind
 
 
 class Plots(Screen[None]):
@@ -59,7 +60,10 @@ def pages(panels: Mapping[str, Panel]) -> list[tuple[Panel, ...]]:
     """What is seen at once: a response with the phase of its record below it, everything else alone."""
     phase = next((panel for panel in panels.values() if panel.kind is PanelKind.PHASE), None)
     found = []
-    for panel in panels.values():
-        under = (phase,) if phase is not None and panel.kind is PanelKind.RESPONSE else ()
+    for name, panel in panels.items():
+        channel = name.removesuffix(" magnitude")
+        lines = () if phase is None else tuple(i for i in phase.items if not isinstance(i, Line) or i.label == channel)
+        own = any(isinstance(item, Line) for item in lines) and panel.kind is PanelKind.RESPONSE
+        under = (replace(phase, title=f"phase of {channel}", items=lines),) if own and phase is not None else ()
         found.append((panel, *under))
     return found

@@ -57,8 +57,8 @@ class StepScreen(StepView):
         with Horizontal(id="upper"):
             with Vertical(id="form"):
                 yield Label("", id="way", markup=False)
+                yield Gauge()  # above the fields: it stays in sight where they are more than the screen has rows
                 yield Vertical(id="fields")
-                yield Gauge()
             if self.step.guide.picture:
                 yield Static(self.step.guide.picture, id="guide", markup=False)
 
@@ -100,6 +100,9 @@ class StepScreen(StepView):
         if place.is_file:
             return self.state.link(place.declared.name) is not None
         return bool(self.state.readings(place.declared.name, place.index))
+
+    def lacking(self) -> str:
+        return ""  # the fields themselves show it
 
     def show(self) -> None:
         """Everything from the state of the session."""

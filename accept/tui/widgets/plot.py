@@ -75,6 +75,8 @@ class PanelPlot(PlotWidget):
         colours = iter(SERIES * 4)
         for item in panel.items:
             self._draw(item, ends, colours)
+        if panel.x_range is not None:
+            self.set_xlimits(*(_logged(np.array(panel.x_range), panel.x_log)))
         if panel.y_range is not None:
             lo, hi = panel.y_range
             self.set_ylimits(*(_logged(np.array([lo, hi]), panel.y_log)))

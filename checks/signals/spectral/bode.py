@@ -1,6 +1,7 @@
 """Bode plots as data: magnitude and phase with the region that holds the truth, and coherence."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,9 @@ def bode(
         panels[f"{name} magnitude"] = _magnitude(title, unit, f, H, r, overlay, marks, p)
         panels[f"{name} phase"] = _phase(title, f, H, r, overlay, marks, p)
     panels["coherence"] = _coherence(frf, marks)
-    return panels
+    above = frf.f[frf.f > 0]
+    ends = (float(above[0]), float(above[-1])) if above.size > 1 else None
+    return {name: replace(panel, x_range=ends) for name, panel in panels.items()}  # one axis for all of them
 
 
 def _magnitude(

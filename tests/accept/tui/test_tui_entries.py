@@ -17,7 +17,7 @@ from accept.tui.widgets.fields import Field
 from accept.workflow.entry.parse_entry import doubt, usual_range
 from checks.acceptance import CHECKS
 from specs.spec import Limit
-from tests.accept.batch.killing import SOAK
+from tests.soak import SOAK
 from tests.accept.tui.tui_help import begin, loader, press, running, settled, type_line, words
 from tests.hw.instruments.fake_instrument import Fake, Only
 

@@ -1,0 +1,184 @@
+"""The names that `import accept` offers in a script or a notebook; stable, typed, each a few lines over the same code
+that the commands use. Nothing here is imported before it is asked for: `import accept` itself stays light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from accept.commands.physics.frf import MeasuredResponse, read_any, responses_of
+from accept.commands.physics.frf_options import Estimator, ResponseOptions
+from accept.commands.physics.misalign import estimate_unit
+from accept.commands.physics.model_fit import Fitted, fit_unit, pictures
+from accept.gap import responses as unit_responses
+from accept.gap.analyse_unit import GapAnalysis
+from accept.gap.analyse_unit import analyse as _analyse
+from accept.gap.responses import Responses
+from accept.judging.judge_unit import DEFAULT_SPEC, judge_unit, load_spec
+from accept.judging.result import UnitResult
+from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import open_model as _open_model
+from accept.pictures.draw import picture
+from accept.pictures.formats import format_of
+from accept.pictures.interactive import page
+from accept.simulate import UnitRequest
+from accept.simulate import simulate as _simulate
+from accept.units.loaded_unit import LoadedUnit, loaded
+from checks.fitting.dataset import F_HI, F_LO
+from checks.gap.decision.panels import panels as gap_panels
+from checks.misalignment.estimate_types import MisalignmentEstimate
+from checks.misalignment.panels import panels as misalignment_panels
+from checks.model.model import Model
+from checks.picture import Panel
+from checks.record import Record
+from checks.signals.spectral.bode import bode
+
+UnitLike = str | Path | LoadedUnit
+Drawable = UnitResult | MeasuredResponse | MisalignmentEstimate | Fitted | GapAnalysis | Mapping[str, Panel] | Panel
+
+
+def read_unit(folder: str | Path) -> LoadedUnit:
+    """The unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
+
+    Raises UnitError for a folder that holds no usable unit."""
+    return loaded(Path(folder))
+
+
+def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
+    """Findings and verdict of a unit. spec: a built-in name or a TOML file; without it the unit's kind picks.
+
+    `result.verdict`, `result.findings` (value, U, limits, verdict each), `result.panels` for `plot`.
+    Raises UnitError, SpecError."""
+    held = _held(unit)
+    return judge_unit(held, load_spec(spec or DEFAULT_SPEC[held.folder.kind]))
+
+
+def read_record(
+    file: str | Path, input: str = "Va", *, channels: Mapping[str, str] | None = None, step_s: float | None = None
+) -> Record:
+    """Every vector of a record file (.mat, .csv, .uff, .tdms) that is as long as its input.
+
+    channels: name here -> name in the file, {"Va": "data.ch3"}; step_s: sampling time [s] of a file without a time.
+    `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz]. Raises RecordError, which says what the file holds."""
+    return read_any(Path(file), input, channels or {}, step_s)
+
+
+def frequency_response(
+    *records: Record | str | Path,
+    input: str = "Va",
+    estimator: str = "auto",
+    segment_s: float = 0.5,
+    f_lo: float = 0.0,
+    f_hi: float | None = None,
+    merge_Hz: float | None = None,
+) -> MeasuredResponse:
+    """Response of every channel over the input [unit per V], with coherence, variance and resonances.
+
+    Two records are joined at merge_Hz. estimator: "auto" (over the periods of a periodic input, else h1), "h1", "lpm".
+    `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
+    read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
+    return responses_of(read, ResponseOptions(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
+
+
+def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
+    """The responses that a unit names under [frf], on independent bins from f_lo to f_hi [Hz].
+
+    `responses.first` and `.second` (another realisation, or None): `.f` (F,) [Hz], `.H` (F, C) over Va at the DAC,
+    `.cov` (F, C, C), `.channels`. Raises UnitError, RecordError."""
+    return unit_responses.responses(_held(unit), f_lo=f_lo, f_hi=f_hi)
+
+
+def open_model(name: str | Path = "strut") -> Model:
+    """A built-in model ("strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof") or a model file.
+
+    `model.frf(f)` (F, C) complex, `model.with_values({...})`. Raises SpecError, ModelError."""
+    return _open_model(name)
+
+
+def fit_model(
+    unit: str | Path, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 1
+) -> Fitted:
+    """The model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
+
+    `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
+    second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
+    return fit_unit(Path(unit), model, f_lo, f_hi, starts)
+
+
+def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
+    """How far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
+
+    Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
+    return estimate_unit(_held(unit).folder, model)
+
+
+def analyse_gap(
+    unit: UnitLike, model: str | Path | None = None, *, without: Sequence[str] = (), say: Callable[[str], None] = print
+) -> GapAnalysis:
+    """What the model does not explain, by name. Takes up to a minute.
+
+    `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
+    Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    held = _held(unit)
+    return _analyse(held, model or DEFAULT_MODEL[held.folder.kind], without, say)
+
+
+def simulate_unit(
+    folder: str | Path, kind: str = "strut", *, seed: int = 0, values: Mapping[str, float] | None = None
+) -> LoadedUnit:
+    """A simulated unit with its records, written to a new folder. values: of the model, {"misalignment.dy_um": -120}.
+
+    Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
+    place = Path(folder)
+    model = _open_model(DEFAULT_MODEL[kind]).with_values(dict(values or {}))
+    made = _simulate(UnitRequest(place.name, kind, model, seed=seed))
+    place.mkdir(parents=True)
+    for name, content in made.files.items():
+        (place / name).write_bytes(content)
+    return read_unit(place)
+
+
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """Panels to look at: a notebook shows them, `save` writes .png, .pdf, .svg, or .html to zoom in."""
+
+    panels: Mapping[str, Panel]
+    title: str = ""
+
+    def save(self, file: str | Path) -> Path:
+        """Write the picture; the ending chooses the format. Raises PictureError."""
+        place = Path(file)
+        shown = list(self.panels.values())
+        interactive = place.suffix.lower() == ".html"
+        place.write_bytes(page(self.panels, self.title) if interactive else picture(shown, format_of(place)))
+        return place
+
+    def _repr_png_(self) -> bytes:
+        return picture(list(self.panels.values()), "png")
+
+
+def plot(what: Drawable) -> Plot:
+    """Whatever the other functions return, as pictures. Raises PictureError for what has none."""
+    match what:
+        case Panel():
+            return Plot({what.title: what}, what.title)
+        case UnitResult():
+            return Plot(what.panels, what.serial)
+        case MeasuredResponse():
+            per = what.units.get(what.frf.input, "")
+            units = {c: f"{what.units[c]}/{per}" if what.units[c] and per else "" for c in what.frf.channels}
+            return Plot(bode(what.frf, units), " + ".join(r.name for r in what.records))
+        case MisalignmentEstimate():
+            return Plot(misalignment_panels(what), "misalignment")
+        case Fitted():
+            return Plot(pictures(what), what.measured.serial)
+        case GapAnalysis():
+            return Plot(gap_panels(what.result), what.measured.serial)
+        case _:
+            return Plot(what)
+
+
+def _held(unit: UnitLike) -> LoadedUnit:
+    return loaded(Path(unit) if isinstance(unit, str) else unit)

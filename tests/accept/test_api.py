@@ -1,0 +1,77 @@
+"""`import accept`: light, documented, and enough for the tutorial notebook, which is run here."""
+
+import inspect
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import accept
+from accept.pictures.formats import PictureError
+from accept.pictures.interactive import page
+from checks.picture import Line, Panel
+from tests.soak import SOAK
+
+NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebooks" / "tutorial.ipynb"
+
+
+def cells() -> list[dict]:
+    return [c for c in json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
+
+
+def test_the_import_is_light():
+    code = "import sys, accept; print([m for m in ('numpy', 'scipy', 'typer', 'textual') if m in sys.modules])"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
+    assert said.stdout.strip() == "[]"
+
+
+def test_every_name_is_there_typed_and_documented():
+    for name in accept.__all__:
+        found = getattr(accept, name)
+        assert inspect.getdoc(found), name
+        if inspect.isfunction(found):
+            assert "return" in inspect.signature(found).parameters or found.__annotations__["return"], name
+    assert set(accept.__all__) <= set(dir(accept))
+    with pytest.raises(AttributeError, match="it offers Plot, analyse_gap"):
+        accept.no_such_name  # noqa: B018
+
+
+def test_the_page_of_the_interface_names_every_function():
+    text = (NOTEBOOK.parents[1] / "api.md").read_text(encoding="utf-8")
+    missing = [name for name in accept.__all__ if f"accept.api.{name}" not in text]
+    assert not missing
+
+
+def test_the_tutorial_runs_and_says_what_was_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Every cell in order; those that compute a table or search for minutes only in the heavy lane."""
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    for cell in cells():
+        if SOAK or "slow" not in cell["metadata"].get("tags", []):
+            exec(compile("".join(cell["source"]), str(NOTEBOOK), "exec"), names)  # the project's own file
+    assert names["result"].verdict == "accepted"
+    assert 70 < names["response"].resonances["de"].f_Hz < 110
+    assert accept.plot(names["response"])._repr_png_().startswith(b"\x89PNG")
+    if SOAK:
+        assert abs(names["off"].dy.value + 120) <= names["off"].dy.U
+        assert [n.effect for n in names["found"].result.named] == ["misalignment"]
+
+
+def test_a_picture_to_zoom_in_holds_its_curves_and_escapes_its_words(tmp_path: Path):
+    pytest.importorskip("plotly")
+    f = np.geomspace(1.0, 100.0, 7)
+    size = Panel("de / Va", "frequency [Hz]", "<b>", (Line(f, 1 / f, "measured"),), True, True)
+    phase = Panel("de / Va", "frequency [Hz]", "phase [deg]", (Line(f, -f, "measured"),), True)
+    text = (
+        accept.Plot({"de magnitude": size, "de phase": phase}, "<script>S</script>")
+        .save(tmp_path / "a.html")
+        .read_text()
+    )
+    assert "<script>S" not in text
+    assert text.count('class="plotly-graph-div"') == 1  # the phase shares the axis of its magnitude
+    with pytest.raises(PictureError, match="nothing to draw"):
+        page({}, "empty")
