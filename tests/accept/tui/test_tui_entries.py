@@ -17,9 +17,9 @@ from accept.tui.widgets.fields import Field
 from accept.workflow.entry.parse_entry import doubt, usual_range
 from checks.acceptance import CHECKS
 from specs.spec import Limit
-from tests.soak import SOAK
 from tests.accept.tui.tui_help import begin, loader, press, running, settled, type_line, words
 from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.soak import SOAK
 
 ENTRIES = st.lists(st.integers(-199, 199).map(lambda n: n / 4), min_size=8, max_size=8)
 PAUSES = st.lists(st.sampled_from([0, 0, 0, 1, 7, 60]), min_size=12, max_size=12)  # turns of the event loop
