@@ -12,6 +12,7 @@ from accept.commands.physics.frf import MeasuredResponse, read_any, responses_of
 from accept.commands.physics.frf_options import Estimator, ResponseOptions
 from accept.commands.physics.misalign import estimate_unit
 from accept.commands.physics.model_fit import Fitted, fit_unit, pictures
+from accept.commands.physics.model_options import FitOptions
 from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.analyse_unit import analyse as _analyse
@@ -98,13 +99,13 @@ def open_model(name: str | Path = "strut") -> Model:
 
 
 def fit_model(
-    unit: str | Path, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 1
+    unit: str | Path, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
 ) -> Fitted:
     """The model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
     second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
-    return fit_unit(Path(unit), model, f_lo, f_hi, starts)
+    return fit_unit(Path(unit), FitOptions(model, f_lo, f_hi, starts))
 
 
 def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
