@@ -3,7 +3,10 @@
 import errno
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 _UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
 os.umask(_UMASK)
@@ -28,6 +31,13 @@ def check_places(*paths: Path | None) -> None:
 
 def write_atomic(path: Path, content: bytes) -> None:
     """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one."""
+    with writing_atomic(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def writing_atomic(path: Path) -> Iterator[IO[bytes]]:
+    """A file to be written bit by bit, which replaces `path` at the end and not where an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
@@ -35,7 +45,7 @@ def write_atomic(path: Path, content: bytes) -> None:
         raise OSError(e.errno, e.strerror, str(path)) from e  # nobody asked for a file of that name
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(content)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         os.chmod(temporary, 0o666 & ~_UMASK)

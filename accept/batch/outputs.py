@@ -16,6 +16,10 @@ COLUMNS = [
 ]  # fmt: skip
 
 
+JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept\">\n"
+JUNIT_END = b"</testsuites>\n"
+
+
 def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
     """The document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
     spec = specs[0] if specs else None
@@ -38,9 +42,18 @@ def findings_frame(units: list[dict[str, Any]]) -> "pd.DataFrame":
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def results_csv(units: list[dict[str, Any]]) -> bytes:
-    """A row per finding, and one per refused unit, with a header."""
-    return findings_frame(units).map(_cell).to_csv(index=False).encode()
+def counts_json(
+    specs: list[dict[str, str]], verdicts: dict[str, int], refused: list[dict[str, str]], datasets: dict[str, str]
+) -> bytes:
+    """results.json where the units are too many to list: how many have which verdict, and the data sets."""
+    head = {"accept_version": version(), "spec": specs[0] if specs else None, "specs": specs}
+    document = head | {"verdicts": verdicts, "datasets": datasets, "refused": refused}
+    return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
+
+
+def csv_rows(findings: "pd.DataFrame", header: bool) -> bytes:
+    """A row per finding, the header where it is wanted."""
+    return findings.map(_cell).to_csv(index=False, header=header).encode()
 
 
 def _cell(value: Any) -> Any:
@@ -51,19 +64,27 @@ def _cell(value: Any) -> Any:
     return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text
 
 
-def junit_xml(units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
-    """A suite per unit, a case per finding: fail and conditional are failures, no result is an error. What the gap
+def junit_unit(unit: dict[str, Any]) -> bytes:
+    """A unit's suite, a case per finding: fail and conditional are failures, no result is an error. What the gap
     workflow found is the suite's output: it passes and fails nothing."""
-    root = ET.Element("testsuites", name="accept")
-    for unit in units:
-        root.append(_suite(unit))
+    return _element(_suite(unit))
+
+
+def junit_refused(refused: list[dict[str, str]]) -> bytes:
+    """A suite with an error for each refused folder."""
+    suites = []
     for row in refused:
-        suite = ET.SubElement(root, "testsuite", name=_clean(row["path"]), tests="1", failures="0", errors="1")
+        suite = ET.Element("testsuite", name=_clean(row["path"]), tests="1", failures="0", errors="1")
         case = ET.SubElement(suite, "testcase", classname="unit", name="unit.toml")
         ET.SubElement(case, "error", type="refused", message=_clean(row["reason"]))
-    ET.indent(root)
-    document: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
-    return document
+        suites.append(_element(suite))
+    return b"".join(suites)
+
+
+def _element(suite: ET.Element) -> bytes:
+    ET.indent(suite, level=1)
+    text: bytes = ET.tostring(suite, encoding="utf-8")
+    return b"  " + text + b"\n"
 
 
 def _suite(unit: dict[str, Any]) -> ET.Element:

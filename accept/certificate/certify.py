@@ -13,7 +13,7 @@ from accept.certificate import events
 from accept.certificate.examine import JudgedUnit
 from accept.certificate.keys import Credential
 from accept.fleet import golden
-from accept.store import Store
+from accept.store import Event, Store
 from specs.spec import Spec
 
 
@@ -25,20 +25,21 @@ def certify(
     *,
     stored: bool = False,
     who: str | None = None,
-) -> None:
+) -> Event | None:
     """Store the verdict unless it is `stored`; write its certificate, where one was drawn, to `path`, signed where
-    there is a credential, and store that it was. who: signs, where that is not the operator who judged.
+    there is a credential, and store that it was. who: signs, where that is not the operator who judged. Returns the
+    event of the verdict.
 
     Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
+    event = None
     if not stored:
         golden.may_judge(store, judged.result.serial)
-        events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
-    if judged.unsigned is None:
-        return
-    if credential is None:
+        event = events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
+    if judged.unsigned is not None and credential is None:
         write_atomic(path, judged.unsigned)
-        return
-    sign_into(path, judged.unsigned, credential, store, judged.result.serial, who or judged.operator, judged.spec)
+    elif judged.unsigned is not None and credential is not None:
+        sign_into(path, judged.unsigned, credential, store, judged.result.serial, who or judged.operator, judged.spec)
+    return event
 
 
 def sign_into(

@@ -41,8 +41,11 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
         stdout.print(units_table(report.units))
         for line in (*reasons(report.units), *explanations(report.units)):
             print(line)
+    else:  # too many for a table, or none
+        for verdict, count in sorted(report.verdicts.items()):
+            print(f"{count} {verdict}")
     if report.unchanged:
-        say(f"{len(report.unchanged)} of {len(report.units)} units unchanged since they were judged: not judged again")
+        say(f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again")
     certificates = f", {wanted.out / 'certificates'}" if credential else ""
     say(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}")
     return report.exit()

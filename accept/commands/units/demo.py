@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.batch import judge_batch
+from accept.batch import engines, judge_batch
 from accept.batch.table import reasons, units_table
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.gap.text import gap_of, in_order, one_line
@@ -29,7 +29,7 @@ def run(out: Path, operator: str | None) -> Exit:
     what is hidden in that strut. The exit code says whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
-    with judge_batch.processes(1) as elsewhere:
+    with engines.processes(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write_strut(out / "units")]

@@ -14,7 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.base.home import home
-from accept.batch.judge_batch import BatchRequest, processes, run
+from accept.batch.engines import processes
+from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.content import content_of
 from accept.certificate.document import render
 from accept.certificate.signing import sign

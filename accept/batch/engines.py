@@ -1,0 +1,77 @@
+"""Where units are judged: in this process, in others of this machine, or on a cluster. What comes back is the same."""
+
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
+from multiprocessing import get_context
+from pathlib import Path
+
+from accept.base.atomic_files import write_atomic
+from accept.batch.worker import Errand, Job, Outcome, run_errand
+from accept.cluster.work import Cluster, WorkerDied
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitFolder
+
+MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
+
+
+def processes(count: int) -> ProcessPoolExecutor:
+    """Fresh ones, which share nothing with this one."""
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+
+
+def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, Outcome]]:
+    """Judge on a cluster; what a worker made beside the result comes back with it."""
+    for errand, back in cluster.unordered(run_errand, map(Errand.of, jobs)):
+        if isinstance(back, WorkerDied):
+            yield errand.job, f"{folder_of(errand.job)}: every worker that judged it died (out of memory?)"
+            continue
+        for name, content in back.files.items():
+            write_atomic(unit_folder.inside(out, name), content)
+        yield errand.job, back.outcome
+
+
+def judge_here(
+    jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None
+) -> Iterator[tuple[Job, Outcome]]:
+    """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
+    pool of its own the caller judges the longest unit here."""
+    wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
+    if wanted <= 1 or len(jobs) <= 1:
+        yield from ((job, job()) for job in jobs)
+        return
+    left = dict(enumerate(sorted(jobs, key=_bytes, reverse=True)))  # the longest first, so that no worker waits for it
+    try:
+        with nullcontext(pool) if pool else processes(min(wanted, len(jobs))) as running:
+            own = 0 if pool else None
+            pending = {running.submit(job): key for key, job in left.items() if key != own}
+            if own is not None:
+                yield left[own], left[own]()
+                del left[own]
+            for future in as_completed(pending):
+                judged = future.result()
+                yield left.pop(pending[future]), judged
+    except BrokenProcessPool:
+        yield from ((job, _judge_apart(job)) for job in left.values())
+
+
+def folder_of(job: Job) -> Path:
+    """Of the unit that a job judges."""
+    unit: UnitFolder = job.args[0]
+    return unit.path
+
+
+def _bytes(job: Job) -> int:
+    """Of the files in a unit's folder, which say how long it takes."""
+    return sum(path.stat().st_size for path in folder_of(job).iterdir() if path.is_file())
+
+
+def _judge_apart(job: Job) -> Outcome:
+    """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
+    try:
+        with processes(1) as pool:
+            return pool.submit(job).result()
+    except BrokenProcessPool:
+        return f"{folder_of(job)}: the process that judged it died (out of memory?)"

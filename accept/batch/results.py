@@ -1,0 +1,134 @@
+"""The files that a batch leaves, written as the units come by: memory stays flat however many there are.
+
+Up to WHOLE units `results.json` holds all of them. Beyond, it holds the counts and names the data sets instead: a
+script that asks for its key `units` fails then, where an empty list would pass for "nothing was judged".
+"""
+
+import json
+import shutil
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import IO, TYPE_CHECKING, Any
+
+from accept.base.atomic_files import write_atomic, writing_atomic
+from accept.batch import outputs
+from specs.errors import AcceptError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+WHOLE = 2000  # units that results.json lists
+AT_ONCE = 2000  # units of one part of a data set
+FINDINGS, UNITS = "findings.parquet", "units.parquet"
+NUMBERS = ("value", "U", "lower", "upper", "p_false_accept")
+
+
+class ResultsError(AcceptError, RuntimeError):
+    """The results cannot be written; the text says why and what to do."""
+
+
+def check_room(units: int, dataset: bool) -> None:
+    """Raises ResultsError, before the work, where the data sets are due and cannot be written."""
+    if units <= WHOLE and not dataset:
+        return
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError as e:
+        words = f"{units} units" if units > WHOLE else "results of a cluster"
+        raise ResultsError(f"{words}: are written as Parquet, which needs pip install 'accept[cluster]' ({e})") from e
+
+
+class Results:
+    """Open while a batch's entries are added, in order of serial. entries: all of them, where they are few."""
+
+    def __init__(self, out: Path, whole: bool, dataset: bool) -> None:
+        self.entries: list[dict[str, Any]] = []
+        self._out, self._whole = out, whole
+        self._dataset = dataset or not whole
+        self._held: list[dict[str, Any]] = []
+        self._parts = 0
+        self._open = ExitStack()
+
+    def __enter__(self) -> "Results":
+        self._out.mkdir(parents=True, exist_ok=True)
+        self._csv: IO[bytes] = self._open.enter_context(writing_atomic(self._out / "results.csv"))
+        self._junit: IO[bytes] = self._open.enter_context(writing_atomic(self._out / "junit.xml"))
+        self._junit.write(outputs.JUNIT_HEAD)
+        for name in (FINDINGS, UNITS):
+            shutil.rmtree(self._part(name), ignore_errors=True)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._open.__exit__(kind, error, trace)
+
+    def add(self, entry: dict[str, Any]) -> None:
+        """One unit's entry of results.json."""
+        self._held.append(entry)
+        if self._whole:
+            self.entries.append(entry)
+        if len(self._held) == AT_ONCE:
+            self._put()
+
+    def finish(self, specs: list[dict[str, str]], refused: list[dict[str, str]], verdicts: Mapping[str, int]) -> None:
+        """What is left, then results.json: whoever sees it sees the others too."""
+        if self._held or not self._parts:
+            self._put()
+        self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)
+        self._open.close()
+        self._replace_datasets()
+        if self._whole:
+            document = outputs.results_json(specs, self.entries, refused)
+        else:
+            document = outputs.counts_json(specs, dict(verdicts), refused, {"findings": FINDINGS, "units": UNITS})
+        write_atomic(self._out / "results.json", document)
+
+    def _put(self) -> None:
+        frame = outputs.findings_frame(self._held)
+        self._csv.write(outputs.csv_rows(frame, header=self._parts == 0))
+        for entry in self._held:
+            self._junit.write(outputs.junit_unit(entry))
+        if self._dataset:
+            self._write_part(FINDINGS, _findings(frame))
+            self._write_part(UNITS, _units(self._held))
+        self._parts += 1
+        self._held.clear()
+
+    def _part(self, name: str) -> Path:
+        return self._out / f".{name}.part"
+
+    def _write_part(self, name: str, table: "pa.Table") -> None:
+        from pyarrow import parquet
+
+        place = self._part(name)
+        place.mkdir(exist_ok=True)
+        parquet.write_table(table, place / f"part-{self._parts:05d}.parquet")
+
+    def _replace_datasets(self) -> None:
+        """Data sets of an earlier batch never stand beside results of this one."""
+        for name in (FINDINGS, UNITS):
+            shutil.rmtree(self._out / name, ignore_errors=True)
+            if self._dataset:
+                self._part(name).rename(self._out / name)
+
+
+def _findings(frame: Any) -> "pa.Table":
+    """A row per finding, the columns of results.csv."""
+    import pyarrow as pa
+
+    kinds = {name: pa.float64() for name in NUMBERS} | {"required": pa.bool_()}
+    schema = pa.schema([(name, kinds.get(name, pa.string())) for name in outputs.COLUMNS])
+    return pa.Table.from_pandas(frame, schema=schema, preserve_index=False)
+
+
+def _units(entries: list[dict[str, Any]]) -> "pa.Table":
+    """A row per unit: serial, kind, verdict, certificate, and its whole entry as JSON."""
+    import pyarrow as pa
+
+    names = ("serial", "kind", "verdict", "certificate")
+    schema = pa.schema([(name, pa.string()) for name in (*names, "entry")])
+    rows = [{n: e[n] for n in names} | {"entry": json.dumps(e, sort_keys=True, ensure_ascii=False)} for e in entries]
+    return pa.Table.from_pylist(rows, schema=schema)

@@ -1,0 +1,80 @@
+"""The units of one batch, in a private file on disk that goes with it: memory stays flat however many there are."""
+
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+from accept.units import unit_folder
+from accept.units.unit_folder import UnitFolder
+
+HELD = 2000  # units kept as they were read; the others are read again
+
+
+class Roster:
+    """Folders by serial, and which of them were judged, by which event. A context manager.
+
+    One serial in two folders is a clash, also where only its capitals differ: a file system may take a and A for one.
+    """
+
+    def __init__(self) -> None:
+        self._file = sqlite3.connect("")  # in memory while it is small, else in a temporary file without a name
+        self._file.execute(
+            "CREATE TABLE unit (place TEXT PRIMARY KEY, path TEXT, serial TEXT, key TEXT, "
+            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER)"
+        )
+        self._held: dict[Path, UnitFolder] = {}
+        self._file.execute("CREATE INDEX by_key ON unit (key)")
+        self._file.execute("CREATE INDEX by_serial ON unit (serial)")
+
+    def __enter__(self) -> "Roster":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def add(self, unit: UnitFolder) -> None:
+        """A folder; named twice it is one."""
+        if len(self._held) < HELD:
+            self._held.setdefault(unit.path, unit)
+        row = (str(unit.path.resolve()), str(unit.path), unit.serial, unit.serial.casefold())
+        self._file.execute("INSERT OR IGNORE INTO unit (place, path, serial, key) VALUES (?, ?, ?, ?)", row)
+
+    def clashes(self) -> Iterator[tuple[str, Path, list[str]]]:
+        """(serial, folder, the other folders) of each that shares a serial; they are refused from here on."""
+        twice = "SELECT key FROM unit GROUP BY key HAVING COUNT(*) > 1"
+        rows = self._file.execute(f"SELECT serial, path, key FROM unit WHERE key IN ({twice}) ORDER BY serial, path")
+        for serial, path, key in rows.fetchall():
+            others = self._file.execute("SELECT path FROM unit WHERE key = ? AND path != ? ORDER BY path", (key, path))
+            yield serial, Path(path), [other for (other,) in others]
+        self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
+
+    def folders(self) -> Iterator[Path]:
+        """Of the units that are not refused, by serial."""
+        rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
+        return (Path(path) for (path,) in rows)
+
+    def unit(self, path: Path) -> UnitFolder:
+        """A unit as it was read, or, where there are many, read again. Raises UnitError."""
+        return self._held.get(path) or unit_folder.read(path)
+
+    def folder(self, serial: str) -> Path | None:
+        """Where a unit of this batch lies."""
+        row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else Path(row[0])
+
+    def refuse(self, path: Path) -> None:
+        self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
+
+    def judged(self, serial: str, seq: int, unchanged: bool = False) -> None:
+        """The event that holds the unit's result; a later one replaces an earlier one."""
+        row = (seq, int(unchanged), serial)
+        self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
+
+    def results(self) -> Iterator[tuple[str, int]]:
+        """(serial, number of its event), by serial."""
+        return iter(self._file.execute("SELECT serial, seq FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
+
+    def count(self, which: str = "refused = 0") -> int:
+        """Units that are not refused, `seq IS NOT NULL`: judged, `unchanged`: as they were judged before."""
+        found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
+        return found[0]

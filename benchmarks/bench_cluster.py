@@ -1,0 +1,88 @@
+"""A batch on a local Dask cluster: overhead of the engine per unit, memory of the coordinator, two workers against one.
+
+Run: python benchmarks/bench_cluster.py [UNITS]. Required: the engine adds at most 10 ms to a unit; the coordinator's
+memory does not grow with the units; two workers on two cores at least 1.7 times one, where units take long enough.
+Units hold typed values; for the third figure judging each takes 0.2 s more, which one core can spend alone.
+"""
+
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from distributed import LocalCluster
+
+from accept.batch import judge_batch
+from accept.cluster.dask_workers import DaskWorkers
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from tests.accept.units.units import make_unit
+
+
+def resident_MB() -> float:
+    """Of this process now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize() / 1e6
+
+
+def burn(seconds: float) -> float:
+    """Work of one core, by its own clock of processor time."""
+    began = time.process_time()
+    while time.process_time() - began < seconds:
+        sum(range(10_000))
+    return seconds
+
+
+def batch(units: Path, place: Path, cluster: DaskWorkers | None) -> tuple[float, list[float]]:
+    """Seconds of a batch, and the memory of this process at every 500th unit [MB]."""
+    seen: list[float] = []
+    count = 0
+
+    def say(_: str) -> None:
+        nonlocal count
+        count += 1
+        if count % 500 == 0:
+            seen.append(resident_MB())
+
+    specs = {"apa": load_spec("apa-basic")}
+    order = judge_batch.BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
+    with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
+        began = time.perf_counter()
+        judge_batch.run(order, store, say)
+        return time.perf_counter() - began, seen
+
+
+def main(units: int) -> None:
+    with tempfile.TemporaryDirectory(prefix="bench-cluster") as name:
+        place = Path(name)
+        for n in range(units):
+            make_unit(place / "units" / f"{n // 1000:03d}" / f"T-{n:06d}", f"T-{n:06d}")
+        first = place / "units" / "000"
+        times = {}
+        for count in (1, 2):
+            local = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+            cluster = DaskWorkers("local", local, print)
+            list(cluster.unordered(burn, [0.1] * 4))  # started, and their imports done
+            began = time.perf_counter()
+            list(cluster.unordered(burn, [0.2] * 60))
+            times[count] = time.perf_counter() - began
+            if count == 1:
+                far, _ = batch(first, place / "far", cluster)
+                near, _ = batch(first, place / "near", None)
+                each = len(list(first.iterdir()))
+                print(
+                    f"{each} units: {1e3 * near / each:.1f} ms each here, {1e3 * far / each:.1f} ms on one worker: ",
+                    end="",
+                )
+                print(f"{1e3 * (far - near) / each:.1f} ms of engine (at most 10)")
+            else:
+                took, seen = batch(place / "units", place / "all", cluster)
+                print(f"{units} units in {took:.0f} s; memory at every 500th: ", *(f"{m:.0f}" for m in seen), "MB")
+            cluster.close()
+            local.close()
+        print(f"two workers {times[1] / times[2]:.2f} times one (at least 1.7 on two idle cores)")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)

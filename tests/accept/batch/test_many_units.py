@@ -1,0 +1,86 @@
+"""Batches of more units than results.json lists: nothing is lost, every file says the same, memory stays flat."""
+
+import csv
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from accept.batch import judge_batch, results, roster
+from accept.batch.judge_batch import BatchReport, BatchRequest, run
+from accept.batch.roster import Roster
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from accept.units import unit_folder
+from tests.accept.units.units import GOOD, make_unit
+
+SERIALS = [f"T-{n}" for n in range(7)]
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three units count as many, two are a part."""
+    monkeypatch.setattr(judge_batch, "WHOLE", 3)
+    monkeypatch.setattr(results, "WHOLE", 3)
+    monkeypatch.setattr(results, "AT_ONCE", 2)
+    monkeypatch.setattr(roster, "HELD", 3)
+
+
+@pytest.fixture
+def units(tmp_path: Path) -> Path:
+    for serial in SERIALS:
+        make_unit(tmp_path / "units" / serial, serial, GOOD.replace("5.10", "1.72") if serial == "T-5" else GOOD)
+    return tmp_path / "units"
+
+
+def judged(units: Path, out: Path) -> BatchReport:
+    order = BatchRequest([units], out, {"apa": load_spec("apa-basic")}, "Ada", workers=1)
+    with open_store() as store:
+        return run(order, store, lambda _: None)
+
+
+def test_every_file_says_what_the_whole_one_would(
+    units: Path, tmp_path: Path, few: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = judged(units, tmp_path / "many")
+    assert (many.units, many.verdicts) == ([], {"accepted": 6, "rejected": 1})
+    document = json.loads((tmp_path / "many" / "results.json").read_text())
+    assert "units" not in document  # not an empty list, which would pass for nothing judged
+    assert document["verdicts"] == {"accepted": 6, "rejected": 1}
+    findings = pd.read_parquet(tmp_path / "many" / document["datasets"]["findings"])
+    entries = pd.read_parquet(tmp_path / "many" / document["datasets"]["units"])
+    monkeypatch.setattr(judge_batch, "WHOLE", 100)
+    monkeypatch.setattr(results, "WHOLE", 100)
+    whole = judged(units, tmp_path / "whole")
+    assert whole.unchanged == len(SERIALS)
+    assert [json.loads(text) for text in entries["entry"]] == whole.units
+    rows = [(u["serial"], f["quantity"], f["value"], f["verdict"]) for u in whole.units for f in u["findings"]]
+    assert list(zip(*(findings[n] for n in ("serial", "quantity", "value", "verdict")), strict=True)) == rows
+    for name in ("results.csv", "junit.xml"):
+        assert (tmp_path / "many" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+    with (tmp_path / "many" / "results.csv").open() as file:
+        assert [row["serial"] for row in csv.DictReader(file)] == [row[0] for row in rows]
+    suites = ET.parse(tmp_path / "many" / "junit.xml").getroot()
+    assert [suite.get("name") for suite in suites] == SERIALS
+
+
+def test_data_sets_of_an_earlier_batch_do_not_stay(units: Path, tmp_path: Path, few: None) -> None:
+    judged(units, tmp_path / "out")
+    assert (tmp_path / "out" / results.FINDINGS).is_dir()
+    judged(units / "T-5", tmp_path / "out")
+    assert not list((tmp_path / "out").glob("*.parquet"))
+    assert [u["serial"] for u in json.loads((tmp_path / "out" / "results.json").read_text())["units"]] == ["T-5"]
+
+
+def test_clashing_serials_are_refused_however_many_there_are(units: Path, tmp_path: Path, few: None) -> None:
+    make_unit(units / "again", "t-4", GOOD)
+    report = judged(units, tmp_path / "out")
+    assert {Path(row["path"]).name for row in report.refused} == {"T-4", "again"}
+    assert report.judged == len(SERIALS) - 1
+    with Roster() as one:
+        for path in (units / "T-1", units / "T-1", units / ".." / "units" / "T-1"):
+            one.add(unit_folder.read(path))
+        assert not list(one.clashes())
+        assert one.count() == 1
