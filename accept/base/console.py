@@ -49,7 +49,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
             return Exit.BAD_INPUT
         except KeyboardInterrupt:
             say("accept: stopped; finished units are stored; run the command again to continue")
-            return Exit.INCOMPLETE
+            return Exit.STOPPED
 
     return run
 

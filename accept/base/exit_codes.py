@@ -12,6 +12,7 @@ class Exit(IntEnum):
     INCOMPLETE = 4  # incomplete or conditional
     INSTRUMENT = 5
     BAD_INPUT = 6  # nothing could be judged
+    STOPPED = 130  # with Ctrl-C, as a shell says it: 128 and the signal's number
 
 
 def of_verdicts(verdicts: Iterable[str], refused: int = 0) -> Exit:

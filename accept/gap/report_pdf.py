@@ -4,10 +4,12 @@ import io
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Spacer, Table, TableStyle
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageBreak, PageTemplate, Spacer, Table, TableStyle
 
+from accept.gap.reasons import candidates, moved, shift_words
 from accept.gap.text import chance, gap_number, headline_of, named_line, number
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
@@ -15,11 +17,13 @@ from accept.pdf.figure_row import FigureRow
 from accept.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pdf.page_style import words
 from accept.pictures.reduce import reduced
-from checks.gap.decision.panels import errors, panels
+from checks.gap.decision.panels import errors, panels, responses
 from checks.gap.decision.result import NO_MISSING, Result
+from checks.picture import Line, Panel
 
 HEAD = 20 * mm
 CANDIDATES = 6
+PARAMETERS = 16
 BEFORE = (
     "Before: the model with its uncertain values fitted, without the effects; after: with the effects named. Both on "
     "records that were not fitted."
@@ -46,6 +50,12 @@ def render(serial: str, result: Result) -> bytes:
         *_gap_table(result),
         *_candidates(result),
         *_remarks(result),
+        PageBreak(),
+        words("Magnitude and phase, one frequency axis", page_style.HEADING),
+        FigureRow([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
+        FigureRow([reduced(panel) for panel in phases(result)], 42.0),
+        *_reasons(result),
+        *_moved(result),
     ]
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
@@ -131,6 +141,49 @@ def _candidates(result: Result) -> list[Flowable]:
         row = (", ".join(t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
         cells.append([words(v, page_style.SMALL) for v in row])
     return [words("Candidates, on records that were not fitted", page_style.HEADING), _table(cells, [110, 36, 36])]
+
+
+def _reasons(result: Result) -> list[Flowable]:
+    """Every explanation that was tried, and why it was named or not."""
+    rows = list(candidates(result))
+    if not rows:
+        return []
+    head = ("Explanation tried", "gain in ln L", "p of the rest", "decision")
+    cells = [[words(h, page_style.TABLE_HEAD) for h in head]]
+    cells += [[words(v, page_style.SMALL) for v in row] for row in rows]
+    return [words("Why this cause, and why not another", page_style.HEADING), _table(cells, [62, 24, 24, 72])]
+
+
+def _moved(result: Result) -> list[Flowable]:
+    """The model's uncertain values after the fit, beside what its file says."""
+    found = moved(result)
+    if not found:
+        return []
+    head = ("Model value", "in its file", "fitted", "moved by")
+    cells = [[words(h, page_style.TABLE_HEAD) for h in head]]
+    for one in found[:PARAMETERS]:
+        row = (one.name, f"{number(one.prior)} ± {one.prior_sd:.2g}", f"{number(one.value)} ± {one.sd:.2g}")
+        cells.append([words(v, page_style.SMALL) for v in (*row, shift_words(one))])
+    rest = len(found) - PARAMETERS
+    more = f" The other {rest} moved less." if rest > 0 else ""
+    title = words("Fitted values against their priors", page_style.HEADING)
+    note = words(f"One standard deviation each, those that moved furthest first.{more}", page_style.QUIET)
+    return [title, note, _table(cells, [72, 36, 36, 38])]
+
+
+def phases(result: Result) -> list[Panel]:
+    """Phase of every channel, measured and by the model before and after, over the bins of its magnitude."""
+    data, out = result.before.data, []
+    before, after = responses(result)
+    for c in range(len(data.channels)):
+        measured, was, now = (np.degrees(np.angle(H[:, c])) for H in (data.H, before, after))
+        lines = (
+            Line(data.f, measured, "", "points", "data"),
+            Line(data.f, was, "", "points", "before"),
+            Line(data.f, now, "", "points", "model"),
+        )
+        out.append(Panel("", "frequency [Hz]", "phase [deg]", lines, x_log=True, y_range=(-190.0, 190.0)))
+    return out
 
 
 def _limits(result: Result) -> list[Flowable]:

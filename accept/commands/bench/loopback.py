@@ -13,6 +13,17 @@ from textual_serve.server import Server
 COOKIE = "accept-session"
 _ELSEWHERE = re.compile(r"<(link|script)\b[^>]*(?:href|src)\s*=\s*[\"']https?://[^>]*>(?:\s*</script>)?", re.DOTALL)
 
+# Keys go to the program at once, without a click into the page first: the terminal takes them in a text area that comes
+# when it is drawn.
+_FOCUS = """<script>
+(function focus(left) {
+  const line = document.querySelector("textarea.xterm-helper-textarea");
+  if (line) line.focus();
+  if (left > 0 && document.activeElement !== line) setTimeout(focus, 100, left - 1);
+})(600);
+</script>
+"""
+
 
 class Loopback(Server):
     """Answers pages of its own address only: another site that is open in the same browser could otherwise press keys
@@ -66,4 +77,5 @@ def template_without_strangers(folder: Path) -> None:
     """The package's page without what it would load from other hosts: a bench may have no way to them, and none of
     their business is what is measured here."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
-    (folder / "app_index.html").write_text(_ELSEWHERE.sub("", page), encoding="utf-8")
+    page = _ELSEWHERE.sub("", page).replace("</body>", f"{_FOCUS}</body>")
+    (folder / "app_index.html").write_text(page, encoding="utf-8")

@@ -8,6 +8,7 @@ import pytest
 from pypdf import PdfReader
 
 from accept.gap import analyse_unit
+from accept.gap.reasons import moved
 from accept.gap.report_pdf import render
 from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
@@ -40,10 +41,15 @@ def text_of(pdf: bytes) -> str:
     return " ".join(" ".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages).split())
 
 
-def test_one_page_with_sentence_and_numbers(result: Result) -> None:
+def test_the_first_page_has_sentence_and_numbers_the_second_the_reasons(result: Result) -> None:
     pdf = render("X-1", result)
-    assert len(PdfReader(io.BytesIO(pdf)).pages) == 1
-    text = text_of(pdf)
+    pages = [" ".join(page.extract_text().split()) for page in PdfReader(io.BytesIO(pdf)).pages]
+    assert len(pages) == 2
+    text = pages[0]
+    assert "named" in pages[1]
+    assert "fits worse, by" in pages[1]  # why another explanation was not named
+    assert "Fitted values against their priors" in pages[1]
+    assert f"{moved(result)[0].shift:+.1f} sd" in pages[1]
     document = analyse_unit.to_json("X-1", result)
     assert document["named"][0]["sentence"] in text
     for key in ("gap_before", "gap_after"):

@@ -1,0 +1,78 @@
+"""Why a candidate was named and another was not, from what the search tried; and what the fit did to the model's own
+values, against what its file says of them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from accept.gap.text import chance
+from checks.gap.decision.result import Result, Tried
+
+SHOWN = 8  # of each: what follows says less
+ALIKE = 3.0  # in ln L: less does not distinguish two explanations
+POOR = 1e-3  # probability of the rest below which an explanation leaves something over
+FAR = 2.0  # of a prior's sd: a value that moved so far is worth a second look
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A fitted value: prior and sd of the model's file, value and sd after the fit; shift in sd of the prior."""
+
+    name: str
+    prior: float
+    prior_sd: float
+    value: float
+    sd: float
+    shift: float
+
+
+def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
+    """Explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
+    named = {n.effect for n in result.named}
+    chosen = next((t for t in result.tried if named and set(t.names) == named), None)
+    for tried in result.tried[:SHOWN]:
+        words = ", ".join(name.replace("_", " ") for name in tried.names) or "none"
+        yield words, f"{tried.delta_lnL:.0f}", chance(tried.p), _why(tried, chosen, named, result)
+
+
+def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) -> str:
+    if chosen is tried:
+        return "named"
+    rivals = {effect for one in result.ambiguous for effect in one.effects}
+    if rivals and set(tried.names) & rivals:
+        return "not named: cannot be distinguished from its rivals"
+    if not tried.names:
+        return "leaves the gap as it is"
+    if chosen is None:
+        return f"not named: leaves something over (p {chance(tried.p)})" if tried.p < POOR else "not named"
+    behind = chosen.delta_lnL - tried.delta_lnL
+    if set(tried.names) > named and -behind < ALIKE:
+        return "not named: the additional effect gains nothing"
+    if behind > ALIKE:
+        return f"not named: fits worse, by {behind:.0f} in ln L"
+    if set(tried.names) < named:
+        return "not named: part of what was named, and not enough alone"
+    return f"not named: needs {len(tried.names)} effects for the same gain"
+
+
+def moved(result: Result) -> list[Moved]:
+    """Values of the model with a prior, those that the fit moved furthest first."""
+    fit, sds = result.fit, result.fit.sds
+    found = [
+        Moved(
+            free.name,
+            free.prior,
+            free.sd,
+            fit.at[free.name],
+            sds[free.name],
+            (fit.at[free.name] - free.prior) / free.sd,
+        )
+        for free in fit.free
+        if math.isfinite(free.sd) and free.sd > 0 and free.name in fit.at
+    ]
+    return sorted(found, key=lambda one: -abs(one.shift))
+
+
+def shift_words(one: Moved) -> str:
+    """How far a value moved, in its prior's sd, and a warning where that is far."""
+    return f"{one.shift:+.1f} sd" + (", far from the model's file" if abs(one.shift) > FAR else "")
