@@ -1,4 +1,4 @@
-"""Ratio of one more unit on a full store to one on an empty store. Run: python benchmarks/bench_store.py [EVENTS]
+"""Ratio of one more unit on a full store to one on an empty store. Run: python benchmarks/bench_store.py EVENTS
 
 Required: at 100,000 units at most 1.2. Both are what `accept batch` does after start-up: open the store, judge one unit
 of typed values, append, write the results, close. The full store was checked whole and sealed when it was made; the

@@ -55,7 +55,7 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
         ann.types(*files)
         if title == "Axial stiffness":
             ann.types("6.4 kg")
-        terminal.wait_for(f"/8 .*[✓✗~?].*{title[:8]}")
+        terminal.wait_for(f"/\\d .*[✓✗~?].*{title[:8]}")
         ann.back()
     ann.step("Frequency responses")
     ann.types("frf_sweep.mat", "frf_noise_hf.mat")
