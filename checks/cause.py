@@ -214,6 +214,7 @@ class Cause(Enum):
     U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value:.6g} ± {U:.3g} {unit})"
     U_TOO_LARGE = "U = {U:.3g} {unit} is above the {most:g} {unit} that shared risk allows"
     CALIBRATION = "no valid calibration: {detail}"
+    MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"
     INTERNAL_ERROR = "the check stopped on an internal error: {detail}"
     CANNOT_ESTIMATE = "no estimate: {detail}"
 

@@ -1,36 +1,47 @@
 """What every command does alike: talk on stderr, one clear line for an error, who is at the bench."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import wraps
 from typing import ParamSpec
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
+from accept.base.plain_text import lines, one_line
 from specs import plugins
 from specs.errors import AcceptError
 
-__all__ = ["KNOWN_ERRORS", "clear_errors", "operator_name", "say", "stdout"]
+__all__ = ["KNOWN_ERRORS", "clear_errors", "one_line", "operator_name", "say", "stdout", "tell"]
 
 P = ParamSpec("P")
+
+
+class PlainConsole(Console):
+    """Shows no control character of what it is given, in no cell of a table; its own colours stay."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else Segment(lines(segment.text), segment.style)
+
+
 KNOWN_ERRORS = (AcceptError, OSError)
 
 # A file or a pipe has no width: a table cut to 80 columns would lose what a script looks for. Without markup: it would
 # take "[percent]" or "[a]" in a file's name for a style and drop it.
-stdout = Console(highlight=False, markup=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
+stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None if sys.stdout.isatty() else 240)
 
 
 def say(words: str) -> None:
     """Talk goes to stderr, so that stdout stays data."""
-    print("\n".join(one_line(line) for line in words.split("\n")), file=sys.stderr, flush=True)
+    print(lines(words), file=sys.stderr, flush=True)
 
 
-def one_line(text: str) -> str:
-    """Text from elsewhere as a terminal, a log or a table may show it: on one line, without anything that moves the
-    cursor or writes from right to left; what cannot be shown is escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+def tell(*words: str) -> None:
+    """Lines of an answer on stdout, without markup and of any length."""
+    print("\n".join(lines(line) for line in words))
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:

@@ -2,13 +2,16 @@
 
 import logging
 import sys
+import traceback
 from importlib import metadata
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock
 
 from accept.base.home import home
+from accept.base.plain_text import lines, one_line
 
 NAME = "accept.log"
 PLEASE_REPORT = f"please report it with ACCEPT_HOME/log/{NAME}"
@@ -29,7 +32,7 @@ def log_fault(doing: str, fault: BaseException) -> None:
     info = (type(fault), fault, fault.__traceback__)
     record = logging.LogRecord("accept", logging.ERROR, __file__, 0, doing, None, info)
     record.version = metadata.version("accept")
-    formatter = logging.Formatter(_FORMAT)
+    formatter = _Plain(_FORMAT)
     try:
         _append(record, formatter)
     except (OSError, RuntimeError) as e:
@@ -47,6 +50,18 @@ def _append(record: logging.LogRecord, formatter: logging.Formatter) -> None:
             handler.emit(record)
         finally:
             handler.close()
+
+
+class _Plain(logging.Formatter):
+    """An error may quote a file's name or content: none writes a line of its own or moves the cursor."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return lines(super().format(record))
+
+    def formatException(self, info: Any) -> str:
+        kind, fault, trace = info
+        words = one_line(str(fault))
+        return f"{''.join(traceback.format_tb(trace))}{kind.__name__}: {words}"
 
 
 class _RotatingFile(RotatingFileHandler):

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 from multiprocessing import get_context
 from pathlib import Path
 
+from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
 from accept.batch.worker import Errand, Job, Outcome, run_errand
 from accept.cluster.work import Cluster, WorkerDied
@@ -18,8 +19,8 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 
 
 def processes(count: int) -> ProcessPoolExecutor:
-    """Fresh ones, which share nothing with this one."""
-    return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+    """Fresh ones, which share nothing with this one, end with it and have a limit of memory."""
+    return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=worker_process.begin)
 
 
 def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, Outcome]]:

@@ -4,6 +4,7 @@ import math
 import re
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
+from accept.base.worker_process import memory_GB
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult
@@ -129,6 +130,8 @@ def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
         return check.measure(values, asked)
     except (NoResult, RecordError):
         raise
+    except MemoryError as e:
+        raise NoResult(Cause.MEMORY_LIMIT, most=memory_GB()) from e
     except Exception as e:
         log_fault(f"{held.folder.serial}: judging {check.name}", e)
         raise NoResult(Cause.INTERNAL_ERROR, detail=f"{type(e).__name__}: {e}; {PLEASE_REPORT}") from e

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from checks.arrays import Array
@@ -211,6 +212,7 @@ _PLAN: list[Plan] = []
 
 def _hold(plan: Plan) -> None:
     """In a worker: the plan stays here, so that a task is a number."""
+    worker_process.begin()
     _PLAN[:] = [plan]
 
 

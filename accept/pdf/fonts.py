@@ -5,8 +5,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from reportlab import rl_config
+from reportlab.graphics import shapes
 from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
+from reportlab.platypus.tables import CellStyle
 
 REGULAR, BOLD, OBLIQUE, MONO = "Accept", "Accept-Bold", "Accept-Oblique", "Accept-Mono"
 _FILES = {
@@ -22,6 +24,8 @@ def register() -> None:
     """Make the typeface known to reportlab, once; and let it write its streams as they are: as text, for a mail of the
     last century, they take a third more room and most of the time."""
     rl_config.useA85 = 0
+    # Pages, drawings and cells of tables begin with these: Helvetica would stand there, not embedded.
+    rl_config.canvas_basefontname = shapes.STATE_DEFAULTS["fontName"] = CellStyle.fontname = REGULAR
     matplotlib = find_spec("matplotlib")  # its files are wanted, not its half second of loading
     if matplotlib is None or matplotlib.origin is None:
         raise RuntimeError("matplotlib is not installed: the certificate's typeface comes with it")

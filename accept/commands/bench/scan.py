@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from serial.tools.list_ports import comports
 
-from accept.base.console import clear_errors, say
+from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from hw.errors import InstrumentError
 from hw.instruments.scpi_lcr import PROFILES
@@ -44,7 +44,7 @@ def scan(resources: Sequence[str]) -> Exit:
         say("no serial port and no VISA instrument was found")
     entries = [one.entry for one in seen if one.entry]
     print('# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.\nname = "bench 1"\n')
-    print("\n".join(entries))
+    tell(*entries)
     return Exit.ACCEPTED
 
 

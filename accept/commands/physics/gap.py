@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say
+from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.gap import analyse_unit
 from accept.gap.fleet import SETTLED, common, lines
@@ -31,7 +31,7 @@ def run(paths: Sequence[Path], model: str | None, out: Path, fleet: bool, withou
     if fleet and done:
         shared = common([each.document for each in done])
         write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())
-        print("\n".join(lines(shared)))
+        tell(*lines(shared))
         say(f"{out / 'fleet.json'}: written")
     if not done:
         return Exit.BAD_INPUT
@@ -61,6 +61,6 @@ def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str
         say(f"accept: {words if words.startswith(f'{unit.serial}:') else f'{unit.serial}: {words}'}")
         return None
     analyse_unit.write(done, place)
-    print("\n".join(summary(unit.serial, done.result)))
+    tell(*summary(unit.serial, done.result))
     say(f"{place}: gap.json, gap.pdf and model.toml written")
     return done

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say
+from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.commands.physics.model import draw_to
 from accept.gap.responses import Responses, responses
@@ -37,7 +37,7 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
-    print("\n".join(words(document)))
+    tell(*words(document))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say(f"dx, dy: {found.meaning}")
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE

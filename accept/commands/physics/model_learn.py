@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import check_places, write_atomic
-from accept.base.console import clear_errors, say
+from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.commands.physics.model import model_for
 from accept.gap.analyse_unit import run_gap
@@ -33,7 +33,7 @@ def run(units: Sequence[Path], model: str | None, out: Path) -> Exit:
     write_population(places[0], found)
     write_atomic(places[1], render(found))
     write_atomic(places[2], json.dumps(document(found), indent=1, allow_nan=False).encode() + b"\n")
-    print("\n".join(lines(found)))
+    tell(*lines(found))
     for place in places:
         say(f"{place}: written")
     return Exit.ACCEPTED if found.holds else Exit.INCOMPLETE

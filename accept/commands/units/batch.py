@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
@@ -40,7 +40,7 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
     if report.units:
         stdout.print(units_table(report.units))
         for line in (*reasons(report.units), *explanations(report.units)):
-            print(line)
+            tell(line)
     else:  # too many for a table, or none
         for verdict, count in sorted(report.verdicts.items()):
             print(f"{count} {verdict}")

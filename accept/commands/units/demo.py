@@ -8,7 +8,7 @@ from typing import Any
 
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.base.console import clear_errors, operator_name, say, stdout
+from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import engines, judge_batch
@@ -47,7 +47,7 @@ def run(out: Path, operator: str | None) -> Exit:
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))
-    print(*reasons(report.units), sep="\n")
+    tell(*reasons(report.units))
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / judge_batch.CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden(units[-1])

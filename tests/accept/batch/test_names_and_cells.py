@@ -47,3 +47,69 @@ def test_files_keep_the_umask(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(atomic_files, "_UMASK", 0o077)
     atomic_files.write_atomic(tmp_path / "a", b"x")
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o600
+
+
+def test_no_cell_of_a_table_and_no_line_of_the_log_is_forged(capsys: pytest.CaptureFixture[str]) -> None:
+    """Names of instruments, specs and persons stand in tables; an error quotes what it met."""
+    from rich.table import Table
+
+    from accept.base.console import PlainConsole
+    from accept.base.fault_log import log_fault, log_file
+
+    table = Table("who")
+    table.add_row("Ada\x1b[2J\x1b[1;1Hforged\u202e")
+    PlainConsole(markup=False, width=100).print(table)
+    shown = capsys.readouterr().out
+    assert "\x1b" not in shown
+    assert "\u202e" not in shown
+    assert "\\x1b[2J" in shown
+    try:
+        raise ValueError("bad\n2026-01-01 accept: nothing happened\x1b[2J")
+    except ValueError as e:
+        log_fault("reading", e)
+    written = log_file().read_text()
+    assert "\x1b" not in written
+    assert not [line for line in written.splitlines() if line.startswith("2026-01-01")]
+
+
+def test_serials_that_differ_in_case_only_are_one_on_some_file_systems(tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from accept.cli.main import app
+    from tests.accept.units.units import make_unit
+
+    for serial in ("a-1", "A-1"):
+        make_unit(tmp_path / "units" / f"folder {serial}", serial)
+    words = ["batch", str(tmp_path / "units"), "--spec", "apa-basic", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, [*words, "--no-certificates"])
+    assert done.stderr.count("serials must be unique") == 2
+
+
+def test_keys_that_others_can_read_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from typer.testing import CliRunner
+
+    from accept.base.home import home
+    from accept.certificate import encrypted_key, keys
+    from accept.cli.main import app
+    from tests.accept.units.units import make_unit
+
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
+    unit, out = make_unit(tmp_path / "u", "A-1"), tmp_path / "a.pdf"
+    words = ["report", str(unit), "--spec", "apa-basic", "--out", str(out)]
+    assert "can be read by others" not in CliRunner().invoke(app, words).stderr
+    (keys.folder(home()) / "technician.key.pem").chmod(0o644)
+    for told in (words, ["keys", "list"]):
+        assert "can be read by others" in CliRunner().invoke(app, told).stderr
+
+
+def test_every_font_of_a_certificate_is_embedded(tmp_path: Path) -> None:
+    from pypdf import PdfReader
+
+    from accept.certificate.document import render
+    from tests.accept.certificate.certificate_help import certificate_contents
+
+    path = tmp_path / "a.pdf"
+    path.write_bytes(render(certificate_contents(tmp_path)))
+    fonts = [f.get_object() for page in PdfReader(path).pages for f in page["/Resources"]["/Font"].values()]
+    assert fonts
+    assert not {str(f["/BaseFont"]) for f in fonts if "/FontFile2" not in f.get("/FontDescriptor", {})}

@@ -27,6 +27,7 @@ from accept.judging import judge_unit
 from accept.units import unit_folder
 from accept.verify.rejudge import rejudge, verify_file
 from accept.verify.verification import Outcome, verify
+from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
@@ -366,3 +367,38 @@ def test_the_manifest_says_what_replaces_what(bench: Bench, tmp_path: Path, quic
     assert "attempt: 2, replaces 'rejected' of" in done.stderr
     assert "calibration: not stated" in done.stderr
     assert json.loads(json.dumps(judged(tmp_path / "x").manifest()))["format"] == 2
+
+
+# --- 9: a model file that a spec names -------------------------------------------------------------------------------
+
+
+def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path, quick_keys: None) -> None:
+    """Named by a check's setting, without [gap]: it is judged again, not 'unchanged', and its file is in the
+    certificate, so that another one in its place is not valid."""
+    from accept.certificate.attachments import read
+
+    model, own, unit = tmp_path / "m.toml", tmp_path / "own.toml", tmp_path / "u"
+    model.write_text(builtin_models()["strut-as-built"].read_text())
+    own.write_text(
+        'name = "own"\nkind = "strut"\ntitle = "x"\n[checks.hysteresis.limits.hysteresis_percent]\nupper = 20.0\n'
+        'unit = "percent"\nrule = "simple"\nsource = "test"\n[checks.misalignment]\n'
+        '[checks.misalignment.limits.dx_um]\nupper = 50.0\nunit = "um"\nrule = "simple"\nsource = "test"\n'
+        f'[checks.misalignment.settings]\nmodel = "{model}"\n'
+    )
+    unit.mkdir()
+    (unit / "unit.toml").write_text('serial = "S-1"\nkind = "strut"\n')
+    words = ("batch", unit, "--spec", own, "--out", tmp_path / "out")
+    accept(*words)
+    pdf = tmp_path / "out" / "certificates" / "S-1.pdf"
+    assert "S-1: unchanged" in accept(*words).stderr
+    before = read(pdf.read_bytes())
+    assert list(before.result["models"]) == [str(model)]
+    assert model.read_bytes() in dict(before.models[str(model)].files).values()
+    assert accept("verify", pdf).exit_code == 0
+
+    model.write_text(model.read_text() + "\n# another tolerance\n")
+    again = accept(*words)
+    assert "unchanged" not in again.stderr
+    after = read(pdf.read_bytes())
+    assert after.result["models"] != before.result["models"]
+    assert accept("verify", pdf).exit_code == 0

@@ -1,0 +1,12 @@
+"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output."""
+
+
+def one_line(text: str) -> str:
+    """Text on one line, without anything that moves the cursor or writes from right to left; what cannot be shown is
+    escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def lines(text: str) -> str:
+    """The same of several lines."""
+    return "\n".join(one_line(line) for line in text.split("\n"))

@@ -1,0 +1,60 @@
+"""What every worker process of a batch does first: it ends with the program that asked, and it is given so much memory.
+
+The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead
+(PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does.
+"""
+
+import multiprocessing
+import os
+import sys
+import threading
+from multiprocessing.connection import wait
+from pathlib import Path
+
+VARIABLE = "ACCEPT_WORKER_GB"
+MEMORY_GB = 4.0  # twenty times what a strut with its gap analysis takes
+_LOST = 1  # exit code of a worker whose program is gone
+
+
+def begin() -> None:
+    """The initializer of a pool of processes."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    import numpy  # noqa: F401 - the buffers of its threads are there from now on, and count for nobody
+
+    limit_memory(memory_GB())
+
+
+def memory_GB() -> float:
+    """What a worker may take: the declared limit, or what ACCEPT_WORKER_GB says instead."""
+    try:
+        return max(0.5, float(os.environ.get(VARIABLE, MEMORY_GB)))
+    except ValueError:
+        return MEMORY_GB
+
+
+def limit_memory(gigabytes: float) -> None:
+    """From here on a demand beyond this fails with MemoryError. Where the system knows no such limit nothing is done:
+    what a file may hold is bounded before it is read."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    wanted = _mapped() + int(gigabytes * 1e9)
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+
+
+def _mapped() -> int:
+    """Bytes of address space in use, where Linux tells."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError):
+        return 0
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(_LOST)
