@@ -19,7 +19,8 @@ FIRST = 1e-3  # damping, beside priors of one
 ROUNDING = 1e-13
 MOST = 1e8  # no step is as short
 NEAR = 0.01  # of half a squared standard deviation: the place is known to a seventh of its uncertainty
-SETTLED = 1e-6  # of that: round-off
+SETTLED = 1e-4  # of that: a thousandth of the uncertainty
+LONGEST = 10.0  # of a step, where the last one showed that it was too short
 STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost tells nothing any more
 
 
@@ -51,17 +52,20 @@ def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Des
     lo, hi = problem.bounds()
     x = np.clip(x, lo, hi)
     r = problem.residual(x)
-    cost, damping, growth = 0.5 * float(r @ r), FIRST, 2.0
+    cost, damping, growth, stretch = 0.5 * float(r @ r), FIRST, 2.0, 1.0
     A, g = _normal(problem, x, r)
     settled = False
     for taken in range(steps):
         new, expected = _step(A, g, x, damping, lo, hi)
         settled = settled or _step(A, g, x, FIRST, lo, hi)[1] < near
-        if expected < SETTLED * near:
+        if stretch * expected < SETTLED * near:
             return Descent(x, cost, A, settled, taken)
+        slope = -float(g @ (new - x))
+        new = np.clip(x + stretch * (new - x), lo, hi)
         trial = problem.residual(new)
         lower = 0.5 * float(trial @ trial)
         gain = (cost - lower) / expected if np.isfinite(lower) else -1.0
+        stretch = _stretch(slope, stretch, cost - lower) if gain > 0.0 else 1.0
         if gain > 0.0:
             x, r, cost = new, trial, lower
             damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
@@ -71,6 +75,13 @@ def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Des
         if (settled and gain < STRAIGHT) or damping > MOST:
             return Descent(x, cost, A, settled, taken + 1)
     return Descent(x, cost, A, settled, steps)
+
+
+def _stretch(slope: float, taken: float, fall: float) -> float:
+    """By how much the next step should be longer than that of Gauss and Newton, as the last one shows: where residuals
+    curve away, J'J overstates the curvature, and step after step would stop at a part of the way."""
+    curvature = 2.0 * (taken * slope - fall) / taken**2
+    return LONGEST if curvature * LONGEST <= slope else max(slope / curvature, 1.0)
 
 
 def _normal(problem: Residuals, x: Array, r: Array) -> tuple[Array, Array]:

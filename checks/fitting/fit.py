@@ -29,6 +29,7 @@ LOOSELY = 0.1  # of log likelihood: where a search that only leads on is done
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 AT_BOUND = 1e-3  # of the standard deviation
+BESIDE = 30  # parameters: what a step costs beside derivatives, the modes of a strut above all
 CONTRADICTION = (
     "no values of the model come near these responses; check that the time base of every record is right (was one "
     "resampled?), that low and high were taken from the same unit, and that no channels are exchanged"
@@ -124,10 +125,11 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class Led:
-    """Where a search on few bins ended: the free parameters, starting there, and the cost."""
+    """Where a search on few bins ended: the free parameters, starting there, the cost, and the work (`work_of`)."""
 
     free: tuple[Free, ...]
     cost: float
+    work: float = 0.0
 
     @property
     def at(self) -> dict[str, float]:
@@ -142,17 +144,28 @@ def lead(
     joint: JointPrior | None = None,
     starts: int = 1,
     seed: int = 0,
+    drawn: bool = False,
     coarse_bins: int = COARSE_BINS,
 ) -> list[Led]:
-    """Where searches on few bins and with shrinking tolerances end, the best first. Raises ModelError as `fit` does."""
+    """Where searches on few bins and with shrinking tolerances end, the best first. drawn: from draws about the start
+    alone. Raises ModelError as `fit` does."""
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
     few = tuple(s.thinned(coarse_bins) for s in sets)
     ways = [_Rough(response, few, free, joint), *(_FitProblem(response, s, free, joint) for s in _blurred(few))]
     with _upright(response, sets, free):
-        tried = [_down(ways, x) for x in _starts(free, starts, seed)]
-    return [Led(_from(free, ways[-1].coordinates.values(d.x)), d.cost) for d in sorted(tried, key=lambda d: d.cost)]
+        tried = [_down(ways, x) for x in _starts(free, starts + drawn, seed)[int(drawn) :]]
+    size = sum(s.H.size for s in few)
+    return [
+        Led(_from(free, ways[-1].coordinates.values(d.x)), d.cost, work_of(d.steps, len(free), size))
+        for d in sorted(tried, key=lambda d: d.cost)
+    ]
+
+
+def work_of(steps: int, parameters: int, values: int) -> float:
+    """What so many steps take, in derivatives of responses (values: bins times channels)."""
+    return float(steps * (parameters + BESIDE) * values)
 
 
 def finish(
@@ -201,7 +214,9 @@ def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
     """From x through one problem after the other."""
     found = descend(ways[0], x, FEW_STEPS, LOOSELY)
     for problem in ways[1:]:
+        before = found.steps
         found = descend(problem, found.x, FEW_STEPS, LOOSELY)
+        found = replace(found, steps=before + found.steps)
     return found
 
 

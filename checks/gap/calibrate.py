@@ -1,8 +1,7 @@
 """The base model fitted to what was measured, before anything may be called missing ([GAP] 3)."""
 
-from math import inf
-
 from checks.fitting.calibrate import of_damping
+from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
@@ -10,21 +9,21 @@ from checks.gap.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
-from checks.gap.search.forward import COARSE_BINS, Candidate, Say, Search
-from checks.gap.search.levenberg_marquardt import annealed, go_on
+from checks.gap.search.forward import COARSE_BINS, Candidate, Effort, Say, Search
+from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
 from checks.gap.thresholds import Thresholds
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 HALF = 0.5  # of the misfit
 WORTH = 100.0  # of log-likelihood: a fault of the records is no small thing
 FEW_STEPS = 10
+HOPELESS = 2.0  # times the misfit of the records as they came
 
 
-def searching(p: Prepared, channels: tuple[str, ...], say: Say, until: float = inf) -> Search:
-    """A search on some channels, thinned, with what the library holds for them. until: processor time [s] at which it
-    ends with what it has."""
+def searching(p: Prepared, channels: tuple[str, ...], say: Say, effort: Effort) -> Search:
+    """A search on some channels, thinned, with what the library holds for them. effort: of the whole analysis."""
     A, B = (d.select(channels).thinned(p.table.search_bins) for d in (p.A, p.B))
-    return Search(A, B, _library(p.inputs, channels), p.table, say, until)
+    return Search(A, B, _library(p.inputs, channels), p.table, say, effort)
 
 
 def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
@@ -42,11 +41,10 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = p.inputs.model
     first = (of_damping(given, "modal") if given.scatters else None) or given
-    own = search.fitted(Augmented(first, members), {})
-    other = search.damped_otherwise(own)
-    if other is None:
-        return own
-    return other if other.cost < own.cost - BEYOND_DOUBT else own
+    own = search.fitted(Augmented(first, members), {}, drawn=0)
+    if (other := search.damped_otherwise(own)) is not None and other.cost < own.cost - BEYOND_DOUBT:
+        own = other
+    return own if own.adequate or not given.scatters else search.elsewhere(own)
 
 
 def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:
@@ -56,11 +54,26 @@ def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | Non
     for fault in possible_faults(p):
         other = with_fault(p, fault)
         A = other.A.select(search.A.channels).thinned(COARSE_BINS)
-        again = go_on(annealed(base.response, A, {}), FEW_STEPS)
+        if (again := _as_near(search, base, A)) is None:
+            continue
         cost = again.cost * search.A.f.size / A.f.size
         if cost < least and base.cost - cost > WORTH:
             best, least = other, cost
     return best
+
+
+def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
+    """The base fitted to records that were turned, the scatter of its modes following; None where a model that may be
+    far off shows already that they are explained no better than as they came."""
+    response = base.response.holding_scatter()
+    at: dict[str, float] = {}
+    own = search.A.thinned(COARSE_BINS)
+    for tolerance in (t for t in ANNEAL if t > A.tolerance):
+        refit = search.go_on(begin(response, blurred(A, tolerance), at), ANNEAL_STEPS)
+        if refit.cost > HOPELESS * begin(base.response, blurred(own, tolerance), base.at).cost:
+            return None
+        at = refit.at
+    return search.go_on(begin(response, A, at), FEW_STEPS)
 
 
 def _level_dependence(slow: Slow | None, loops: bool, table: Thresholds) -> float:

@@ -1,13 +1,12 @@
 """The gap workflow on arrays: calibrate, test, search, verify, name or say that there is no name ([GAP] 0 to 13)."""
 
 from dataclasses import replace
-from time import process_time
 
 from checks.gap.calibrate import calibrated, searching, turned_right
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
 from checks.gap.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
-from checks.gap.search.forward import Say, Search, SearchResult, explain
+from checks.gap.search.forward import Effort, Say, Search, SearchResult, explain
 from checks.gap.thresholds import THRESHOLDS, Thresholds
 
 FIRST = 2  # effects that are looked for before a channel is left out
@@ -15,12 +14,12 @@ FIRST = 2  # effects that are looked for before a channel is left out
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     """The whole workflow. Raises GapRefused, ModelError."""
-    p, until = prepared(inputs, table), process_time() + table.seconds
-    search = searching(p, p.A.channels, say, until)
+    p, effort = prepared(inputs, table), Effort(table.effort)
+    search = searching(p, p.A.channels, say, effort)
     say("calibrating the model")
     base = calibrated(search, p)
     if not base.adequate and (mended := turned_right(search, base, p)) is not None:
-        p, search = mended, searching(mended, p.A.channels, say, until)
+        p, search = mended, searching(mended, p.A.channels, say, effort)
         base = calibrated(search, p)
     whole = replace(base, unseen=p.B)
     if whole.adequate:
@@ -55,7 +54,7 @@ def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, SearchResul
         return None
     search.say("looking at the channels two by two")
     parts = [
-        searching(p, tuple(c for c in channels if c != left_out), search.say, search.until) for left_out in channels
+        searching(p, tuple(c for c in channels if c != left_out), search.say, search.effort) for left_out in channels
     ]
     bases = [calibrated(part, p) for part in parts]
     base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)

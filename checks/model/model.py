@@ -29,6 +29,7 @@ from checks.model.parameters import (
     is_mode_factor,
     known,
     last,
+    matters,
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
@@ -194,7 +195,8 @@ class Model:
         system = self.system(changes)
         factors = [n for n in names if is_mode_factor(n)]
         others = [n for n in names if n not in factors]
-        moved = [_change(self, n, depends_on(n, changes, self._tied)) for n in others]
+        mattering = matters(changes)
+        moved = [_change(self, n, depends_on(n, mattering, self._tied)) for n in others]
         modes, of_modes = self._modes(system, changes) if factors else (NO_MODES, ())
         s = 2j * np.pi * np.concatenate([[0.0], f])
         found = (modal_derivatives if self.damping == "modal" else derivatives)(system, moved, s, modes)

@@ -93,15 +93,24 @@ def last(name: str) -> str:
     return name.rpartition(".")[2]
 
 
-def depends_on(name: str, changes: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
-    """Of changed values, those that the derivative of the matrices by a mechanical parameter depends on. tied: there
-    are rigid directions, and the coordinates turn with the offset."""
-    ends = {n: last(n) for n in sorted(changes) if is_mechanical(n)}
+def matters(changes: Mapping[str, float]) -> dict[str, float]:
+    """Of changed values, in order of their names, those that derivatives of the matrices may depend on: a factor on a
+    mode of the APA changes one entry of its own, so of these only damping counts, for the damping of all."""
+    return {n: changes[n] for n in sorted(changes) if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)}
+
+
+def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
+    """Of changed values that matter, those that the derivative of the matrices by a mechanical parameter depends on.
+    tied: there are rigid directions, and the coordinates turn with the offset."""
     no_matter: frozenset[str] = frozenset()
     if last(name) in _IN_PROPORTION:
         no_matter = _IN_PROPORTION if tied or last(name) in _ON_THE_AXIS else _IN_PROPORTION | _OFFSET
-    kept = {n for n in ends if is_mode_factor(n) and not (name == DAMPING_RATIO and n.startswith(MODE_DAMPING))}
-    return tuple((n, changes[n]) for n, end in ends.items() if end not in no_matter and n not in kept)
+    of_all = name == DAMPING_RATIO
+    return tuple(
+        (n, value)
+        for n, value in mattering.items()
+        if (of_all or not n.startswith(MODE_DAMPING)) and not (no_matter and last(n) in no_matter)
+    )
 
 
 def is_mode_factor(name: str) -> bool:

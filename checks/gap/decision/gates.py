@@ -13,7 +13,7 @@ from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.forward import MANY, Candidate, Search, SearchResult
-from checks.gap.search.levenberg_marquardt import begin, go_on
+from checks.gap.search.levenberg_marquardt import begin
 from checks.gap.search.screen import screen
 from checks.gap.thresholds import Thresholds
 
@@ -44,8 +44,8 @@ def claims(
     out = []
     total = max(found.best.lnL - found.base.lnL, 1.0)
     for effect in found.best.response.effects:
-        gain = _gain(search, found, effect)
-        confirmed = _confirmed(search, found, effect)
+        without = _without(search, found, effect)
+        gain, confirmed = found.best.lnL - without.lnL, _confirmed(search, found, without)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
         reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
         if slow is not None and (words := effect.slow.contradicts(slow, full.response.of(final.at, effect.name))):
@@ -110,24 +110,20 @@ def _on_its_ground(effect: Effect, u: UnmodelledMode) -> bool:
     return set(u.channels) <= set(effect.channels)
 
 
-def _gain(search: Search, found: SearchResult, effect: Effect) -> float:
-    """Log-likelihood of unseen records that is lost without the effect, everything else fitted anew."""
-    return found.best.lnL - _without(search, found, effect).lnL
-
-
 def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
+    """The explanation without an effect, everything else fitted anew: what it loses of the log-likelihood of unseen
+    records is what the effect gains."""
     less = found.best.response.without(effect.name)
     known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
     again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
     return max([*known, again], key=lambda c: c.lnL)
 
 
-def _confirmed(search: Search, found: SearchResult, effect: Effect) -> float:
+def _confirmed(search: Search, found: SearchResult, without: Candidate) -> float:
     """The same gain with the realisations exchanged: fitted to B, judged on A."""
     try:
-        best = go_on(begin(found.best.response, search.B, found.best.at), MANY)
-        without = _without(search, found, effect)
-        less = go_on(begin(without.response, search.B, without.at), MANY)
+        best = search.go_on(begin(found.best.response, search.B, found.best.at), MANY)
+        less = search.go_on(begin(without.response, search.B, without.at), MANY)
     except ModelError:
         return -np.inf
     return _judged(best.response, best.at, search) - _judged(less.response, less.at, search)

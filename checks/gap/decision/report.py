@@ -98,12 +98,10 @@ def _tried(found: SearchResult) -> tuple[Tried, ...]:
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:
-    """What is to be said of a search that ran out of time before it explained everything."""
+    """What is to be said of a search that reached its bound before it explained everything."""
     if not search.over or verdict in (NO_MISSING, EXPLAINED):
         return ()
-    return (
-        f"the search ended after {search.table.seconds:g} s of processor time; what it had not tried may explain more",
-    )
+    return ("the search ended at its bound of work; what it had not tried may explain more",)
 
 
 def _notes(full: Candidate) -> tuple[str, ...]:

@@ -4,14 +4,13 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from math import inf
-from time import process_time
 
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT, lead
+from checks.fitting.fit import BEYOND_DOUBT, LOOSELY, Led, lead
 from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
@@ -25,7 +24,8 @@ from checks.model.parameters import is_mode_factor
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
-STARTS = 3  # of a calibration with scatter, until one is adequate
+DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
+SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
 POLISH = 8  # steps with everything free, where the scatter was held before
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
@@ -81,33 +81,84 @@ class Candidate:
         return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
 
 
+@dataclass
+class Effort:
+    """Work of an analysis so far, in derivatives taken, and the most that it may take. Work and not time: the same
+    records give the same answer on any machine, however busy."""
+
+    most: float = inf
+    spent: float = 0.0
+
+    @property
+    def over(self) -> bool:
+        """What was found so far must do."""
+        return self.spent > self.most
+
+
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added."""
+    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added;
+    effort: shared by all searches of one analysis."""
 
     A: Dataset
     B: Dataset
     library: tuple[Member, ...]
     table: Thresholds
     say: Say
-    until: float = inf
+    effort: Effort = field(default_factory=Effort)
 
     @property
     def over(self) -> bool:
-        """Whether the processor time of this analysis is used up: what was found so far must do."""
-        return process_time() > self.until
+        return self.effort.over
 
-    def fitted(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
-        """A response fitted to A to the end, from far away."""
+    def fitted(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Candidate:
+        """A response fitted to A to the end, from far away. drawn: more starts, where the model scatters and the one at
+        `start` leads to nothing adequate."""
         if not response.model.scatters:
-            return self._candidate(go_on(annealed(response, self.A, start), MANY))
-        tried: list[Candidate] = []
-        for seed in range(STARTS):  # a sharp mode far from its place is a false minimum: other starts are the cure
-            led = lead(response, self.A, response.free(start), joint=response.model.joint, starts=1 + seed, seed=seed)
-            tried.append(self._candidate(go_on(begin(response, self.A, led[0].at), MANY)))
-            if tried[-1].adequate or self.over:
+            return self._candidate(self.go_on(self._annealed(response, self.A, start), MANY))
+        first = self._led(response, start)
+        own = self._to_its_end(response, first)
+        return own if own.adequate else self._elsewhere(response, start, first, own, drawn)
+
+    def elsewhere(self, c: Candidate) -> Candidate:
+        """A candidate or, where a search from another place comes nearer, what that found."""
+        return self._elsewhere(c.response, {}, Led(tuple(c.response.free(c.at)), inf), c, DRAWN)
+
+    def _elsewhere(
+        self, response: Augmented, start: Mapping[str, float], first: Led, own: Candidate, drawn: int
+    ) -> Candidate:
+        """A sharp mode far from its place is a false minimum: other starts are the cure, until two end in one place."""
+        places, found = [first], [own]
+        for seed in range(1, drawn + 1):
+            if self.over:
                 break
-        return min(tried, key=lambda c: c.cost)
+            led = self._led(response, start, seed)
+            if any(_same(led, other) for other in places):
+                break
+            places.append(led)
+            found.append(self._to_its_end(response, led))
+        return min(found, key=lambda c: c.cost)
+
+    def _led(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> Led:
+        """Where a search on few bins ends: from `start`, or with a seed from a draw about it."""
+        free, joint = response.free(start), response.model.joint
+        (found,) = lead(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0)
+        self.effort.spent += found.work
+        return found
+
+    def _to_its_end(self, response: Augmented, led: Led) -> Candidate:
+        return self._candidate(self.go_on(begin(response, self.A, led.at), MANY))
+
+    def go_on(self, refit: Refit, steps: int) -> Refit:
+        """At most so many steps more; their work counts."""
+        done = go_on(refit, steps)
+        self.effort.spent += done.work - refit.work
+        return done
+
+    def _annealed(self, response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
+        done = annealed(response, data, start)
+        self.effort.spent += done.work
+        return done
 
     def _candidate(self, r: Refit) -> Candidate:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
@@ -127,7 +178,7 @@ class Search:
         model = c.response.model
         other = replace(c.response, model=replace(model, damping="full" if model.damping == "modal" else "modal"))
         try:
-            return self._candidate(go_on(begin(other, self.A, c.at), MANY))
+            return self._candidate(self.go_on(begin(other, self.A, c.at), MANY))
         except ModelError:
             return None
 
@@ -147,7 +198,7 @@ class Search:
         for values in score.starts:
             start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
             try:
-                out.append(go_on(begin(response, self.A, start), FEW))
+                out.append(self.go_on(begin(response, self.A, start), FEW))
             except ModelError:
                 continue
         return out
@@ -162,7 +213,7 @@ class Search:
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
         try:
-            return [go_on(begin(response, self.A, annealed(quick, self._few_bins, own).at), FEW)]
+            return [self.go_on(begin(response, self.A, self._annealed(quick, self._few_bins, own).at), FEW)]
         except ModelError:
             return []
 
@@ -175,7 +226,7 @@ class Search:
         for member in c.response.counted:
             less = c.response.without(member.name)
             start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
-            simpler = self._candidate(go_on(begin(less, self.A, start), MANY))
+            simpler = self._candidate(self.go_on(begin(less, self.A, start), MANY))
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.pruned(simpler)
         return c
@@ -201,13 +252,12 @@ class Search:
     def _again(self, c: Candidate) -> Refit:
         own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
         quick = replace(c.response, model=_quicker(c.response.model))
-        return go_on(begin(c.response, self.A, annealed(quick, self.A, own).at), MANY)
+        return self.go_on(begin(c.response, self.A, self._annealed(quick, self.A, own).at), MANY)
 
-    @staticmethod
-    def _to_the_end(refit: Refit) -> Refit:
+    def _to_the_end(self, refit: Refit) -> Refit:
         """First with the scatter held, then with all that is free."""
-        done = go_on(refit, MANY)
-        return go_on(freed(done), POLISH) if done.response.held else done
+        done = self.go_on(refit, MANY)
+        return self.go_on(freed(done), POLISH) if done.response.held else done
 
     def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
         """The best start of every set, the most promising ones fitted to the end."""
@@ -217,6 +267,11 @@ class Search:
         ranked = list(best.values())
         done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
         return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+def _same(a: Led, b: Led) -> bool:
+    alike = all(abs(p.begin - q.begin) < SAME * p.unit for p, q in zip(a.free, b.free, strict=True))
+    return alike or abs(a.cost - b.cost) < LOOSELY
 
 
 def freed(refit: Refit) -> Refit:
@@ -291,8 +346,9 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
 
 def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
     best = search.pruned(_preferred(adequate))
-    named = [c for c in search.swapped(best) if c.adequate]
-    best = search.damped_best(search.pruned(_preferred([*named, best])))
+    if named := [c for c in search.swapped(best) if c.adequate]:
+        best = search.pruned(_preferred([*named, best]))
+    best = search.damped_best(best)
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))

@@ -16,6 +16,7 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.descent import descend
+from checks.fitting.fit import work_of
 from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.held_scatter import scatter_of
@@ -32,7 +33,7 @@ SETTLED = 1e-3  # of the cost, or this much of half a squared sigma: nothing is 
 @dataclass(frozen=True, eq=False)
 class Refit:
     """A fit on its way: values by name, cost (half the squared whitened residuals and priors), damping of the next
-    step."""
+    step. work: what it took since it began (`work_of`)."""
 
     response: Augmented
     data: Dataset
@@ -40,6 +41,7 @@ class Refit:
     cost: float
     damping: float
     settled: bool
+    work: float = 0.0
 
 
 def begin(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
@@ -51,15 +53,16 @@ def begin(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Ref
 
 def annealed(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
     """From far away: tolerances that shrink towards the data's own. Raises ModelError."""
-    at = dict(start)
+    at, work = dict(start), 0.0
     for tolerance in ANNEAL:
         if tolerance > data.tolerance:
-            at = go_on(begin(response, _blurred(data, tolerance), at), ANNEAL_STEPS).at
-    return begin(response, data, at)
+            done = go_on(begin(response, blurred(data, tolerance), at), ANNEAL_STEPS)
+            at, work = done.at, work + done.work
+    return replace(begin(response, data, at), work=work)
 
 
 @lru_cache(maxsize=32)
-def _blurred(data: Dataset, tolerance: float) -> Dataset:
+def blurred(data: Dataset, tolerance: float) -> Dataset:
     """Remembered with its whitener: every start of a search asks for the same ones."""
     return replace(data, tolerance=tolerance)
 
@@ -74,11 +77,13 @@ def go_on(refit: Refit, steps: int) -> Refit:
             # An effect has no prior to measure it by: its column may be huge, which harms no positive definite solve.
             warnings.simplefilter("ignore", LinAlgWarning)
             found = descend(problem, problem.begin(), steps)
-        return replace(refit, at=problem.values(found.x), cost=found.cost, settled=found.settled)
+        work = refit.work + _work(problem, found.steps)
+        return replace(refit, at=problem.values(found.x), cost=found.cost, settled=found.settled, work=work)
     x, damping = problem.begin(), refit.damping
     r = problem.residual(x)
-    cost, settled = 0.5 * float(r @ r), False
+    cost, settled, work = 0.5 * float(r @ r), False, refit.work
     for _ in range(steps):
+        work += _work(problem, 1)
         J = problem.jacobian(x)
         step = _step(problem, x, r, cost, J, damping)
         if step is None:
@@ -89,7 +94,11 @@ def go_on(refit: Refit, steps: int) -> Refit:
         x, cost = new, lower
         if settled:
             break
-    return replace(refit, at=problem.values(x), cost=cost, damping=damping, settled=settled)
+    return replace(refit, at=problem.values(x), cost=cost, damping=damping, settled=settled, work=work)
+
+
+def _work(problem: "_Problem", steps: int) -> float:
+    return work_of(steps, len(problem.names), problem.data.H.size)
 
 
 def _step(
