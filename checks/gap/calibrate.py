@@ -50,15 +50,18 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
 def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:
     """Records in which another sign of a channel, or two channels exchanged, leaves less than half of what is missing:
     the model had bent itself to what no value of it means. None where nothing does."""
-    best, least = None, HALF * base.cost
+    own = search.A.thinned(COARSE_BINS)
+    same = _as_near(search, base, own)  # as the others are: from the priors, so that none gains by another start
+    cost = base.cost if same is None else min(base.cost, same.cost * search.A.f.size / own.f.size)
+    best, least = None, HALF * cost
     for fault in possible_faults(p):
         other = with_fault(p, fault)
         A = other.A.select(search.A.channels).thinned(COARSE_BINS)
         if (again := _as_near(search, base, A)) is None:
             continue
-        cost = again.cost * search.A.f.size / A.f.size
-        if cost < least and base.cost - cost > WORTH:
-            best, least = other, cost
+        turned = again.cost * search.A.f.size / A.f.size
+        if turned < least and cost - turned > WORTH:
+            best, least = other, turned
     return best
 
 

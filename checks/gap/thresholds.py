@@ -33,9 +33,9 @@ class Thresholds:
     beam: int = 3
     # Share of the misfit that one more effect must take away: with less, four will not do, and the search ends.
     progress: float = 0.2
-    # Derivatives that a search takes before it ends with what it has: some 12 to 18 s of one core. With the last fit
+    # Derivatives that a search takes before it ends with what it has: some 15 s of one core. With the last fit
     # and the gates, 30 s for one unit: explanations that are found at all are found in a fraction of it.
-    effort: float = 2.5e8
+    effort: float = 1.6e8
     # Bins of the quick search; the last fit takes all. 400 over log f leave no mode of 0.5 % damping unseen.
     search_bins: int = 400
     # Prior standard deviations: a calibrated parameter further out belongs to another unit or model.

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.dynamics.complex_modes import Modal, direct_frf, modal
-from checks.model.dynamics.derivatives import NO_MODES, Change, Modes, change, derivatives, modal_derivatives
+from checks.model.dynamics.derivatives import (
+    NO_MODES,
+    Change,
+    Modes,
+    change,
+    derivatives,
+    modal_derivatives,
+    square_slopes,
+)
 from checks.model.dynamics.real_modes import real_modal
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.joint_prior import JointPrior
@@ -153,6 +161,16 @@ class Model:
             found[name] = inside.get(name, 0.0) + slope
         return np.array([found[n] for n in names]).reshape(len(names), f.size, len(wanted))
 
+    def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
+        """(n,) squared frequencies [rad2/s2] of the modes without damping, rising, and (P, n) their derivatives per
+        unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises ModelError."""
+        names = tuple(names)
+        smooth = [n for n in names if self._smooth(n)]
+        system, changed, modes, order = self._changed(smooth, changes)
+        w2, slopes = square_slopes(system, changed, modes)
+        found = dict(zip(order, slopes, strict=True))
+        return w2, np.array([found.get(n, np.zeros_like(w2)) for n in names]).reshape(len(names), w2.size)
+
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
         """Poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads them."""
         return self.modal(changes).poles()
@@ -192,16 +210,21 @@ class Model:
 
     def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
         """(P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
-        system = self.system(changes)
-        factors = [n for n in names if is_mode_factor(n)]
-        others = [n for n in names if n not in factors]
-        mattering = matters(changes)
-        moved = [_change(self, n, depends_on(n, mattering, self._tied)) for n in others]
-        modes, of_modes = self._modes(system, changes) if factors else (NO_MODES, ())
+        system, changed, modes, order = self._changed(names, changes)
         s = 2j * np.pi * np.concatenate([[0.0], f])
-        found = (modal_derivatives if self.damping == "modal" else derivatives)(system, moved, s, modes)
-        place = {n: i for i, n in enumerate((*others, *of_modes))}
+        found = (modal_derivatives if self.damping == "modal" else derivatives)(system, changed, s, modes)
+        place = {n: i for i, n in enumerate(order)}
         return found[[place[n] for n in names]]
+
+    def _changed(self, names: Sequence[str], changes: Values) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
+        """The system, its changes by some parameters, those by factors on the APA's modes apart, and whose they are."""
+        system = self.system(changes)
+        factors = any(is_mode_factor(n) for n in names)
+        others = [n for n in names if not is_mode_factor(n)]
+        mattering = matters(changes)
+        changed = [_change(self, n, depends_on(n, mattering, self._tied)) for n in others]
+        modes, of_modes = self._modes(system, changes) if factors else (NO_MODES, ())
+        return system, changed, modes, (*others, *of_modes)
 
     def _modes(self, system: System, changes: Values) -> tuple[Modes, tuple[str, ...]]:
         """The free modes of the APA in a system, and the names of the factors on their stiffness and damping."""

@@ -9,6 +9,8 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.goodness import gaps, overall
 from checks.gap.decision.gates import Claim, kept
 from checks.gap.decision.result import Gaps, ModeGap
+from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.effect import Effect
 from checks.gap.search.forward import Candidate
 
 ABOUT_MODE_HZ = 5.0
@@ -52,13 +54,23 @@ def _grown(before: Candidate, after: Candidate, agrees: float = 0.0, slack: floa
 
 def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
     """The model as it will be written: without stand-ins and without what was not named, at the values of the joint
-    fit."""
+    fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
     names = {c.effect.name for c in good}
-    response = full.response
+    response, kept_at = full.response, dict(full.at)
     for m in response.counted:
         if m.name not in names:
             response = response.without(m.name)
-    return replace(full, response=response, at={q.name: full.at.get(q.name, q.begin) for q in response.free()})
+            kept_at |= _stood_for(m, full)
+    return replace(full, response=response, at={q.name: kept_at.get(q.name, q.begin) for q in response.free()})
+
+
+def _stood_for(member: Member, full: Candidate) -> dict[str, float]:
+    """The model's parameters behind an effect, as it had them."""
+    if not isinstance(member, Effect):
+        return {}
+    values, model = full.response.of(full.at, member.name), full.response.model
+    own = {t: full.at.get(t, model.values[t]) for p in member.parameters for t in p.targets(model)}
+    return {t: values[p.name] + (own[t] if t in p.adds else 0.0) for p in member.parameters for t in p.targets(model)}
 
 
 def gaps_of(c: Candidate) -> Gaps:

@@ -15,7 +15,8 @@ from checks.fitting.goodness import gaps
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
-from checks.gap.search.screen import Score, screen
+from checks.gap.search.misplaced_modes import misplaced_modes
+from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, project
 from checks.gap.thresholds import Thresholds
@@ -30,6 +31,7 @@ POLISH = 8  # steps with everything free, where the scatter was held before
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 BOTH_WAYS = 2  # candidates tried with the other form of damping
+PLACES = 2  # of the largest residual that a mode is moved to
 FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
 
@@ -127,8 +129,11 @@ class Search:
     def _elsewhere(
         self, response: Augmented, start: Mapping[str, float], first: Led, own: Candidate, drawn: int
     ) -> Candidate:
-        """A sharp mode far from its place is a false minimum: other starts are the cure, until two end in one place."""
-        places, found = [first], [own]
+        """A sharp mode far from its place is a false minimum: other starts are the cure, those with a mode in another
+        place first, then drawn ones, until two end in one place."""
+        places, found = [first], [own, *self.rearranged(own)]
+        if any(c.adequate for c in found):
+            return min(found, key=lambda c: c.cost)
         for seed in range(1, drawn + 1):
             if self.over:
                 break
@@ -138,6 +143,17 @@ class Search:
             places.append(led)
             found.append(self._to_its_end(response, led))
         return min(found, key=lambda c: c.cost)
+
+    def rearranged(self, c: Candidate) -> list[Candidate]:
+        """A candidate fitted from where one of its modes lies at a peak of what is left; none, or the best few."""
+        if not c.response.model.scatters or self.over:
+            return []
+        places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
+        starts = [
+            begin(c.response, self.A, at) for at in misplaced_modes(c.response, c.at, places, float(self.A.f[-1]))
+        ]
+        few = sorted((self.go_on(r, 2 * FEW) for r in starts), key=lambda r: r.cost)
+        return [self._candidate(self.go_on(r, MANY)) for r in few[:BOTH_WAYS]]
 
     def _led(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> Led:
         """Where a search on few bins ends: from `start`, or with a seed from a draw about it."""
@@ -324,6 +340,7 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
             tried += found
             break
         again = search.from_far(found)
+        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.rearranged(c)]
         found = _distinct([*again, *found])
         adequate = [c for c in again if c.adequate]
         if adequate:

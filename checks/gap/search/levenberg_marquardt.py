@@ -119,11 +119,18 @@ def _step(
 
 
 def released(refit: Refit) -> Refit:
-    """A fit whose scatter was held, with the scatter free and at its best."""
+    """A fit whose scatter was held, with the scatter free and at its best, or as far towards it as anything stands."""
     scatter = scatter_of(refit.response, refit.data)
     error = refit.data.H - refit.response.frf(refit.data.f, refit.at, refit.data.channels)
+    best, held = scatter.best(refit.data.whitener(error)), dict(refit.response.held)
     response = replace(refit.response, held=())
-    return begin(response, refit.data, refit.at | scatter.best(refit.data.whitener(error)))
+    begun = refit
+    for share in (1.0, 0.5, 0.0):
+        at = {n: held[n] + share * (best[n] - held[n]) for n in held}
+        begun = begin(response, refit.data, refit.at | at)
+        if np.isfinite(begun.cost):
+            break
+    return replace(begun, work=refit.work)
 
 
 class _Problem:

@@ -70,14 +70,15 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
 
 def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
-    axes = [(*p.grid, *(_peaks(projected, member) if p.name == "f_Hz" else ())) for p in shapes]
+    axes = [(*p.grid, *(peaks(projected, member.channels) if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
         yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
 
 
-def _peaks(projected: Projected, member: Member) -> list[float]:
+def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
+    """Where on some channels the most is left [Hz], the largest first, each apart from the others."""
     e = energies(projected)
-    columns = [projected.data.channels.index(c) for c in member.channels if c in projected.data.channels]
+    columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
     total = e[:, columns].sum(axis=1).copy()
     f, out = projected.data.f, []
     for _ in range(PEAKS):

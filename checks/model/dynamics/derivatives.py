@@ -138,6 +138,15 @@ def modal_derivatives(system: System, changes: Sequence[Change], s: Complex, mod
     return np.moveaxis(H.reshape(s.size, -1, c), 0, 1)
 
 
+def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_MODES) -> tuple[Array, Array]:
+    """(n,) squared frequencies [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the changes, by the
+    factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as `real_modes` does."""
+    w2, P = real_modes(system)
+    own = [_diagonal(d.K, P) - w2 * _diagonal(d.M, P) for d in changes]
+    of_factors = (modes.rows @ P) ** 2 * modes.stiffness[:, None] if modes.stiffness.size else np.zeros((0, w2.size))
+    return w2, np.concatenate([np.reshape(own, (-1, w2.size)), of_factors, np.zeros_like(of_factors)])
+
+
 def _of_modes(
     modes: Modes, P: Array, C: Array, force: Array, outputs: Array, apart: Array
 ) -> tuple[Array, Array, Array]:
