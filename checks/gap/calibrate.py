@@ -41,10 +41,17 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = p.inputs.model
     first = (of_damping(given, "modal") if given.scatters else None) or given
-    own = search.fitted(Augmented(first, members), {}, drawn=0)
-    if (other := search.damped_otherwise(own)) is not None and other.cost < own.cost - BEYOND_DOUBT:
-        own = other
-    return own if own.adequate or not given.scatters else search.elsewhere(own)
+    own = _damped(search, search.fitted(Augmented(first, members), {}, drawn=0))
+    if own.adequate or not given.scatters:
+        return own
+    other = search.elsewhere(own)
+    return other if other.adequate or other is own else _damped(search, other)
+
+
+def _damped(search: Search, own: Candidate) -> Candidate:
+    """With the form of damping that the data ask for beyond doubt."""
+    other = search.damped_otherwise(own)
+    return own if other is None or not other.cost < own.cost - BEYOND_DOUBT else other
 
 
 def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:

@@ -133,7 +133,7 @@ class Search:
         place first, then drawn ones, until two end in one place."""
         places, found = [first], [own, *self.rearranged(own)]
         if any(c.adequate for c in found):
-            return min(found, key=lambda c: c.cost)
+            return _nearest(found)
         for seed in range(1, drawn + 1):
             if self.over:
                 break
@@ -142,7 +142,7 @@ class Search:
                 break
             places.append(led)
             found.append(self._to_its_end(response, led))
-        return min(found, key=lambda c: c.cost)
+        return _nearest(found)
 
     def rearranged(self, c: Candidate) -> list[Candidate]:
         """A candidate fitted from where one of its modes lies at a peak of what is left; none, or the best few."""
@@ -153,7 +153,7 @@ class Search:
             begin(c.response, self.A, at) for at in misplaced_modes(c.response, c.at, places, float(self.A.f[-1]))
         ]
         few = sorted((self.go_on(r, 2 * FEW) for r in starts), key=lambda r: r.cost)
-        return [self._candidate(self.go_on(r, MANY)) for r in few[:BOTH_WAYS]]
+        return [self._candidate(self.go_on(r, 2 * MANY)) for r in few[:BOTH_WAYS]]
 
     def _led(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> Led:
         """Where a search on few bins ends: from `start`, or with a seed from a draw about it."""
@@ -283,6 +283,11 @@ class Search:
         ranked = list(best.values())
         done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
         return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+def _nearest(found: Sequence[Candidate]) -> Candidate:
+    """Of one response fitted from several places: the adequate one, wherever the search still is on its way there."""
+    return min([c for c in found if c.adequate] or found, key=lambda c: c.cost)
 
 
 def _same(a: Led, b: Led) -> bool:
