@@ -54,9 +54,9 @@ class StepScreen(StepView):
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # what came out stands on top, so that nobody has to scroll for it
+        yield Label("", id="way", markup=False)
         with Horizontal(id="upper"):
             with Vertical(id="form"):
-                yield Label("", id="way", markup=False)
                 yield Gauge()  # above the fields: it stays in sight where they are more than the screen has rows
                 yield Vertical(id="fields")
             if self.step.guide.picture:

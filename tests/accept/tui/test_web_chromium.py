@@ -1,0 +1,140 @@
+"""The workflow in a real browser: focus at once, a unit in training from its serial to the verified certificate, by
+keys alone. In the heavy lane all measurements of an APA, else the basic ones."""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.accept.tui.terminal import FILES
+from tests.accept.tui.test_tui_web import free_port
+from tests.conftest import CHROMIUM
+from tests.soak import SOAK
+
+pytest.importorskip("textual_serve")
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+TIMEOUT_S = 120.0  # for one answer on a crowded machine
+SPEC = "apa" if SOAK else "apa-basic"
+
+
+class Browser:
+    """A page with the program in it; what the program writes is seen on its line."""
+
+    def __init__(self, page) -> None:
+        self.page, self.text, self.seen, self.events = page, "", 0, 0
+        page.on("websocket", lambda line: line.on("framereceived", self._received))
+
+    def _received(self, payload: str | bytes) -> None:
+        self.text += payload if isinstance(payload, str) else payload.decode("utf-8", "replace")
+
+    def wait_for(self, pattern: str) -> None:
+        """Until this was written since the last key that was pressed."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while not re.search(pattern, self.text[self.seen :]):
+            assert time.monotonic() < deadline, f"{pattern!r} did not come; last: {self.text[-1500:]!r}"
+            self.page.wait_for_timeout(50)
+
+    def saved(self) -> None:
+        """Until a higher event is acknowledged than any before: a line that is drawn again says the old one."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while (last := max(map(int, re.findall(r"Saved \((\d+)\)", self.text)), default=0)) <= self.events:
+            assert time.monotonic() < deadline, f"nothing was saved; last: {self.text[-1500:]!r}"
+            self.page.wait_for_timeout(50)
+        self.events = last
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.seen = len(self.text)
+            self.page.keyboard.press(key)
+
+    def line(self, text: str) -> None:
+        self.page.keyboard.type(text)
+        self.press("Enter")
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    port = free_port()
+    run = [sys.executable, "-m", "accept", "run", "--web", "--port", str(port), "--training", "--spec", SPEC]
+    env = os.environ | {"ACCEPT_HOME": str(tmp_path / "home")}
+    server = subprocess.Popen([*run, "--seed", "3", "--operator", "Ann"], env=env, stderr=subprocess.PIPE, text=True)
+    try:
+        said = server.stderr.readline()
+        yield re.search(r"http://\S+", said)[0]
+    finally:
+        server.terminate()
+        server.communicate(timeout=20)
+
+
+def test_a_unit_in_training_by_keys_in_a_browser(address: str, tmp_path: Path) -> None:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as running:
+        chromium = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = chromium.new_page(viewport={"width": 1000, "height": 640})
+        at = Browser(page)
+        page.goto(address)
+        at.wait_for("new unit TRAIN-")
+        at.press("Enter", "Enter")  # without a click before: the page has the focus
+        at.wait_for("Enter: open the step")
+        measure(at)
+        sign(at)
+        chromium.close()
+    certificates = list((tmp_path / "home").rglob("TRAIN-*.pdf"))
+    assert len(certificates) == 1
+
+
+def measure(at: Browser) -> None:
+    for title, count in (("Flatness", 8), ("Capacitance", 2)):
+        opened(at, title)
+        for _ in range(count):
+            at.wait_for(r"live \w+")
+            at.press("F3")
+            at.saved()
+        back(at)
+    steps = FILES if SOAK else {title: FILES[title] for title in ("Stroke", "Axial stiffness")}
+    for title, files in steps.items():
+        opened(at, title)
+        if title in ("Stroke", "Axial stiffness"):
+            at.press("F6")
+            at.wait_for("Input: records")
+        for entry in (*files, *(["6.4 kg"] if title == "Axial stiffness" else [])):
+            at.line(entry)
+            at.saved()
+        back(at)
+    if SOAK:
+        opened(at, "Frequency responses")
+        for file in ("frf_sweep.mat", "frf_noise_hf.mat"):
+            at.line(file)
+            at.saved()
+        back(at)
+
+
+def opened(at: Browser, title: str) -> None:
+    at.press("Enter")
+    at.wait_for(title)
+
+
+def back(at: Browser) -> None:
+    at.wait_for(r"✓ pass|✗ fail|\? no result|~ conditional")
+    at.press("Escape")
+    at.wait_for("Enter: open the step")
+
+
+def sign(at: Browser) -> None:
+    at.press("F9")
+    at.wait_for("F2: sign this result")
+    at.press("F2")
+    at.wait_for("Repeat passphrase")
+    at.line("correct horse")
+    at.line("correct horse")
+    at.wait_for("Keys were created")
+    at.press("Escape")
+    at.wait_for("Training: what this unit had")
+    at.press("Escape")
+    at.wait_for("verified")
