@@ -1,4 +1,5 @@
-"""What every worker process of a batch does first: it ends with the program that asked, and it is given so much memory.
+"""What every worker process of a batch does first: it leaves Ctrl-C to the program that asked and ends with it, and it is
+given so much memory.
 
 The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead
 (PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does.
@@ -6,6 +7,7 @@ The end of the program is watched for by a thread, on every system alike. Linux 
 
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 from multiprocessing.connection import wait
@@ -18,6 +20,7 @@ _LOST = 1  # exit code of a worker whose program is gone
 
 def begin() -> None:
     """The initializer of a pool of processes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
     import numpy  # noqa: F401 - the buffers of its threads are there from now on, and count for nobody
 

@@ -51,9 +51,13 @@ def judge_here(
             if own is not None:
                 yield left[own], left[own]()
                 del left[own]
-            for future in as_completed(pending):
-                judged = future.result()
-                yield left.pop(pending[future]), judged
+            try:
+                for future in as_completed(pending):
+                    judged = future.result()
+                    yield left.pop(pending[future]), judged
+            except KeyboardInterrupt:
+                running.shutdown(wait=True, cancel_futures=True)  # what is under way ends, nothing else is begun
+                raise
     except BrokenProcessPool:
         yield from ((job, _judge_apart(job)) for job in left.values())
 

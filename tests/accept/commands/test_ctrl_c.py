@@ -1,0 +1,46 @@
+"""Ctrl-C: exit 130, no traceback, what is finished is kept, and the same command goes on."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from accept.base.exit_codes import Exit
+from accept.simulate.published_units import write_units
+from tests.accept.tui.terminal import TIMEOUT_S
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are of Unix")
+
+
+@pytest.mark.slow
+def test_a_batch_that_is_stopped_keeps_what_is_finished_and_goes_on(tmp_path: Path) -> None:
+    units, out = tmp_path / "units", tmp_path / "out"
+    for unit in write_units(units)[4:]:
+        shutil.rmtree(unit)
+    command = [sys.executable, "-m", "accept", "batch", str(units), "--out", str(out), "--workers", "2"]
+    run = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + TIMEOUT_S
+    while not (done := list((out / "certificates").glob("*.pdf"))):
+        assert run.poll() is None, run.stderr.read()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    os.killpg(run.pid, signal.SIGINT)  # as a terminal does: to everything that runs in it
+    said = run.communicate(timeout=TIMEOUT_S)[1]
+    if run.returncode == Exit.REJECTED:
+        pytest.skip("it had finished before the signal came")
+    assert run.returncode == Exit.STOPPED, said
+    assert "Traceback" not in said
+    assert "run the command again to continue" in said
+    kept = done[0].read_bytes()
+    again = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert again.returncode == Exit.REJECTED, again.stderr  # one of the published units has a dead stack
+    assert len(json.loads((out / "results.json").read_text())["units"]) == 4
+    assert done[0].read_bytes() == kept
