@@ -1,5 +1,5 @@
-"""What every worker process of a batch does first: it leaves Ctrl-C to the program that asked and ends with it, and it is
-given so much memory.
+"""What every worker process of a batch does first: it leaves Ctrl-C to the program that asked and ends with it, and it
+is given so much memory.
 
 The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead
 (PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does.
