@@ -7,7 +7,13 @@ import typer
 
 from accept.cli.options import spread
 from accept.commands.options import ModelName, StartModelName
-from accept.commands.physics.model_options import FitOptions, FitOutputs, FrfOptions, ModesOptions, SweepOptions
+from accept.commands.physics.model_options import (
+    FitOptions,
+    FitOutputs,
+    FrfOptions,
+    ModesOptions,
+    ParameterSweepOptions,
+)
 
 app = typer.Typer(help="The simulated strut: modes, responses, fit.", no_args_is_help=True)
 
@@ -75,7 +81,8 @@ def learn(
 @app.command()
 @spread
 def sweep(
-    what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")], wanted: SweepOptions
+    what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
+    wanted: ParameterSweepOptions,
 ) -> None:
     """Poles and zeros over a row of values. Without --value the published ones."""
     from accept.commands.physics import model as command

@@ -11,7 +11,7 @@ from rich.table import Column, Table
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.physics.model_options import FrfOptions, ModesOptions, SweepOptions
+from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
@@ -95,7 +95,7 @@ def frf(wanted: FrfOptions) -> Exit:
 
 
 @clear_errors
-def run_sweep(what: str, wanted: SweepOptions) -> Exit:
+def run_sweep(what: str, wanted: ParameterSweepOptions) -> Exit:
     """Poles and zeros while a parameter takes a row of values; `what` is a published sweep or a parameter's name."""
     model = opened(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))

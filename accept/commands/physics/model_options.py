@@ -66,7 +66,7 @@ class FitOutputs:
 
 
 @dataclass(frozen=True)
-class SweepOptions:
+class ParameterSweepOptions:
     """Which values, and where the poles and zeros go. values: None for the published ones."""
 
     values: Annotated[list[float] | None, typer.Option("--value", help="A value; repeat for more.")] = None
