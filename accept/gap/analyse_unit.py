@@ -3,25 +3,25 @@
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.gap.improved_model import write_improved
+from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened, as_weighed, opened
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
-from checks.fitting.dataset import CHANNELS, F_HI, Dataset, dataset_from_records
+from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
-from checks.gap.decision.result import Gaps, Result
+from checks.gap.decision.result import Gaps, Result, Tested
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
 
-F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
 
@@ -66,7 +66,8 @@ def analyse(
     say("reading the records")
     measured, notes = _read(held, given.model)
     given = as_weighed(given, measured.serial, measured.payload_kg)
-    A, B, more = _realisations(measured, given.model.tolerance)
+    A, B, more = realisations(measured, given.model.tolerance)
+    trials, lost = trials_of(held, measured, given.model.tolerance)
     fs = measured.records["low"].fs
     inputs = Inputs(
         model=given.model,
@@ -76,7 +77,8 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A)),
+        notes=(*notes, *more, *_quality(A), *lost),
+        trials=trials,
     )
     try:
         return GapAnalysis(run(inputs, say), measured, given)
@@ -111,35 +113,6 @@ def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
         words = f"without {lost} ({first}): what shows only there cannot be found, and power is lost elsewhere"
         return found, (*notes, words)
     raise first
-
-
-def _realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
-    """A to fit and B to judge with; a single realisation is cut in two halves."""
-    if measured.second is not None:
-        return measured.first, measured.second, ()
-    channels = measured.first.channels
-
-    def half(record: Record, second: bool) -> Record:
-        n = record.t.size // 2
-        part = slice(n, 2 * n) if second else slice(0, n)
-        return replace(record, t=record.t[part], channels={k: v[part] for k, v in record.channels.items()})
-
-    low, high = measured.records["low"], measured.records.get("high")
-    parts = [
-        dataset_from_records(
-            half(low, second),
-            None if high is None else half(high, second),
-            measured.merge_Hz,
-            tolerance=tolerance,
-            channels=channels,
-            f_lo=F_LO,
-            f_hi=measured.first.f[-1] + 1e-9 if high is not None else measured.merge_Hz,
-            name=f"{measured.serial} half {1 + second}",
-        )
-        for second in (False, True)
-    ]
-    note = "a single realisation: one half of it is fitted, the other half judged, so the sensitivity is reduced"
-    return parts[0], parts[1], (note,)
 
 
 def _quality(A: Dataset) -> tuple[str, ...]:
@@ -197,6 +170,18 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
         "p_after": r.p_after,
         "damping": r.damping,
         "notes": list(r.notes),
+        "experiments": [_experiment_json(t) for t in r.experiments],
+    }
+
+
+def _experiment_json(t: Tested) -> dict[str, Any]:
+    return {
+        "kind": t.kind,
+        "value": t.value,
+        "channels": {c: gap.G for c, gap in t.channels.items()},
+        "holds": t.holds,
+        "level_dependent": list(t.level),
+        "words": t.against,
     }
 
 

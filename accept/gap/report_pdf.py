@@ -10,7 +10,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageBreak, PageTemplate, Spacer, Table, TableStyle
 
 from accept.gap.reasons import candidates, moved, shift_words
-from accept.gap.text import chance, gap_number, headline_of, named_line, number
+from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, number
 from accept.pdf import page_style
 from accept.pdf.assemble import assemble
 from accept.pdf.figure_row import FigureRow
@@ -200,8 +200,9 @@ def _limits(result: Result) -> list[Flowable]:
 
 
 def _remarks(result: Result) -> list[Flowable]:
+    experiments = [f"{line[0].upper()}{line[1:]}." for line in map(experiment_line, result.experiments)]
     modes = ", ".join(f"{m.f_Hz:.0f} Hz {gap_number(m.G)}" for m in result.gap_after.modes)
-    lines = [f"G after, within 5 Hz about each mode: {modes}.", *result.notes]
+    lines = [f"G after, within 5 Hz about each mode: {modes}.", *experiments, *result.notes]
     return [Spacer(1, 4), *(words(line, page_style.SMALL) for line in lines)]
 
 

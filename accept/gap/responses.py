@@ -44,7 +44,7 @@ def responses(
     Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used."""
     held = loaded(given)
     unit, values = held.folder, _values(held)
-    records = {name: value for name, value in values.items() if isinstance(value, Record)}
+    records = records_of(values)
     merge_Hz = _number(values.get("merge_Hz"), DEFAULT_MERGE_HZ)
     if "low" not in records or merge_Hz is None:
         raise UnitError(unit.path / units.UNIT_FILE, ["[frf] names no record 'low'"])
@@ -71,6 +71,11 @@ def responses(
         records=records,
         inputs={record.name: record.sha256 for record in records.values()},
     )
+
+
+def records_of(values: Values) -> dict[str, Record]:
+    """The records among values, by input name."""
+    return {name: value for name, value in values.items() if isinstance(value, Record)}
 
 
 def _values(held: LoadedUnit) -> Values:

@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result
+from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
 from checks.gap.effects import EFFECTS
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
@@ -76,6 +76,8 @@ def _told(r: Result) -> Iterator[tuple[str, str]]:
         poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
         level = ", depends on the level" if u.level_dependent else ""
         yield f"unidentified effect: {u.channel}, poles {poles} Hz{level}", "  "
+    for t in r.experiments:
+        yield experiment_line(t), "  "
     if r.where and r.verdict != EXPLAINED:
         w = r.where[0]
         yield f"worst: {w.channel}, {w.f_lo_Hz:.1f} to {w.f_hi_Hz:.1f} Hz, {w.excess_dB:.0f} dB above chance", "  "
@@ -84,6 +86,15 @@ def _told(r: Result) -> Iterator[tuple[str, str]]:
     if r.detection_limits:
         yield "smallest effects that would have been detected (90 % power):", "  "
         yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
+
+
+def experiment_line(t: Tested) -> str:
+    """What an experiment says of the explanation."""
+    if t.against and not t.channels:
+        return f"experiment, {t.words}: {t.against}"
+    G = ", ".join(f"{c} {gap_number(g.G)}" for c, g in t.channels.items())
+    level = f"; {', '.join(t.level)} depends on the drive level" if t.level else ""
+    return f"experiment, {t.words}: {'holds' if t.holds else f'does not hold: {t.against}'} (G {G}){level}"
 
 
 def _limit(effect: str, values: Mapping[str, float]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from checks.fitting.dataset import Dataset
 from checks.gap import record_faults as early_checks
+from checks.gap.conditions.trial import Trial
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.slow_sines import Slow, slow_record
@@ -25,7 +26,8 @@ class GapRefused(AcceptError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """A: to fit; B: to judge with, the same channels; fs [Hz] of the records; slow: slow sines, or None."""
+    """A: to fit; B: to judge with, the same channels; fs [Hz] of the records; slow: slow sines, or None;
+    trials: the unit's experiments."""
 
     model: Model
     A: Dataset
@@ -35,6 +37,7 @@ class Inputs:
     slow: Record | None = None
     without: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    trials: tuple[Trial, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +102,23 @@ def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
 def raw(p: Prepared) -> Dataset:
     """B as it was measured, the channels that say something."""
     return p.inputs.B.select(p.B.channels)
+
+
+def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[Trial, ...]:
+    """The experiments with what was found before any search taken out of them too."""
+    return tuple(replace(t, A=_as_found(t.A, p), B=_as_found(t.B, p)).select(channels) for t in p.inputs.trials)
+
+
+def _as_found(data: Dataset, p: Prepared) -> Dataset:
+    data = data.select(p.A.channels)
+    for fault in p.early:
+        if set(fault.channels) <= set(data.channels):
+            late = fault.parameters.get("samples")
+            if late is None:
+                data = early_checks.mended(data, fault)
+            else:
+                data = early_checks.with_offsets(data, dict.fromkeys(fault.channels, int(late)), p.inputs.fs)
+    return data
 
 
 def _mended(data: Dataset, faults: Sequence[Early]) -> Dataset:

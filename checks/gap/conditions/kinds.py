@@ -26,7 +26,7 @@ DRIVE_LEVEL = ExperimentKind(
 )
 OTHER_RESISTOR = ExperimentKind(
     "other_resistor",
-    Scalar("resistor_ohm", "resistor across the sensor stack", lo=100.0, hi=1e9),
+    Scalar("resistor_ohm", "resistor across the sensor stack", lo=0.1, hi=1e9),
     "{:g} ohm across the sensor stack",
 )
 TURNED = ExperimentKind("turned", None, "the strut turned by 180 degrees about its axis")

@@ -5,6 +5,9 @@ lies across the axis changes its sign (where the APA sits and pushes, where head
 matrices of the APA turn; what lies along z stays. The bench knows no x and y: granite that does not move, a payload
 guided along z, a mode of the bench along z ([STB] 3.1, 6.1). Seen from the strut nothing has changed, so every response
 stays what it was, whatever is wrong with the strut: what changes is the bench's, or the mounting's.
+
+Another resistor across the sensor stack: its corner goes with one over it ([STB] 3.1.9). A stack that is stiffer
+without a path for its charge ([IEEE176] 2) is open where the corner lies below the band, and closed far above it.
 """
 
 from checks.errors import ModelError
@@ -12,7 +15,8 @@ from checks.gap.conditions.kinds import ADDED_MASS, DRIVE_LEVEL, OTHER_RESISTOR,
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
 
-PAYLOAD, CORNER = "bench.payload_kg", "sensor.highpass_Hz"
+PAYLOAD, CORNER, STIFFENING = "bench.payload_kg", "sensor.highpass_Hz", "apa.sensor_stiffening"
+OPEN_HZ, CLOSED_HZ = 2.0, 20_000.0  # corners of a stack that is open, closed, at 5 Hz to 2 kHz
 SENSOR_F = 5.1e-6  # of the sensor stack, where nothing else is known ([STB] 3.1.9)
 
 
@@ -26,8 +30,21 @@ def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: flo
     if kind is ADDED_MASS:
         return model.with_values({PAYLOAD: model.values[PAYLOAD] + value})
     if kind is OTHER_RESISTOR:
-        return model.with_values({CORNER: highpass_corner(value, sensor_F)})
+        corner = highpass_corner(value, sensor_F)
+        stiffer = model.values[STIFFENING]
+        return model.with_values({CORNER: corner, STIFFENING: stiffer and stiffer * share_open(corner)})
     return model
+
+
+def share_open(corner_Hz: float) -> float:
+    """Of a stiffening by an open circuit that is left at a corner: all or nothing. Raises ModelError in between, where
+    the stack is neither open nor closed over the band."""
+    if OPEN_HZ < corner_Hz < CLOSED_HZ:
+        raise ModelError(
+            f"a resistor that puts the sensor stack's corner at {corner_Hz:.3g} Hz leaves a stack that is stiffer when "
+            f"open neither open nor closed; expected a corner up to {OPEN_HZ:g} Hz, or from {CLOSED_HZ:g} Hz on"
+        )
+    return 1.0 if corner_Hz <= OPEN_HZ else 0.0
 
 
 def drive(kind: ExperimentKind, value: float | None) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from checks import distributions as stats
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
@@ -20,6 +22,14 @@ from checks.gap.thresholds import Thresholds
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
+
+
+class HasResponse(Protocol):
+    """A candidate, or what else was fitted."""
+
+    @property
+    def response(self) -> Augmented:
+        """What was fitted."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +87,7 @@ def _reasons(
         out.append(f"explains too little of unseen records (gain {gain:.0f})")
     if not confirmed > table.delta_lnL:
         out.append(f"is not confirmed with the records exchanged (gain {confirmed:.0f})")
-    if not _off_zero(table, effect, final, full):
+    if not off_zero(table, effect, final, full):
         out.append("parameters not significant")
     names = [f"{effect.name}.{p.name}" for p in effect.parameters]
     bound = [n for n in names if n in final.at_bound]
@@ -93,7 +103,7 @@ def _reasons(
     return out
 
 
-def _off_zero(table: Thresholds, effect: Effect, final: Fit, full: Candidate) -> bool:
+def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -> bool:
     """Whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
     off = effect.off(full.response.model)
     names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]

@@ -6,13 +6,17 @@ import numpy as np
 
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Led, finish
+from checks.gap.conditions.choice import asked
+from checks.gap.conditions.hold import missing_in, tested
+from checks.gap.conditions.joint import Conditions
+from checks.gap.conditions.settle import settled
 from checks.gap.decision.detection_limits import detection_limits
-from checks.gap.decision.gates import claims, from_window, kept, nameless
+from checks.gap.decision.gates import claims, from_window, is_bent, kept, nameless
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result, Tried
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Prepared, raw
+from checks.gap.inputs import Prepared, raw, trials_of
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.forward import Candidate, Search, SearchResult
 from checks.gap.statistics.adequacy import judge
@@ -34,10 +38,21 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     made = shown.made
     good = kept(made)
     rivals = (*not_told_apart(found, good, table), *imitated(full, good))
+    trials = trials_of(p, told)
+    words: tuple[str, ...] = ()
+    if rivals and trials:
+        done = settled(found, full, made, rivals, Conditions(p.A.select(told), p.B.select(told), trials), table)
+        final, full, made, rivals, words = done.fit, done.full, done.made, done.rivals, done.words
+        everything = replace(full, unseen=p.B)
+        shown = never_worse([whole, *_at_other_values(base, full, p.B)], everything, made)
+        good = kept(shown.made)
+    rivals = asked(rivals, good, found, full, search.A)
     named = named_effects(good, final, p.early, p.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
     missing = (*missing, *(from_window(everything, c, False) for c in left_out), *bent(slow, table))
+    experiments = tested(full.response, final, p.A.select(told), p.B.select(told), trials)
+    missing = (*missing, *missing_in(experiments, bool(p.in_slow) or (slow is not None and is_bent(slow, table))))
     before = _without_members(base, full, p.B) if best.response.counted and full.adequate else whole.seen
     verdict = word(full.adequate, named, rivals, missing)
     return Result(
@@ -58,8 +73,9 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         p_after=everything.adequacy.p,
         early=p.early,
         slow=slow,
-        notes=(*p.inputs.notes, *_notes(full), *_ended(search, verdict)),
+        notes=(*p.inputs.notes, *words, *_notes(full), *_ended(search, verdict)),
         damping=best.response.model.damping,
+        experiments=experiments,
     )
 
 

@@ -81,6 +81,24 @@ class Tried:
     p: float
 
 
+@dataclass(frozen=True)
+class Tested:
+    """What the explanation says of an experiment's records that were not fitted. words: what was done; channels: G of
+    each; against: where and how it does not hold, or why it could not be tested, "" where it holds; level: channels
+    that answer another level of drive otherwise."""
+
+    kind: str
+    value: float | None
+    words: str
+    channels: Mapping[str, Gap]
+    against: str = ""
+    level: tuple[str, ...] = ()
+
+    @property
+    def holds(self) -> bool:
+        return not self.against
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """The whole answer. before, after: residuals on unseen records; fit: of the augmented model to A."""
@@ -104,3 +122,4 @@ class Result:
     slow: Slow | None = None
     notes: tuple[str, ...] = ()
     damping: str = "full"
+    experiments: tuple[Tested, ...] = ()

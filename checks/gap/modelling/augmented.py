@@ -11,6 +11,7 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.shift import AS_IT_IS, Shift
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
@@ -25,11 +26,12 @@ STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 @dataclass(frozen=True, eq=False)
 class Augmented:
     """Values by flat name: the model's own, and `effect.parameter` of every member. held: factors of the APA's modes
-    that a search does not vary, with their values."""
+    that a search does not vary, with their values; shift: the condition at the bench."""
 
     model: Model
     members: tuple[Member, ...] = ()
     held: Held = ()
+    shift: Shift = AS_IT_IS
 
     def holding_scatter(self, at: Values | None = None) -> "Augmented":
         """The same with the factors of the APA's modes held: at values, else at their priors."""
@@ -89,14 +91,14 @@ class Augmented:
 
     def changes(self, values: Values) -> dict[str, float]:
         """What the values are to the model."""
-        inside = {f"{m.name}.{p.name}" for m in self.members for p in m.parameters}
+        inside = {f"{m.name}.{p.name}" for m in self.members for p in m.parameters} | self.shift.names
         own = dict(self.held) | {k: v for k, v in values.items() if k not in inside}
         for e in self.effects:
             for p in e.parameters:
                 for target in p.targets(self.model):
                     start = own.get(target, self.model.values[target]) if target in p.adds else 0.0
                     own[target] = start + values[f"{e.name}.{p.name}"]
-        return own
+        return self.shift.applied(own, values, self.model.values)
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
         """(F, C)."""
@@ -114,12 +116,14 @@ class Augmented:
         H = self.model.frf(f, at, channels) if self._factors else np.zeros(0)
         for i, n in enumerate(names):
             if parts[n]:
-                out[i] = sum(D[t] for t in parts[n]) * factor
+                out[i] = sum(self.shift.slope(n, t) * D[t] for t in parts[n]) * factor
             else:
                 out[i] = H * self._factor_derivative(f, n, changes, channels)
         return out
 
     def _targets(self, name: str) -> tuple[str, ...]:
+        if name in self.shift.names:
+            return self.shift.targets(name)
         for e in self.effects:
             if name.startswith(f"{e.name}."):
                 return e.targets(self.model, name.removeprefix(f"{e.name}."))

@@ -9,7 +9,7 @@ class Experiment(Enum):
 
     MASS = "repeat with +0.5 kg on the payload: an added mass moves what depends on the payload, nothing else"
     UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"
-    TURN = "turn the strut by 180 degrees about its axis: what is the strut's changes sign in de, the bench does not"
+    TURN = "turn the strut by 180 degrees about its axis: what is the strut's stays what it is, the bench's changes"
     LEVEL = "repeat at half the drive level: what is linear stays, hysteresis and saturation change"
     RESISTOR = "repeat with another resistor across the sensor stack: only the sensor's high-pass moves"
     POINT = "read a second point with the interferometer: a mode of the bench shows there, one of the encoder does not"

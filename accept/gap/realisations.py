@@ -1,0 +1,84 @@
+"""Two realisations of everything that was measured: one to fit, one to judge with; of a unit as it is and under every
+condition of its experiments."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from accept.gap.responses import Responses, records_of
+from accept.units.loaded_unit import LoadedUnit
+from accept.units.unit_experiments import UnitExperiment
+from checks.declare import Measured
+from checks.errors import RecordError
+from checks.fitting.dataset import Dataset, dataset_from_records
+from checks.gap.conditions.trial import Trial
+from checks.gap.workflow import GapRefused, same_unit
+from checks.record import Record
+
+F_LO = 5.0  # [Hz] below [STB]'s 10 Hz: the sensor's high-pass shows there, and the noise says how little it counts
+RESISTOR = ("sensor_highpass", "resistor_ohm")  # section and key of unit.toml with the unit's own resistor
+HALVES = "a single realisation: one half of it is fitted, the other half judged, so the sensitivity is reduced"
+
+
+def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
+    """A to fit and B to judge with; a single realisation is cut in two halves, and a note says so."""
+    if measured.second is not None:
+        return measured.first, measured.second, ()
+    A, B = _halves(measured, measured.records, tolerance)
+    return A, B, (HALVES,)
+
+
+def trials_of(unit: LoadedUnit, measured: Responses, tolerance: float) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+    """The unit's experiments, and why one cannot be used."""
+    trials, lost = [], []
+    for experiment in unit.folder.experiments:
+        try:
+            trials.append(_trial(unit, experiment, measured, tolerance))
+        except (RecordError, GapRefused) as e:
+            lost.append(f"experiment {experiment.name} cannot be used: {e}")
+    return tuple(trials), tuple(lost)
+
+
+def _trial(unit: LoadedUnit, experiment: UnitExperiment, measured: Responses, tolerance: float) -> Trial:
+    records = records_of(unit.experiment(experiment))
+    if "low_repeat" in records:
+        A = _dataset(records["low"], records.get("high"), measured, tolerance)
+        B = _dataset(records["low_repeat"], records.get("high_repeat"), measured, tolerance)
+    else:
+        A, B = _halves(measured, records, tolerance)
+    same_unit(A, B)
+    return Trial(experiment.name, experiment.kind, experiment.value, A, B, _own_resistor(unit))
+
+
+def _own_resistor(unit: LoadedUnit) -> float | None:
+    section = unit.folder.sections.get(RESISTOR[0])
+    stated = None if section is None else section.entries.get(RESISTOR[1])
+    return stated.value if isinstance(stated, Measured) and stated.value > 0.0 else None
+
+
+def _halves(measured: Responses, records: Mapping[str, Record], tolerance: float) -> tuple[Dataset, Dataset]:
+    low, high = records["low"], records.get("high")
+    first, second = (
+        _dataset(_half(low, later), None if high is None else _half(high, later), measured, tolerance)
+        for later in (False, True)
+    )
+    return first, second
+
+
+def _half(record: Record, second: bool) -> Record:
+    n = record.t.size // 2
+    part = slice(n, 2 * n) if second else slice(0, n)
+    return replace(record, t=record.t[part], channels={k: v[part] for k, v in record.channels.items()})
+
+
+def _dataset(low: Record, high: Record | None, measured: Responses, tolerance: float) -> Dataset:
+    """Of the channels and over the frequencies of the unit's own responses."""
+    return dataset_from_records(
+        low,
+        high,
+        measured.merge_Hz,
+        tolerance=tolerance,
+        channels=measured.first.channels,
+        f_lo=F_LO,
+        f_hi=measured.first.f[-1] + 1e-9 if high is not None else measured.merge_Hz,
+        name=f"{measured.serial} {low.name}",
+    )

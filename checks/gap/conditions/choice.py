@@ -1,0 +1,133 @@
+"""Which experiment would tell explanations apart: the one that is predicted to, by as much as it takes.
+
+The difference of two explanations over all conditions, with all that the rival's parameters could make up for taken
+out, has a length: twice the gain in log-likelihood to expect of it. Priors do not count, but those of the modes of an
+APA ([GAP] 11).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.gap.conditions.joint import by_data_alone
+from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
+from checks.gap.conditions.trial import Trial, together
+from checks.gap.decision.gates import Claim
+from checks.gap.decision.result import Ambiguous
+from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Augmented, Values
+from checks.gap.modelling.condition import Together, marked
+from checks.gap.modelling.effect import Effect
+from checks.gap.search.forward import Candidate, SearchResult
+from checks.model.parameters import is_mode_factor
+
+# Twice the expected gain: its own spread is twice its root, so nineteen of twenty gain more than a name needs, 12.5.
+ENOUGH = 50.0
+MENU: tuple[tuple[ExperimentKind, float], ...] = (
+    *((ADDED_MASS, kg) for kg in (0.5, 1.0, 2.0, 5.0)),
+    *((OTHER_RESISTOR, ohm) for ohm in (20_000.0, 1.0)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another effect in the place of the one that was found, with the values of its fit."""
+
+    response: Augmented
+    at: Values
+
+
+def asked(
+    rivals: Sequence[Ambiguous], good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
+) -> tuple[Ambiguous, ...]:
+    """The same with the experiment that is predicted to tell them apart, where the menu has one that can be given."""
+    return tuple(_with_experiment(a, good, found, full, A) for a in rivals)
+
+
+def _with_experiment(
+    a: Ambiguous, good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
+) -> Ambiguous:
+    claim = next((c for c in good if c.effect.name in a.effects), None)
+    if claim is None:
+        return a
+    others = [_rival(name, claim.effect, found, full) for name in a.effects if name != claim.effect.name]
+    for kind, value in MENU:
+        trial = Trial(kind.name, kind, value, A, A)
+        try:
+            least = min(separation(full, claim.effect, rival, A, trial) for rival in others)
+        except ModelError:
+            continue
+        if least > ENOUGH:
+            return replace(a, experiment=_words(a.experiment, kind, value))
+    return a
+
+
+def _words(before: str, kind: ExperimentKind, value: float) -> str:
+    key = "" if kind.value is None else f", {kind.value.name} = {value:g}"
+    entry = f'in unit.toml [[experiments]] kind = "{kind.name}"{key}'
+    if kind is ADDED_MASS:
+        why = "an added mass moves what depends on the payload, nothing else"
+        return f"repeat with +{value:g} kg on the payload: {why}; {entry}"
+    if "resistor" in before:
+        return f"repeat with {value:g} ohm across the sensor stack: only the sensor's circuit changes; {entry}"
+    return f"{before}; or repeat with {value:g} ohm across the sensor stack; {entry}"
+
+
+def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> Rival | None:
+    """None: other values of calibrated parameters."""
+    if name not in EFFECTS:
+        return None
+    names = frozenset({*full.names, name} - {effect.name})
+    rival = next(c for c in found.rivals if c.names == names)
+    return Rival(rival.response, rival.at)
+
+
+def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: Trial) -> float:
+    """Twice the gain in log-likelihood to expect of a condition with the noise of A. Raises ModelError."""
+    every = together(full.response, [trial])
+    at = {**full.at, **{p.name: p.begin for p in every.own()}}
+    less = full.response.without(effect.name) if rival is None else rival.response
+    other = together(by_data_alone(less, effect), [trial])
+    there = {p.name: p.begin for p in other.free(full.at if rival is None else rival.at)}
+    sets = [replace(d, H=every.frf(d.f, at, d.channels)) for d in (A, marked(A, trial.name))]
+    d = np.concatenate([s.whitener(_difference(full, effect, rival, every, at, other, there, s)) for s in sets])
+    free = other.free(full.at if rival is None else rival.at)
+    own = (
+        {t for p in effect.parameters for t in effect.targets(full.response.model, p.name)} if rival is None else set()
+    )
+    names = [p.name for p in free if p.name not in own]
+    J = np.hstack([s.whitener(other.jacobian(s.f, names, there, s.channels)) for s in sets]).T
+    scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in free if p.name in names])
+    rest = _off(np.vstack([J, scatter]), np.concatenate([d, np.zeros(len(names))]))
+    return float(rest @ rest)
+
+
+def _difference(
+    full: Candidate,
+    effect: Effect,
+    rival: Rival | None,
+    every: Together,
+    at: Values,
+    other: Together,
+    there: Values,
+    data: Dataset,
+) -> Complex:
+    """(F, C) between two explanations; of an effect against none its derivatives times its size, because an imitation
+    that is exact turns with the parameters."""
+    off = effect.off(full.response.model)
+    if rival is None and all(np.isfinite(v) for v in off.values()):
+        names = [f"{effect.name}.{n}" for n in off]
+        away = np.array([at[f"{effect.name}.{n}"] - nothing for n, nothing in off.items()])
+        return np.asarray(np.tensordot(away, every.jacobian(data.f, names, at, data.channels), 1))
+    return data.H - other.frf(data.f, there, data.channels)
+
+
+def _off(J: Array, d: Array) -> Array:
+    """(n,) what of d lies along no column of J."""
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    share, *_ = np.linalg.lstsq(J / size, d, rcond=1e-9)
+    return np.asarray(d - (J / size) @ share)

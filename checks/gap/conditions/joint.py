@@ -1,0 +1,87 @@
+"""Explanations fitted to all conditions together, and compared on realisations that none of them has seen."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import Fit, Led, finish, lead
+from checks.fitting.prior import prior_rows
+from checks.gap.conditions.trial import Trial, to_fit, to_judge, together
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.condition import Together
+from checks.gap.modelling.effect import Effect
+from checks.model.joint_prior import JointPrior
+from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
+
+WIDER = 10.0  # a prior that says next to nothing, and still keeps a search from walking off for ever
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """An explanation fitted to A of all conditions. unseen: B of all."""
+
+    response: Augmented
+    under_all: Together
+    fit: Fit
+    unseen: tuple[Dataset, ...]
+
+    @cached_property
+    def lnL(self) -> float:
+        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        at, free = self.fit.at, self.fit.free
+        rows = [d.whitener(d.H - self.under_all.frf(d.f, at, d.channels)) for d in self.unseen]
+        off = prior_rows(free, self.fit.joint) @ np.array([at[p.name] - p.prior for p in free])
+        return -0.5 * float(sum(r @ r for r in rows) + off @ off)
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """What explanations are fitted to: A and B of the unit as it is, and every condition."""
+
+    A: Dataset
+    B: Dataset
+    trials: tuple[Trial, ...]
+
+    def thinned(self, bins: int) -> "Conditions":
+        trials = tuple(t.select(self.A.channels, bins) for t in self.trials)
+        return Conditions(self.A.thinned(bins), self.B.thinned(bins), trials)
+
+    def explained(self, response: Augmented, at: Mapping[str, float], far: bool = False) -> Explanation:
+        """A response fitted to all conditions from values nearby; far: also over wide tolerances, because they may lie
+        elsewhere. Raises ModelError."""
+        every, sets = together(response, self.trials), to_fit(self.A, self.trials)
+        joint, free = response.model.joint, tuple(every.free(at))
+        ways = [Led(free, 0.0), *(lead(every, sets, free, joint=joint)[:1] if far else ())]
+        fits = [f for way in ways if (f := _finished(every, sets, way, joint)) is not None]
+        if not fits:
+            raise ModelError("no values of the explanation come near these responses")
+        best = min(fits, key=lambda f: f.cost)
+        return Explanation(response, every, best, tuple(to_judge(self.B, self.trials)))
+
+
+def _finished(every: Together, sets: Sequence[Dataset], way: Led, joint: JointPrior | None) -> Fit | None:
+    try:
+        return finish(every, sets, way, joint=joint)
+    except ModelError:
+        return None
+
+
+def by_data_alone(response: Augmented, effect: Effect) -> Augmented:
+    """The same with next to nothing known of its calibrated values beforehand. As they are stay the modes of an APA,
+    which would do anything if they were free, and what the effect itself is about."""
+    return replace(response, model=_hardly_known(response.model, effect.stands_for(response.model)))
+
+
+@lru_cache(maxsize=8)
+def _hardly_known(model: Model, kept: tuple[str, ...]) -> Model:
+    wider = {n: 1.0 if is_mode_factor(n) or n in kept else WIDER for n in model.sds}
+    joint = model.joint
+    if joint is not None:
+        by = np.diag([wider.get(n, 1.0) for n in joint.names])
+        joint = replace(joint, covariance=by @ joint.covariance @ by)
+    return replace(model, sds={n: wider[n] * sd for n, sd in model.sds.items()}, joint=joint)

@@ -1,0 +1,58 @@
+"""What a condition at the bench changes of a model's parameters."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from checks.fitting.coordinates import Free
+
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class OwnValue:
+    """A parameter of the model (target) that has a value of its own under a condition."""
+
+    target: str
+    free: Free
+
+
+@dataclass(frozen=True)
+class Shift:
+    """name: of the condition. adds, times: (parameter, number) on top of what it is without the condition."""
+
+    name: str
+    adds: tuple[tuple[str, float], ...] = ()
+    times: tuple[tuple[str, float], ...] = ()
+    own: tuple[OwnValue, ...] = ()
+
+    @property
+    def free(self) -> list[Free]:
+        return [o.free for o in self.own]
+
+    @property
+    def names(self) -> set[str]:
+        """Of the values that are its own."""
+        return {o.free.name for o in self.own}
+
+    def applied(self, changes: Values, values: Values, model: Values) -> dict[str, float]:
+        """Changes of a model's values under the condition. changes: without it; values: of what is its own too."""
+        out = dict(changes)
+        for target, more in self.adds:
+            out[target] = out.get(target, model[target]) + more
+        for target, factor in self.times:
+            out[target] = out.get(target, model[target]) * factor
+        return out | {o.target: values[o.free.name] for o in self.own}
+
+    def slope(self, name: str, target: str) -> float:
+        """Of a parameter of the model by what stands for it, named `name`."""
+        if name in self.names:
+            return 1.0
+        if any(o.target == target for o in self.own):
+            return 0.0
+        return dict(self.times).get(target, 1.0)
+
+    def targets(self, name: str) -> tuple[str, ...]:
+        return tuple(o.target for o in self.own if o.free.name == name)
+
+
+AS_IT_IS = Shift("")
