@@ -208,7 +208,14 @@ def _signatures(
     ]
     found = [
         _guarded(
-            f"the signature of the {s.field_name}", _signature, s, c, trust, now, revoked, stamping,
+            f"the signature of the {s.field_name}",
+            _signature,
+            s,
+            c,
+            trust,
+            now,
+            revoked,
+            stamping,
             covers_all=p[2] == len(pdf),
         )
         for s, c, p in zip(embedded, certificates, places, strict=True)

@@ -6,14 +6,14 @@ import numpy as np
 
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Led, finish
-from checks.gap.conditions.choice import asked
-from checks.gap.conditions.hold import missing_in, tested
 from checks.gap.conditions.joint import Conditions
-from checks.gap.conditions.settle import settled
 from checks.gap.decision.detection_limits import detection_limits
 from checks.gap.decision.gates import claims, from_window, is_bent, kept, nameless
+from checks.gap.decision.held_by_experiments import missing_in, tested
 from checks.gap.decision.never_worse import gaps_of, never_worse
+from checks.gap.decision.next_experiment import asked
 from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result, Tried
+from checks.gap.decision.told_apart import settled
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
 from checks.gap.inputs import Prepared, raw, trials_of

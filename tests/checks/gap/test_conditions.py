@@ -8,10 +8,10 @@ import pytest
 
 from accept.models.model_file import open_model
 from checks.errors import ModelError
-from checks.gap.conditions.hold import changed
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under
 from checks.gap.conditions.trial import Trial, together
+from checks.gap.decision.held_by_experiments import changed
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.checks.gap.experiment_cases import DAMPERS, SPRINGS, Case, known, random_case, scaled, with_effect

@@ -22,11 +22,12 @@ from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.experiment import Experiment
 from checks.gap.search.forward import Candidate, SearchResult
 from checks.model.parameters import is_mode_factor
 
-# Twice the expected gain: its own spread is twice its root, so nineteen of twenty gain more than a name needs, 12.5.
-ENOUGH = 50.0
+# Twice the expected gain: eight times 12.5, what a name needs, because a large effect is not linear and a gain spreads.
+ENOUGH = 100.0
 MENU: tuple[tuple[ExperimentKind, float], ...] = (
     *((ADDED_MASS, kg) for kg in (0.5, 1.0, 2.0, 5.0)),
     *((OTHER_RESISTOR, ohm) for ohm in (20_000.0, 1.0)),
@@ -55,7 +56,8 @@ def _with_experiment(
     if claim is None:
         return a
     others = [_rival(name, claim.effect, found, full) for name in a.effects if name != claim.effect.name]
-    for kind, value in MENU:
+    first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)
+    for kind, value in sorted(MENU, key=lambda each: each[0] is not first):
         trial = Trial(kind.name, kind, value, A, A)
         try:
             least = min(separation(full, claim.effect, rival, A, trial) for rival in others)
