@@ -13,7 +13,6 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
-from checks.gap.conditions.joint import by_data_alone
 from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
 from checks.gap.conditions.trial import Trial, together
 from checks.gap.decision.gates import Claim
@@ -91,41 +90,35 @@ def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> R
 def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: Trial) -> float:
     """Twice the gain in log-likelihood to expect of a condition with the noise of A. Raises ModelError."""
     every = together(full.response, [trial])
-    at = {**full.at, **{p.name: p.begin for p in every.own()}}
-    less = full.response.without(effect.name) if rival is None else rival.response
-    other = together(by_data_alone(less, effect), [trial])
-    there = {p.name: p.begin for p in other.free(full.at if rival is None else rival.at)}
+    at = {p.name: p.begin for p in every.free(full.at)}
     sets = [replace(d, H=every.frf(d.f, at, d.channels)) for d in (A, marked(A, trial.name))]
-    d = np.concatenate([s.whitener(_difference(full, effect, rival, every, at, other, there, s)) for s in sets])
-    free = other.free(full.at if rival is None else rival.at)
-    own = (
-        {t for p in effect.parameters for t in effect.targets(full.response.model, p.name)} if rival is None else set()
-    )
-    names = [p.name for p in free if p.name not in own]
+    if rival is None:
+        own = {f"{effect.name}.{p.name}" for p in effect.parameters} | set(effect.stands_for(full.response.model))
+        free, other, there = [p for p in every.free(full.at) if p.name not in own], every, at
+        changes = [_by_effect(full, effect, every, at, s) for s in sets]
+    else:
+        other = together(rival.response, [trial])
+        free = other.free(rival.at)
+        there = {p.name: p.begin for p in free}
+        changes = [s.H - other.frf(s.f, there, s.channels) for s in sets]
+    d = np.concatenate([s.whitener(c) for s, c in zip(sets, changes, strict=True)])
+    names = [p.name for p in free]
     J = np.hstack([s.whitener(other.jacobian(s.f, names, there, s.channels)) for s in sets]).T
-    scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in free if p.name in names])
+    scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in free])
     rest = _off(np.vstack([J, scatter]), np.concatenate([d, np.zeros(len(names))]))
     return float(rest @ rest)
 
 
-def _difference(
-    full: Candidate,
-    effect: Effect,
-    rival: Rival | None,
-    every: Together,
-    at: Values,
-    other: Together,
-    there: Values,
-    data: Dataset,
-) -> Complex:
-    """(F, C) between two explanations; of an effect against none its derivatives times its size, because an imitation
-    that is exact turns with the parameters."""
+def _by_effect(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
+    """(F, C) of the response by the effect: its derivatives times its size, because an imitation that is exact turns
+    with the parameters; as it is, where there is no size to take."""
     off = effect.off(full.response.model)
-    if rival is None and all(np.isfinite(v) for v in off.values()):
+    if all(np.isfinite(v) for v in off.values()):
         names = [f"{effect.name}.{n}" for n in off]
         away = np.array([at[f"{effect.name}.{n}"] - nothing for n, nothing in off.items()])
         return np.asarray(np.tensordot(away, every.jacobian(data.f, names, at, data.channels), 1))
-    return data.H - other.frf(data.f, there, data.channels)
+    less = replace(every, base=full.response.without(effect.name))
+    return data.H - less.frf(data.f, at, data.channels)
 
 
 def _off(J: Array, d: Array) -> Array:
