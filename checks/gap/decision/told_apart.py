@@ -50,7 +50,7 @@ class _State:
         made = tuple(k for c in self.made for k in (kept if c is claim else (c,)))
         return replace(self, made=made, rivals=rivals, words=(*self.words, words))
 
-    def open(self, words: str) -> "_State":
+    def undecided(self, words: str) -> "_State":
         return replace(self, words=(*self.words, words))
 
 
@@ -71,7 +71,7 @@ def settled(
             try:
                 state = _one(state, claim, mine, few, found, table)
             except ModelError as e:
-                state = state.open(f"the experiments do not settle {claim.effect.name}: {e}")
+                state = state.undecided(f"the experiments do not settle {claim.effect.name}: {e}")
     last = conditions.explained(state.response, state.at)
     names = {p.name for p in state.response.free()}
     at = {n: v for n, v in last.fit.at.items() if n in names}
@@ -94,7 +94,7 @@ def _one(
     effect, best = ranked[0]
     if len(ranked) > 1 and (apart := 2.0 * (best.lnL - ranked[1][1].lnL)) < table.two_delta_lnL:
         both = " and ".join(e.name for e, _ in ranked[:2])
-        return state.open(f"the experiments do not tell {both} apart (2 delta lnL {apart:.1f})")
+        return state.undecided(f"the experiments do not tell {both} apart (2 delta lnL {apart:.1f})")
     return _against_values(state, claim, effect, best, few, table)
 
 
@@ -121,7 +121,7 @@ def _against_values(
         words = f"{effect.name} is not needed: other values of calibrated parameters explain every condition"
         dropped = state.decided(claim, (), words)
         return replace(dropped, response=less, at=other.fit.at)
-    return state.open(f"the experiments do not settle whether {effect.name} is needed (gain {gain:.1f})")
+    return state.undecided(f"the experiments do not settle whether {effect.name} is needed (gain {gain:.1f})")
 
 
 def _excluded(claimed: Effect, at: Values, effect: Effect, free: Fit, table: Thresholds) -> bool:
