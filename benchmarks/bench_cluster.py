@@ -47,6 +47,7 @@ def batch(units: Path, place: Path, cluster: DaskWorkers | None) -> tuple[float,
 
     specs = {"apa": load_spec("apa-basic")}
     order = judge_batch.BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
+    place.mkdir()
     with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
         began = time.perf_counter()
         judge_batch.run(order, store, say)
@@ -61,7 +62,7 @@ def main(units: int) -> None:
         first = place / "units" / "000"
         times = {}
         for count in (1, 2):
-            local = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+            local = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0")
             cluster = DaskWorkers("local", local, print)
             list(cluster.unordered(burn, [0.1] * 4))  # started, and their imports done
             began = time.perf_counter()

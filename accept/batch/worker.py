@@ -5,15 +5,15 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from socket import gethostname
 from typing import Any
 
 from accept.certificate.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from accept.units.shared_folder import anywhere, looks_of, not_shared
+from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
 
 QUIET_S = 2.0  # what takes less needs no words
@@ -52,8 +52,7 @@ class Errand:
     @classmethod
     def of(cls, job: Job) -> "Errand":
         """The job with its folder by a path that means the same to every process."""
-        unit: UnitFolder = job.args[0]
-        there = replace(unit, path=unit.path.resolve())
+        there = anywhere(job.args[0])
         return cls(partial(job.func, there, *job.args[1:], **job.keywords), looks_of(there))
 
 
@@ -65,19 +64,10 @@ class Returned:
     files: Mapping[str, bytes]
 
 
-def looks_of(unit: UnitFolder) -> dict[str, int]:
-    """Size of every file of a unit that is there [bytes]."""
-    files = {name: unit.path / name for name in (UNIT_FILE, *unit.files)}
-    return {name: path.stat().st_size for name, path in files.items() if path.is_file()}
-
-
 def run_errand(errand: Errand) -> Returned:
-    """Judge a unit far from who asked. A folder that looks otherwise from here is not judged: without its files a unit
-    would only seem incomplete."""
-    unit: UnitFolder = errand.job.args[0]
-    if looks_of(unit) != errand.looks:
-        words = "its files are not there, or are others; share the folder under this path with every worker"
-        return Returned(f"{unit.path}: as seen from {gethostname()}, {words}", {})
+    """Judge a unit far from who asked."""
+    if problem := not_shared(errand.job.args[0], errand.looks):
+        return Returned(problem, {})
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
         outcome = errand.job(out=Path(place))
         files = {p.relative_to(place).as_posix(): p.read_bytes() for p in Path(place).rglob("*") if p.is_file()}

@@ -16,7 +16,7 @@ from accept.commands.fleet.options import (
     Outputs,
     TrendBy,
 )
-from accept.commands.options import Plot
+from accept.commands.options import ClusterAt, Plot
 
 golden_app = typer.Typer(help="Golden units, for whether the bench measures as before.", no_args_is_help=True)
 
@@ -113,12 +113,13 @@ def rejudge(
     spec: Annotated[list[str], typer.Option("--spec", help="Built-in spec or TOML file; one of each kind.")],
     *,
     records: Annotated[bool, typer.Option("--records", help="Measure unit folders again where unchanged.")] = False,
+    cluster: ClusterAt = None,
     outputs: Outputs,
 ) -> None:
     """The whole store under another spec. Which verdicts flip and why; nothing is stored, no certificate is touched."""
     from accept.commands.fleet import selection
 
-    raise typer.Exit(selection.rejudge(spec, records, outputs))
+    raise typer.Exit(selection.rejudge(spec, records, outputs, cluster))
 
 
 @spread

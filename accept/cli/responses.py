@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from accept.cli.options import spread
-from accept.commands.options import Json, ModelName, Plot, SpecName, StartModelName
+from accept.commands.options import ClusterAt, Json, ModelName, Plot, SpecName, StartModelName
 from accept.commands.physics.frf_options import ResponseFiles, ResponseOptions
 
 lookup_app = typer.Typer(help="Precomputed tables of the misalignment.", no_args_is_help=True)
@@ -44,11 +44,12 @@ def gap(
     model: StartModelName = None,
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
     without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
+    cluster: ClusterAt = None,
 ) -> None:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
     from accept.commands.physics import gap as command
 
-    raise typer.Exit(command.run(units, model, out, fleet, without or []))
+    raise typer.Exit(command.run(units, model, out, fleet, without or [], cluster))
 
 
 @lookup_app.command()
@@ -57,12 +58,13 @@ def build(
     nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
     ny: Annotated[int, typer.Option(min=3, max=999, help="Places along dy.")] = 41,
     workers: Workers = None,
+    cluster: ClusterAt = None,
     force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
 ) -> None:
     """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
     from accept.commands.physics import lookup as command
 
-    raise typer.Exit(command.run_build(model, nx, ny, workers, force))
+    raise typer.Exit(command.run_build(model, nx, ny, workers, force, cluster))
 
 
 @lookup_app.command()

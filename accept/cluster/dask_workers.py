@@ -193,9 +193,7 @@ def _outcome(future: Future[Any]) -> Any:
 @contextmanager
 def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
     """As `accept.cluster.connect.connected`."""
-    local = (
-        LocalCluster(n_workers=os.cpu_count(), threads_per_worker=1, dashboard_address=None) if where == LOCAL else None
-    )
+    local = _local_workers() if where == LOCAL else None
     try:
         workers = DaskWorkers(where, local or where, say)
         try:
@@ -209,7 +207,7 @@ def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
 
 def _local_workers() -> LocalCluster:
     count = os.cpu_count()
-    return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+    return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0")
 
 
 def _client(scheduler: str | LocalCluster) -> Client:

@@ -1,11 +1,12 @@
 """Stored units under another spec: which verdicts flip, and why. Nothing is stored and no certificate is touched."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from accept.cluster.work import Cluster, WorkerDied
 from accept.judging.judge_unit import judge_unit
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
@@ -34,20 +35,28 @@ class JudgedAgain:
         return self.was != self.now
 
 
-def judged_again(store: Store, specs: Mapping[str, Spec], from_records: bool) -> Iterator[JudgedAgain]:
-    """Every unit of the store whose kind has a spec, by serial. Raises StoreError.
+def judged_again(
+    store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
+) -> list[JudgedAgain]:
+    """Every unit of the store whose kind has a spec, by serial. Raises StoreError, ClusterError.
 
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
     state = fold(store.events(what="unit_judged"))
-    for serial in sorted(state.units):
-        unit = state.units[serial]
-        spec = specs.get(unit.result["kind"])
-        if spec is not None:
-            yield _again(unit, spec, from_records)
+    asked = ((u, specs[u.result["kind"]], from_records) for u in state.units.values() if u.result["kind"] in specs)
+    if cluster is None:
+        return sorted(map(again, asked), key=lambda one: one.serial)
+    # A worker that died over the records leaves the stored values, as where the records are gone.
+    back = (
+        again((*item[:2], False)) if isinstance(found, WorkerDied) else found
+        for item, found in cluster.unordered(again, asked)
+    )
+    return sorted(back, key=lambda one: one.serial)
 
 
-def _again(unit: UnitState, spec: Spec, from_records: bool) -> JudgedAgain:
+def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
+    """One unit under one spec, from its records or its stored values; here or in a worker."""
+    unit, spec, from_records = asked
     findings = _from_records(unit, spec) if from_records else None
     basis = VALUES if findings is None else RECORDS
     now = from_values(unit.result, spec) if findings is None else findings

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
+from accept.cluster.work import Cluster, WorkerDied
 from checks.arrays import Array
 from checks.fitting.calibrate import of_damping
 from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
@@ -104,13 +105,14 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
     return build(plan, say, workers)
 
 
-def build(plan: Plan, say: Talk, workers: int | None = None) -> MisalignmentTable:
-    """Compute the rows that are not there yet, on all cores, and store the table."""
+def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | None = None) -> MisalignmentTable:
+    """Compute the rows that are not there yet, on all cores or on a cluster, and store the table. Raises TableError
+    where a row from elsewhere is not what this machine computes."""
     ready = dict(_finished(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
         say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows are there, going on")
-    for i, row in _computed(plan, missing, workers or os.cpu_count() or 1):
+    for i, row in _from(cluster, plan, missing, workers):
         write_atomic(_row_file(plan, i), _bytes(row=row))
         ready[i] = row
         if len(ready) % 5 == 0 or len(ready) == plan.dx.size:
@@ -191,6 +193,17 @@ def _finished(plan: Plan) -> Iterator[tuple[int, Row]]:
             continue
         if plan.agrees(i, row):
             yield i, row
+
+
+def _from(cluster: Cluster | None, plan: Plan, missing: list[int], workers: int | None) -> Iterator[tuple[int, Row]]:
+    if cluster is None:
+        yield from _computed(plan, missing, workers or os.cpu_count() or 1)
+        return
+    for i, row in cluster.unordered(plan.row, missing):
+        if isinstance(row, WorkerDied) or not plan.agrees(i, row):
+            words = "workers died over it" if isinstance(row, WorkerDied) else "a worker computes it otherwise"
+            raise TableError(f"{plan.path.name}: row {i} of dx: {words}; build the table without a cluster")
+        yield i, row
 
 
 def _computed(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[int, Row]]:

@@ -6,6 +6,7 @@ import pandas as pd
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.cluster.connect import connected
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.fleet.tables import check, show, write
 from accept.fleet import judged_again, matched_sets
@@ -16,12 +17,12 @@ from specs.spec import Spec
 
 
 @clear_errors
-def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs) -> Exit:
+def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: str | None = None) -> Exit:
     """Stored units under other specs. Exit 4 where an accepted unit would no longer be."""
     check(outputs)
     loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
-    with open_store() as store:
-        units = list(judged_again.judged_again(store, loaded, from_records))
+    with connected(where, say) as cluster, open_store() as store:
+        units = judged_again.judged_again(store, loaded, from_records, cluster)
     flips = [u for u in units if u.flipped]
     rows = pd.DataFrame(
         [(u.serial, u.was, u.now, _why(u), u.basis) for u in flips],

@@ -1,41 +1,74 @@
 """`accept gap`: where simulation and data disagree, what is missing, and the gap before and after."""
 
 import json
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
+from accept.cluster.connect import connected
+from accept.cluster.work import WorkerDied
 from accept.gap import analyse_unit
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
 from accept.models.model_file import DEFAULT_MODEL
+from accept.units.shared_folder import anywhere, looks_of, not_shared
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
 from checks.gap.effects import EFFECTS
 from checks.gap.workflow import GapRefused
 
 
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A unit, what its folder looks like, the model to start from and effects that are left out."""
+
+    unit: UnitFolder
+    looks: Mapping[str, int]
+    model: str
+    without: Sequence[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """gap.json, lines for a person, and the files by name; or only why there is none."""
+
+    document: Mapping[str, Any] | None
+    words: Sequence[str]
+    files: Mapping[str, bytes]
+
+
 @clear_errors
-def run(paths: Sequence[Path], model: str | None, out: Path, fleet: bool, without: Sequence[str]) -> Exit:
-    """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well."""
+def run(
+    paths: Sequence[Path], model: str | None, out: Path, fleet: bool, without: Sequence[str], where: str | None = None
+) -> Exit:
+    """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well.
+    where: a cluster that does the work."""
     unknown = sorted(set(without) - EFFECTS.keys())
     if unknown:
         say(f"accept: --without {', '.join(unknown)}: no such effect (are: {', '.join(EFFECTS)})")
         return Exit.BAD_INPUT
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    found = [_one(unit, model, out if len(units) == 1 else out / unit.serial, without) for unit in units]
-    done = [each for each in found if each is not None]
+    asked = [Question(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without) for u in map(anywhere, units)]
+    found: dict[str, Mapping[str, Any] | None] = {}
+    with connected(where, say) as cluster:
+        for question, given in cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked):
+            serial = question.unit.serial
+            found[serial] = _kept(serial, given, out if len(units) == 1 else out / serial)
+    done = [document for unit in units if (document := found[unit.serial]) is not None]
     if fleet and done:
-        shared = common([each.document for each in done])
+        shared = common(done)
         write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())
         tell(*lines(shared))
         say(f"{out / 'fleet.json'}: written")
     if not done:
         return Exit.BAD_INPUT
-    verdicts = {each.result.verdict if each else REFUSED for each in found}
+    verdicts = {each["verdict"] if each else REFUSED for each in found.values()}
     return Exit.ACCEPTED if verdicts <= set(SETTLED) else Exit.INCOMPLETE
 
 
@@ -51,16 +84,33 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def _one(unit: UnitFolder, model: str | None, place: Path, without: Sequence[str]) -> analyse_unit.GapAnalysis | None:
-    """The answer for one unit, written and printed; None where it was refused."""
+def answer(question: Question) -> Answer:
+    """The answer for one unit, here or in a worker."""
+    unit = question.unit
+    if problem := not_shared(unit, question.looks):
+        return Answer(None, [problem], {})
     try:
-        start = model or DEFAULT_MODEL[unit.kind]
-        done = analyse_unit.analyse(unit, start, without, lambda words: say(f"{unit.serial}: {words}"))
+        done = analyse_unit.analyse(
+            unit, question.model, question.without, lambda words: say(f"{unit.serial}: {words}")
+        )
     except (GapRefused, ModelError, RecordError, UnitError) as e:
-        words = str(e)
-        say(f"accept: {words if words.startswith(f'{unit.serial}:') else f'{unit.serial}: {words}'}")
+        return Answer(None, [str(e)], {})
+    with tempfile.TemporaryDirectory(prefix="accept-") as place:
+        analyse_unit.write(done, Path(place))
+        files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
+    return Answer(done.document, summary(unit.serial, done.result), files)
+
+
+def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, Any] | None:
+    """gap.json, when its files are written and it is said; None where the unit was refused, which is said too."""
+    if isinstance(given, WorkerDied):
+        given = Answer(None, ["every worker that tried it died (out of memory?)"], {})
+    if given.document is None:
+        (words,) = given.words
+        say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")
         return None
-    analyse_unit.write(done, place)
-    tell(*summary(unit.serial, done.result))
+    for name, content in given.files.items():
+        write_atomic(place / Path(name).name, content)
+    tell(*given.words)
     say(f"{place}: gap.json, gap.pdf and model.toml written")
-    return done
+    return given.document

@@ -8,6 +8,7 @@ from rich.table import Table as Rows
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.cluster.connect import connected
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
@@ -16,8 +17,8 @@ from checks.model.model import Model
 
 
 @clear_errors
-def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool) -> Exit:
-    """Build the table of a model, or say that it is there."""
+def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool, where: str | None = None) -> Exit:
+    """Build the table of a model, or say that it is there. where: a cluster that computes its rows."""
     model = open_model(name)
     plan = Plan.of(model, nx, ny)
     if not force:
@@ -30,7 +31,8 @@ def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool) -> 
         except TableError as e:
             say(f"{e}; rebuilding the table")
     start = time.perf_counter()
-    table = build(plan, say, workers)
+    with connected(where, say) as cluster:
+        table = build(plan, say, workers, cluster)
     say(f"{nx} x {ny} places, {table.f.size} frequencies in {time.perf_counter() - start:.1f} s")
     print(plan.path)
     for line in dz_words(model):

@@ -18,6 +18,7 @@ from tests.accept.batch.killing import until
 from tests.accept.cluster.dask_programs import ROOT, Programs
 from tests.accept.units.units import GOOD, make_unit
 
+pytestmark = pytest.mark.slow
 SERIALS = [f"T-{n:02d}" for n in range(8)]
 # Each runs in a worker, before it works, around the judging of one unit; a file says that it happened once.
 DIES_ONCE = """
