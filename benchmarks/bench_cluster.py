@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 
 from accept.batch import judge_batch
 from accept.cluster.dask_workers import DaskWorkers
@@ -19,11 +19,18 @@ from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from tests.accept.units.units import make_unit
 
+PART = 200  # units of a folder, and of the comparison
+
 
 def resident_MB() -> float:
     """Of this process now."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 1e6
+
+
+def processor_s(worker: Client) -> float:
+    """Of this process and the workers' [s]: on a busy machine only that means something."""
+    return time.process_time() + sum(worker.run(time.process_time).values())
 
 
 def burn(seconds: float) -> float:
@@ -58,7 +65,7 @@ def main(units: int) -> None:
     with tempfile.TemporaryDirectory(prefix="bench-cluster") as name:
         place = Path(name)
         for n in range(units):
-            make_unit(place / "units" / f"{n // 1000:03d}" / f"T-{n:06d}", f"T-{n:06d}")
+            make_unit(place / "units" / f"{n // PART:03d}" / f"T-{n:06d}", f"T-{n:06d}")
         first = place / "units" / "000"
         times = {}
         for count in (1, 2):
@@ -69,14 +76,22 @@ def main(units: int) -> None:
             list(cluster.unordered(burn, [0.2] * 60))
             times[count] = time.perf_counter() - began
             if count == 1:
+                worker = Client(local, set_as_default=False)
+                began_cpu = processor_s(worker)
                 far, _ = batch(first, place / "far", cluster)
+                far_cpu = processor_s(worker) - began_cpu
                 near, _ = batch(first, place / "near", None)
+                near_cpu = processor_s(worker) - began_cpu - far_cpu
                 each = len(list(first.iterdir()))
                 print(
                     f"{each} units: {1e3 * near / each:.1f} ms each here, {1e3 * far / each:.1f} ms on one worker: ",
                     end="",
                 )
-                print(f"{1e3 * (far - near) / each:.1f} ms of engine (at most 10)")
+                print(f"{1e3 * (far - near) / each:.1f} ms of engine (at most 10 on an idle machine), ", end="")
+                print(
+                    f"{1e3 * (far_cpu - near_cpu) / each:.1f} ms of processors, of {1e3 * near_cpu / each:.1f} ms here"
+                )
+                worker.close()
             else:
                 took, seen = batch(place / "units", place / "all", cluster)
                 print(f"{units} units in {took:.0f} s; memory at every 500th: ", *(f"{m:.0f}" for m in seen), "MB")

@@ -27,7 +27,6 @@ Out = dict[Future[Any], T]  # what was handed in and has not come back
 Back = queue.SimpleQueue[Future[Any]]
 Say = Callable[[str], None]
 
-_ABSENT = (OSError, TimeoutError, ValueError)
 _LOST = object()
 LOCAL = "local"
 CONNECT_S = 15.0
@@ -61,7 +60,7 @@ class DaskWorkers:
         self._where, self._scheduler, self._say = where, scheduler, say
         try:
             self._client = _client(scheduler)
-        except _ABSENT as e:
+        except Exception as e:  # something else than Dask may listen there: what its bytes lead to, nobody knows
             raise ClusterError(f"{where}: no Dask scheduler answers; `dask scheduler` starts one") from e
         self._looked = 0.0
         self._ours, self._others = 0, dict[str, float]()  # workers of our code; others, and since when they are here
@@ -143,7 +142,7 @@ class DaskWorkers:
             try:
                 self._client = _client(self._scheduler)
                 break
-            except _ABSENT as e:
+            except Exception as e:
                 if time.monotonic() > deadline:
                     words = "the scheduler stays away; what came back is stored, run again"
                     raise ClusterError(f"{self._where}: {words}") from e
