@@ -12,7 +12,7 @@ from accept.batch import judge_batch, results, roster
 from accept.batch.judge_batch import BatchReport, BatchRequest, run
 from accept.batch.roster import Roster
 from accept.judging.judge_unit import load_spec
-from accept.store import open_store
+from accept.store import Event, NewEvent, open_store
 from accept.units import unit_folder
 from tests.accept.units.units import GOOD, make_unit
 
@@ -84,3 +84,23 @@ def test_clashing_serials_are_refused_however_many_there_are(units: Path, tmp_pa
             one.add(unit_folder.read(path))
         assert not list(one.clashes())
         assert one.count() == 1
+
+
+def test_a_full_store_is_not_read_for_one_unit(units: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One unit more costs what it costs on an empty store: its own events are read, not those of the others."""
+    read: list[int] = []
+    whole = Event.intact.fget
+    assert whole is not None
+
+    def counted(event: Event) -> bool:
+        read.append(event.seq)
+        return bool(whole(event))
+
+    judged(units / "T-1", tmp_path / "first")  # what is loaded once is loaded
+    with open_store() as store:
+        like = list(store.events(what="unit_judged"))[-1]
+        others = [NewEvent(like.what, f"F-{n}", like.data, like.spec) for n in range(1000)]
+        store.append_many(others, who="Ada")
+    monkeypatch.setattr(Event, "intact", property(counted))
+    judged(units / "T-2", tmp_path / "second")
+    assert 0 < len(read) < 50  # some are read again at each append: the end of the chain
