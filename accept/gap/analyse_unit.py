@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.gap.empirical import Added, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.responses import Responses, responses
@@ -33,6 +34,7 @@ class GapAnalysis:
     result: Result
     measured: Responses
     model: Opened
+    inputs: Inputs
 
     @property
     def document(self) -> dict[str, Any]:
@@ -81,19 +83,27 @@ def analyse(
         trials=trials,
     )
     try:
-        return GapAnalysis(run(inputs, say), measured, given)
+        return GapAnalysis(run(inputs, say), measured, given, inputs)
     except NotHeld as e:
         given.model.modal()  # raises where the model itself falls over, and nothing was searched yet
         raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 
-def write(done: GapAnalysis, out: Path) -> None:
-    """gap.json, gap.pdf and model.toml into a folder."""
+def write(done: GapAnalysis, out: Path, empirical: bool = False) -> tuple[Added, ...]:
+    """gap.json, gap.pdf and model.toml into a folder; empirical: what has no name is added to the model, and what that
+    was comes back."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
-    write_atomic(out / "gap.json", json.dumps(done.document, indent=1, allow_nan=False).encode())
+    model = out / "model.toml"
+    added: tuple[Added, ...] = ()
+    if empirical:
+        added = write_with_elements(model, done.model, done.measured, done.result, done.inputs)
+    else:
+        write_improved(model, done.model, done.measured, done.result)
+    document = done.document | ({"empirical": [a.document for a in added]} if empirical else {})
+    write_atomic(out / "gap.json", json.dumps(document, indent=1, allow_nan=False).encode())
     write_atomic(out / "gap.pdf", render(done.measured.serial, done.result))
-    write_improved(out / "model.toml", done.model, done.measured, done.result)
+    return added
 
 
 def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:

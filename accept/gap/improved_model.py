@@ -1,20 +1,23 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and where they came from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from accept.gap.responses import Responses
 from accept.models.model_file import Opened, write_model
 from checks.gap.decision.result import Result
 from checks.gap.effects import EFFECTS
+from checks.gap.empirical import Fitted
 from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"
 
 
-def write_improved(path: Path, given: Opened, measured: Responses, result: Result) -> None:
-    """model.toml. What the checks before the search found is a fault of the records, not of the model, and is left out;
-    only a turned sensor is an effect that a model can have."""
+def write_improved(
+    path: Path, given: Opened, measured: Responses, result: Result, unidentified: Sequence[Fitted] = ()
+) -> None:
+    """model.toml; unidentified: what is added without a name. What the checks before the search found is a fault of the
+    records, not of the model, and is left out; only a turned sensor is an effect that a model can have."""
     fit, spec = result.fit, given.spec
     # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
     added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}
@@ -33,7 +36,17 @@ def write_improved(path: Path, given: Opened, measured: Responses, result: Resul
     sds = {n: fit.sds[n] for n in own}
     effects = [(n.effect, _values(result, n.effect)) for n in result.named if n.effect in EFFECTS]
     name = spec.name if spec.name.endswith(measured.serial) else f"{spec.name}-{measured.serial}"
-    write_model(path, spec, values, sds, effects=effects, damping=result.damping, record=record, name=name)
+    write_model(
+        path,
+        spec,
+        values,
+        sds,
+        effects=effects,
+        unidentified=unidentified,
+        damping=result.damping,
+        record=record,
+        name=name,
+    )
 
 
 def _values(result: Result, effect: str) -> Mapping[str, float]:

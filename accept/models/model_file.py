@@ -13,10 +13,13 @@ from tomlkit import TOMLDocument
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
 from checks.gap.effects import effect_named, with_effects
+from checks.gap.empirical import Fitted
 from checks.misalignment.estimate import with_payload
 from checks.model.build import build
 from checks.model.model import Model
 from checks.model.structure.superelement import Superelement
+from checks.model.unidentified import NAME as UNIDENTIFIED
+from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import FitRecord, PopulationRecord
@@ -64,7 +67,8 @@ def opened_of(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | No
     effects = effects_of(spec)
     held = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
-    return Opened(spec, with_effects(build(spec, matrices(spec)), held), left_out)
+    model = with_effects(build(spec, matrices(spec)), held)
+    return Opened(spec, with_elements(model, elements_of(spec)), left_out)
 
 
 def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
@@ -75,14 +79,33 @@ def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
-    """The file's effects, in order. Raises ModelError for a parameter that is no number."""
+    """The file's effects by name, in order, without what has none (`elements_of`). Raises ModelError for a parameter
+    that is no number."""
     out = []
-    for entry in spec.effects:
+    for entry in (e for e in spec.effects if e.name != UNIDENTIFIED):
         for key, value in entry.parameters.items():
             if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
                 raise ModelError(f"{spec.name}: effect '{entry.name}': {key} is {value!r}; expected a number")
         out.append((entry.name, {key: float(value) for key, value in entry.parameters.items()}))
     return out
+
+
+def elements_of(spec: ModelSpec) -> list[Element]:
+    """What the file adds without a name, one element for a channel. Raises ModelError."""
+    found: dict[str, Element] = {}
+    for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
+        one = element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
+        if one.channel in found:
+            raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
+        found[one.channel] = one
+    return list(found.values())
+
+
+def with_elements(model: Model, elements: Sequence[Element]) -> Model:
+    """The model with channels multiplied by elements without a name."""
+    for one in elements:
+        model = replace(model, values={**model.values, **one.values()})
+    return model
 
 
 def write_model(
@@ -92,6 +115,7 @@ def write_model(
     sds: Mapping[str, float] = _NO_VALUES,
     *,
     effects: Effects = (),
+    unidentified: Sequence[Fitted] = (),
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
@@ -113,7 +137,9 @@ def write_model(
     if spec.apa_file is not None:
         _section(document, ["apa"])["file"] = _from(path.parent, spec.apa_file)
     for effect, parameters in effects:
-        _add_effect(document, effect, parameters)
+        _add_effect(document, effect, {key: float(value) for key, value in parameters.items()})
+    for each in unidentified:
+        _put_element(document, each)
     if record is not None:
         document["fit"] = _record_table(record)
     if population is not None:
@@ -178,11 +204,24 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
     return table
 
 
-def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, float]) -> None:
+def _put_element(document: TOMLDocument, fitted: Fitted) -> None:
+    """What has no name, in the place of an earlier element on the same channel."""
+    one = fitted.element
+    kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, one.channel)]
+    if "effects" in document:
+        document["effects"] = tomlkit.aot()
+        for entry in kept:
+            document["effects"].append(entry)
+    pairs = {"poles": [list(p) for p in one.poles], "zeros": [list(z) for z in one.zeros]}
+    covariance = [[float(v) for v in row] for row in fitted.covariance]
+    _add_effect(document, UNIDENTIFIED, {"channel": one.channel, "gain": one.gain, **pairs, "covariance": covariance})
+
+
+def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]) -> None:
     if "effects" not in document:
         document["effects"] = tomlkit.aot()
     entry = tomlkit.table()
-    entry.update({"name": name} | {key: float(value) for key, value in parameters.items()})
+    entry.update({"name": name} | dict(parameters))
     document["effects"].append(entry)
 
 

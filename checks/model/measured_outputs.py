@@ -10,6 +10,7 @@ from checks.errors import ModelError
 from checks.model.parts import electrical_of
 from checks.model.structure.bench import suspension
 from checks.model.structure.encoder import bracket
+from checks.model.unidentified import factor
 
 Values = Mapping[str, float]
 Channels = tuple[str, ...]
@@ -51,6 +52,8 @@ def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> Outpu
         else:
             optics = _optics(f, v) if channel == "de" else 1.0
             gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics
+        for part in (gain, with_rest, alone):
+            part[:, i] *= factor(v, channel, f)
     return OutputGains(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
 
 

@@ -79,7 +79,16 @@ TURNS_TIES = _OFFSET | {"length_mm", "height_mm"}  # where a rigid direction run
 
 MODE_STIFFNESS, MODE_DAMPING = "apa.mode_stiffness_", "apa.mode_damping_"  # and the number of the mode, from 1
 DAMPING_RATIO = "apa.damping_ratio"
-_SEEN_ONLY = ("constants.", "delay.", "amplifier.", "sensor.", "bench.mode_", "encoder.scale", "encoder.bracket_")
+_SEEN_ONLY = (
+    "constants.",
+    "delay.",
+    "amplifier.",
+    "sensor.",
+    "bench.mode_",
+    "encoder.scale",
+    "encoder.bracket_",
+    "unidentified.",
+)
 _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 

@@ -13,6 +13,7 @@ from accept.base.exit_codes import Exit
 from accept.cluster.connect import connected
 from accept.cluster.work import WorkerDied
 from accept.gap import analyse_unit
+from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
 from accept.models.model_file import DEFAULT_MODEL
@@ -31,6 +32,7 @@ class Question:
     looks: Mapping[str, int]
     model: str
     without: Sequence[str]
+    empirical: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,13 @@ class Answer:
 
 @clear_errors
 def run(
-    paths: Sequence[Path], model: str | None, out: Path, fleet: bool, without: Sequence[str], where: str | None = None
+    paths: Sequence[Path],
+    model: str | None,
+    out: Path,
+    fleet: bool,
+    without: Sequence[str],
+    where: str | None = None,
+    empirical: bool = False,
 ) -> Exit:
     """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well.
     where: a cluster that does the work."""
@@ -54,7 +62,7 @@ def run(
         return Exit.BAD_INPUT
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    asked = [Question(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without) for u in map(anywhere, units)]
+    asked = [Question(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical) for u in map(anywhere, units)]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
         for question, given in cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked):
@@ -96,9 +104,9 @@ def answer(question: Question) -> Answer:
     except (GapRefused, ModelError, RecordError, UnitError) as e:
         return Answer(None, [str(e)], {})
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
-        analyse_unit.write(done, Path(place))
+        added = analyse_unit.write(done, Path(place), question.empirical)
         files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
-    return Answer(done.document, summary(unit.serial, done.result), files)
+    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files)
 
 
 def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, Any] | None:

@@ -5,6 +5,7 @@ its residue is doubled. The delay is apart: it is no fraction.
 """
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import FAST, Modal
 from checks.model.model import PRIOR_ONLY, Model, Values
 from checks.model.parts import electrical_of
+from checks.model.unidentified import Pair, element_of
 
 STILL = 1e-12  # of the largest part: a pole that shows less is not worth its time
 
@@ -82,6 +84,14 @@ def oscillator(f_Hz: float, damping_ratio: float) -> Fractions:
     return Fractions(np.array([p]), np.array([2.0 * w * w / (2j * p.imag)]), 0.0)
 
 
+def pair(pole: Pair, zero: Pair) -> Fractions:
+    """(1 + 2 z s / w + (s / w)^2) of a zero over that of a pole, each a frequency [Hz] and a damping ratio."""
+    w, v = 2.0 * np.pi * pole[0], 2.0 * np.pi * zero[0]
+    p = w * complex(-pole[1], np.sqrt(1.0 - pole[1] ** 2))
+    at_pole = 1.0 + 2.0 * zero[1] * p / v + (p / v) ** 2
+    return Fractions(np.array([p]), np.array([2.0 * at_pole * w * w / (2j * p.imag)]), (w / v) ** 2)
+
+
 def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
     """Channel -> the path from Va at the DAC to it, without the delay. Raises ModelError."""
     values, form = model.with_values(changes).values, model.modal(changes)
@@ -92,6 +102,10 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
     for channel, own in forces.items():
         seen = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
         seen = _optics(seen, values) if channel == "de" else seen
+        if (own_element := element_of(values, channel)) is not None:
+            seen = reduce(Fractions.times, map(pair, own_element.poles, own_element.zeros), seen).scaled(
+                own_element.gain
+            )
         out[channel] = seen if np.isinf(e.amplifier_Hz) else seen.times(real_pole(2.0 * np.pi * e.amplifier_Hz))
     return out
 

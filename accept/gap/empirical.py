@@ -1,0 +1,91 @@
+"""`accept gap --empirical`: what has no name goes into the improved model as an element that is labelled so, where the
+file as it is written then explains unseen records at least as well in every channel."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from accept.gap.improved_model import write_improved
+from accept.gap.responses import Responses
+from accept.models.model_file import Opened, open_model
+from checks.fitting.dataset import Dataset
+from checks.fitting.goodness import gaps
+from checks.gap.decision.result import Result
+from checks.gap.empirical import Fitted, fitted
+from checks.gap.inputs import Inputs
+from checks.model.model import Model
+
+AGREES = 1.0  # G of a channel up to which there is nothing to add
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """One channel: its element, or None with the reason; before, after: G on unseen records."""
+
+    channel: str
+    fitted: Fitted | None
+    before: float
+    after: float
+    reason: str = ""
+
+    @property
+    def document(self) -> dict[str, Any]:
+        out: dict[str, Any] = {"channel": self.channel, "G_before": self.before, "G_after": self.after}
+        if self.fitted is not None:
+            one = self.fitted.element
+            pairs = {"poles": [list(p) for p in one.poles], "zeros": [list(z) for z in one.zeros]}
+            out |= {"gain": one.gain, **pairs, "covariance": self.fitted.covariance.tolist()}
+        return out | {"added": self.fitted is not None, "reason": self.reason}
+
+
+def write_with_elements(
+    path: Path, given: Opened, measured: Responses, result: Result, inputs: Inputs
+) -> tuple[Added, ...]:
+    """The improved model with what has no name added; written without, then again with every element that helps."""
+    write_improved(path, given, measured, result)
+    model = open_model(path)
+    A, B = (d.select(result.after.data.channels) for d in (inputs.A, inputs.B))
+    if any(e.parameters or e.exchanges for e in result.early):
+        reason = "the records themselves have faults, which no model holds"
+        return tuple(Added(c, None, G, G, reason) for c, G in _G(model, B).items())
+    before, found = _G(model, B), {}
+    for channel, G in before.items():
+        if G > AGREES:
+            M = [model.frf(d.f, channels=(channel,))[:, 0] for d in (A, B)]
+            found[channel] = fitted(channel, M[0], A, B, M[1])
+    elements = {c: f for c, f in found.items() if f is not None}
+    if elements:
+        write_improved(path, given, measured, result, tuple(elements.values()))
+    after = _G(open_model(path), B)
+    worse = [c for c in after if after[c] > before[c]]
+    if worse:  # one element acts on its channel alone, so each is judged by itself
+        elements = {c: f for c, f in elements.items() if c not in worse}
+        write_improved(path, given, measured, result, tuple(elements.values()))
+        after = _G(open_model(path), B)
+    return tuple(Added(c, elements.get(c), before[c], after[c], _reason(c, before[c], found, worse)) for c in before)
+
+
+def _reason(channel: str, before: float, found: dict[str, Fitted | None], worse: list[str]) -> str:
+    if before <= AGREES:
+        return "agrees as it is"
+    if found.get(channel) is None:
+        return "no rational element explains more of unseen records than chance"
+    return "an element would explain unseen records worse" if channel in worse else ""
+
+
+def _G(model: Model, data: Dataset) -> dict[str, float]:
+    H = model.frf(data.f, channels=data.channels)
+    return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}
+
+
+def lines(added: tuple[Added, ...]) -> list[str]:
+    """What was added, for a terminal."""
+    out = []
+    for a in added:
+        if a.fitted is not None:
+            poles = ", ".join(f"{f:.1f}" for f, _ in a.fitted.element.poles)
+            said = f"an element without a name was added to the model (poles {poles} Hz)"
+            out.append(f"  {a.channel}: {said}: G {a.before:.3g} -> {a.after:.3g}")
+        else:
+            out.append(f"  {a.channel}: nothing was added: {a.reason} (G {a.before:.3g})")
+    return out
