@@ -1,0 +1,45 @@
+"""Both palettes can be read: contrast as WCAG 2 defines it, 4.5 for text; F12 changes from one to the other."""
+
+import pytest
+
+from accept.tui import theme
+from accept.tui.screens.start import Given
+from tests.accept.tui.tui_help import loader, press, running
+
+TEXT = 4.5  # WCAG 2.2, 1.4.3
+ANSI = {theme.DARK: theme.ANSI_DARK, theme.LIGHT: theme.ANSI_LIGHT}
+
+
+def luminance(rgb: tuple[int, int, int]) -> float:
+    parts = [c / 255 for c in rgb]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(a: tuple[int, int, int], b: tuple[int, int, int]) -> float:
+    low, high = sorted((luminance(a), luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+@pytest.mark.parametrize("one", theme.THEMES, ids=lambda one: one.name)
+def test_every_colour_of_text_can_be_read_on_every_ground(one):
+    grounds = [rgb(one.background), rgb(one.surface)]
+    named = {
+        role: rgb(getattr(one, role)) for role in ("primary", "secondary", "accent", "success", "warning", "error")
+    }
+    named["foreground"] = rgb(one.foreground)
+    drawn = {f"ansi {n}": tuple(ANSI[one.name].ansi_colors[n]) for n in range(1, 8)}
+    poor = {name: contrast(c, g) for name, c in (named | drawn).items() for g in grounds if contrast(c, g) < TEXT}
+    assert not poor
+
+
+async def test_f12_changes_light_and_dark(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ACCEPT_THEME", "light")
+    async with running(loader(), given=Given("Ann")) as pilot:
+        assert pilot.app.theme == theme.LIGHT
+        await press(pilot, "f12")
+        assert pilot.app.theme == theme.DARK
