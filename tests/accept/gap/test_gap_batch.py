@@ -46,8 +46,8 @@ def units(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two struts, one of them with a high-pass, and one without responses."""
     place = tmp_path_factory.mktemp("units")
     make_strut(place / "S-1", "S-1")
-    make_strut(place / "X-1", "X-1", HIGHPASS)
-    make_strut(place / "N-1", "N-1")
+    make_strut(place / "X-1", "X-1", HIGHPASS, seed=2)  # of its own: equal noise would be a copy
+    make_strut(place / "N-1", "N-1", seed=3)
     text = (place / "N-1" / "unit.toml").read_text()
     (place / "N-1" / "unit.toml").write_text(text.split("[frf]")[0])
     return place
