@@ -1,0 +1,143 @@
+"""The form of one step: its fields, where the cursor stands, what the instrument of the present field shows."""
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.widgets import Input, Label, Static
+
+from accept.tui.screens.step_view import StepView
+from accept.tui.widgets.fields import Field, Place, places
+from accept.tui.widgets.live_value import Gauge
+from accept.tui.widgets.text_entry import typed
+from accept.workflow.bench import Workbench
+from accept.workflow.instruments.port import InstrumentPort
+from accept.workflow.session import Session
+from accept.workflow.steps.plan import has_files
+from accept.workflow.steps.section import repeated
+from checks.declare import Measured
+
+
+class StepForm(StepView):
+    """Lays out the fields and moves the cursor, always at once, so that every key has its field."""
+
+    def __init__(self, bench: Workbench, session: Session, name: str) -> None:
+        super().__init__(bench, session, name)
+        self._form = self.step.form(session.state(name).form)
+        self._reading = False
+        self._rereading: Field | None = None  # F3 was pressed once on what is saved already
+
+    def parts(self) -> ComposeResult:
+        yield from super().parts()  # what came out stands on top, so that nobody has to scroll for it
+        yield Label("", id="way", markup=False)
+        with Horizontal(id="upper"):
+            with Vertical(id="form"):
+                yield Gauge()  # above the fields: it stays in sight where they are more than the screen has rows
+                yield Vertical(id="fields")
+            if self.step.guide.picture:
+                yield Static(self.step.guide.picture, id="guide", markup=False)
+
+    async def on_mount(self) -> None:
+        await self._lay_out()
+        self.show()
+        self.say("Step complete. Esc: step list" if self.complete else "Enter: save the field")
+        if self.complete:
+            self.judge()
+
+    async def _lay_out(self) -> None:
+        """The form's fields; the cursor in the first that is empty."""
+        if not self.alive:
+            return
+        forms = self.step.check.forms
+        others = ", ".join(f.name for f in forms if f is not self._form)
+        self.query_one("#way", Label).update(f"Input: {self._form.name}   (F6: {others})" if others else "")
+        self.query_one("#way").display = bool(others)
+        self.query_one("#upper").set_class(has_files(self._form) or len(list(places(self._form))) < 4, "files")
+        fields = self.query_one("#fields")
+        await fields.remove_children()
+        if not self.alive:  # left while the old fields went
+            return
+        await fields.mount(*(Field(place, self.step, self.state) for place in places(self._form)))
+        self._go_on(None)
+
+    def _go_on(self, after: Field | None) -> None:
+        """The cursor to the next field that nothing is saved for or under way to, behind `after` where there is one. At
+        once, so that no key comes between; and nowhere when all is there, so that nothing is overwritten unseen."""
+        self._rereading = None
+        fields = list(self.query(Field))
+        start = fields.index(after) + 1 if after in fields else 0
+        empty = [f for f in fields[start:] + fields[:start] if not (f.pending or self._has(f.place))]
+        self.set_focus(empty[0].input if empty else None)
+        if empty and empty[0] is after:
+            empty[0].input.select_all()
+
+    def _has(self, place: Place) -> bool:
+        if place.is_file:
+            return self.state.link(place.declared.name) is not None
+        return bool(self.state.readings(place.declared.name, place.index))
+
+    def lacking(self) -> str:
+        return ""  # the fields themselves show it
+
+    def show(self) -> None:
+        """Everything from the state of the session."""
+        super().show()
+        for field in self.query(Field):
+            field.show(self.state)
+
+    def on_descendant_focus(self) -> None:
+        self._follow()
+
+    def on_screen_resume(self) -> None:
+        self._follow()
+
+    def on_screen_suspend(self) -> None:
+        for gauge in self.query(Gauge):
+            gauge.leave()
+
+    def _follow(self) -> None:
+        """The gauge shows the instrument of the present line, or what is stored there."""
+        field = self._focused_field()
+        for gauge in self.query(Gauge):
+            if field is None or field.place.is_file:
+                gauge.follow(None, "", None, None)
+            else:
+                place = field.place
+                limit = self.step.asked.limits.get(place.declared.name)
+                stored = None if self.complete else self._stored_value(place)  # its finding shows it then
+                gauge.follow(self._instrument(place), place.unit, limit, stored)
+
+    def _stored_value(self, place: Place) -> Measured | None:
+        name = place.declared.name
+        one = repeated(self.state.readings(name, place.index), self.step.asked, name)
+        return None if one is None else Measured(one.value, one.U)
+
+    async def action_line(self, way: int) -> None:
+        """To the line above or below."""
+        fields = [field.input for field in self.query(Field)]
+        await typed(*fields)
+        self._rereading = None
+        now = fields.index(self.focused) if self.focused in fields else (-1 if way > 0 else 0)
+        if fields:
+            self.set_focus(fields[(now + way) % len(fields)])
+
+    async def _typed_field(self) -> Field | None:
+        """The field that the cursor is in, when every key before this one has arrived there."""
+        await typed(*(field.input for field in self.query(Field)))
+        return self._focused_field()
+
+    def _focused_field(self) -> Field | None:
+        return field_of(self.focused) if isinstance(self.focused, Input) else None
+
+    def _instrument(self, place: Place) -> InstrumentPort | None:
+        return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
+
+    async def action_way(self) -> None:
+        """The next way of giving this step its data. What was given another way stays until something new is given."""
+        forms = self.step.check.forms
+        self._form = forms[(forms.index(self._form) + 1) % len(forms)]
+        await self._lay_out()
+        self.show()
+
+
+def field_of(line: Input) -> Field | None:
+    """The field of a line, None when the form was changed since the key was pressed."""
+    return next((a for a in line.ancestors if isinstance(a, Field)), None)
