@@ -139,7 +139,7 @@ class TestAgain:
 
         monkeypatch.setattr(attach_to_result.analyse_unit, "analyse", stop_at_the_second)
         stopped = accept(*order)
-        assert stopped.exit_code == 4
+        assert stopped.exit_code == 130
         assert "run the command again to continue" in stopped.stderr
         accept(*order)
         assert searched == ["S-1", "X-1", "X-1"]
