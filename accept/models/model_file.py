@@ -225,6 +225,16 @@ def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]
     document["effects"].append(entry)
 
 
+def moved(text: bytes, old: Path, new: Path) -> bytes:
+    """A model file for another folder: what it names beside itself is named from there."""
+    document = tomlkit.parse(text.decode())
+    file = document.get("apa", {}).get("file")
+    if file is None:
+        return text
+    document["apa"]["file"] = _from(new, old / file)  # type: ignore[index]
+    return tomlkit.dumps(document).encode()
+
+
 def _from(folder: Path, file: Path) -> str:
     """Path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
     try:

@@ -16,7 +16,7 @@ from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
-from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import DEFAULT_MODEL, moved
 from accept.units.shared_folder import anywhere, looks_of, not_shared
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
@@ -37,11 +37,13 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """gap.json, lines for a person, and the files by name; or only why there is none."""
+    """gap.json, lines for a person, the files by name and the folder they were written for; or only why there is
+    none."""
 
     document: Mapping[str, Any] | None
     words: Sequence[str]
     files: Mapping[str, bytes]
+    place: Path = Path()
 
 
 @clear_errors
@@ -106,7 +108,8 @@ def answer(question: Question) -> Answer:
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
         added = analyse_unit.write(done, Path(place), question.empirical)
         files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
-    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files)
+        here = Path(place).resolve()
+    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files, here)
 
 
 def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, Any] | None:
@@ -118,7 +121,8 @@ def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, 
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")
         return None
     for name, content in given.files.items():
-        write_atomic(place / Path(name).name, content)
+        own = moved(content, given.place, place) if Path(name).suffix == ".toml" else content
+        write_atomic(place / Path(name).name, own)
     tell(*given.words)
     say(f"{place}: gap.json, gap.pdf and model.toml written")
     return given.document
