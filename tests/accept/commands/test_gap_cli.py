@@ -2,6 +2,7 @@
 
 import json
 import math
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,7 +16,7 @@ from accept.commands.physics import misalign
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for
-from accept.models.model_file import open_model, opened
+from accept.models.model_file import moved, open_model, opened
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from tests.accept.units.units import GOOD, make_unit
@@ -221,6 +222,17 @@ def test_recorded_misalignment_on_the_improved_model(serial: str, model: object,
     assert after is not None
     for axis, (value, U) in after.items():
         assert abs(value - true[axis]) <= 1.5 * U + 0.5
+
+
+def test_an_improved_model_names_its_matrices_from_where_it_finally_lies(tmp_path: Path) -> None:
+    old, new = tmp_path / "worker", tmp_path / "far" / "away" / "out"
+    text = b'name = "m"\n[apa]  # of the batch\ntype = "superelement"\nfile = "../matrices/A.mat"\n'
+    there = moved(text, old, new).decode()
+    file = tomllib.loads(there)["apa"]["file"]
+    assert (new / file).resolve() == (tmp_path / "matrices" / "A.mat").resolve()
+    assert "# of the batch" in there  # nothing else is touched
+    plain = b'[apa]\ntype = "frame"\n'
+    assert moved(plain, old, new) == plain
 
 
 class TestRefused:
