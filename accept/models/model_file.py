@@ -231,7 +231,7 @@ def moved(text: bytes, old: Path, new: Path) -> bytes:
     file = document.get("apa", {}).get("file")
     if file is None:
         return text
-    document["apa"]["file"] = _from(new, old / file)  # type: ignore[index]
+    document["apa"]["file"] = _from(new, old / file)
     return tomlkit.dumps(document).encode()
 
 
