@@ -1,6 +1,6 @@
 """A batch on a local Dask cluster: overhead of the engine per unit, memory of the coordinator, two workers against one.
 
-Run: python benchmarks/bench_cluster.py [UNITS]. Required: the engine adds at most 10 ms to a unit; the coordinator's
+Run: python benchmarks/bench_cluster.py 10000. Required: the engine adds at most 10 ms to a unit; the coordinator's
 memory does not grow with the units; two workers on two cores at least 1.7 times one, where units take long enough.
 Units hold typed values; for the third figure judging each takes 0.2 s more, which one core can spend alone.
 """

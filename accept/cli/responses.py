@@ -44,7 +44,7 @@ def gap(
     model: StartModelName = None,
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
     without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
-    empirical: Annotated[bool, typer.Option("--empirical", help="Add what has no name to the model, said so.")] = False,
+    empirical: Annotated[bool, typer.Option("--empirical", help="Add unidentified effects to the model.")] = False,
     cluster: ClusterAt = None,
 ) -> None:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""

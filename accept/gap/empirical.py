@@ -84,7 +84,7 @@ def lines(added: tuple[Added, ...]) -> list[str]:
     for a in added:
         if a.fitted is not None:
             poles = ", ".join(f"{f:.1f}" for f, _ in a.fitted.element.poles)
-            said = f"an element without a name was added to the model (poles {poles} Hz)"
+            said = f"an unidentified element was added to the model (poles {poles} Hz)"
             out.append(f"  {a.channel}: {said}: G {a.before:.3g} -> {a.after:.3g}")
         else:
             out.append(f"  {a.channel}: nothing was added: {a.reason} (G {a.before:.3g})")

@@ -83,7 +83,7 @@ def test_a_periodic_input_is_recognised(tmp_path: Path):
     ("words", "said"),
     [
         (["nowhere.mat"], "no such file"),
-        (["{low}", "--input", "Vx"], "needs the input 'Vx'"),
+        (["{low}", "--input", "Vx"], "no channel 'Vx'"),
         (["{low}", "--merge-Hz", "350"], "joins two records"),
         (["{low}", "{high}", "--merge-Hz", "4000"], "cannot merge at 4000 Hz"),
         (["{low}", "{high}", "--uff", "{out}/x.uff"], "one response, not 2"),
