@@ -18,6 +18,7 @@ from accept.workflow.bench import Workbench, open_bench
 from accept.workflow.worker.process import WorkerProcess
 
 SHOWN_WITHIN_S = 30.0  # on a crowded machine
+SETTLED_WITHIN_S = 240.0  # far beyond any work that a step begins, on a busy machine too
 NARROW, WIDE = (80, 24), (140, 40)
 HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"  # APA 2 of [STB] 2.1.2
 
@@ -43,8 +44,11 @@ async def running(
 
 
 async def settled(pilot: Pilot[None]) -> None:
-    """Until no screen has work running or waiting, and all messages are handled."""
-    while True:
+    """Until no screen has work running or waiting, and all messages are handled; or until the program has fallen over,
+    after which nothing settles any more."""
+    deadline = time.monotonic() + SETTLED_WITHIN_S
+    while pilot.app.return_code in (None, 0):
+        assert time.monotonic() < deadline, "the screens never came to rest"
         with suppress(WorkerFailed):  # what was refused is told on the screen
             await pilot.app.workers.wait_for_complete([w for w in pilot.app.workers if not w.is_finished])
         await pilot.pause()
