@@ -11,7 +11,7 @@ from pathlib import Path
 from accept.commands.physics.frf import MeasuredResponse, read_any, responses_of
 from accept.commands.physics.frf_options import Estimator, ResponseOptions
 from accept.commands.physics.misalign import estimate_unit
-from accept.commands.physics.model_fit import Fitted, fit_unit, pictures
+from accept.commands.physics.model_fit import FittedModel, fit_unit, pictures
 from accept.commands.physics.model_options import FitOptions
 from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
@@ -37,7 +37,9 @@ from checks.record import Record
 from checks.signals.spectral.bode import bode
 
 UnitLike = str | Path | LoadedUnit
-Drawable = UnitResult | MeasuredResponse | MisalignmentEstimate | Fitted | GapAnalysis | Mapping[str, Panel] | Panel
+Drawable = (
+    UnitResult | MeasuredResponse | MisalignmentEstimate | FittedModel | GapAnalysis | Mapping[str, Panel] | Panel
+)
 
 
 def read_unit(folder: str | Path) -> LoadedUnit:
@@ -100,7 +102,7 @@ def open_model(name: str | Path = "strut") -> Model:
 
 def fit_model(
     unit: str | Path, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
-) -> Fitted:
+) -> FittedModel:
     """The model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
@@ -173,7 +175,7 @@ def plot(what: Drawable) -> Plot:
             return Plot(bode(what.frf, units), " + ".join(r.name for r in what.records))
         case MisalignmentEstimate():
             return Plot(misalignment_panels(what), "misalignment")
-        case Fitted():
+        case FittedModel():
             return Plot(pictures(what), what.measured.serial)
         case GapAnalysis():
             return Plot(gap_panels(what.result), what.measured.serial)

@@ -90,3 +90,13 @@ def test_checks_neither_print_nor_read_the_clock_nor_open_files() -> None:
                 called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
                 seeded = called == "default_rng" and node.args
                 assert called not in IMPURE or seeded, f"{path}:{node.lineno} calls {called}"
+
+
+def test_no_class_name_stands_for_two_things():
+    places: dict[str, list[str]] = {}
+    for package in ("accept", "hw", "checks", "specs"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
-from accept.batch.worker import Errand, Job, Outcome, run_errand
+from accept.batch.worker import Errand, Job, JudgedOrRefused, run_errand
 from accept.cluster.work import Cluster, WorkerDied
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
@@ -23,7 +23,7 @@ def processes(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=worker_process.begin)
 
 
-def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, Outcome]]:
+def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, JudgedOrRefused]]:
     """Judge on a cluster; what a worker made beside the result comes back with it."""
     for errand, back in cluster.unordered(run_errand, map(Errand.of, jobs)):
         if isinstance(back, WorkerDied):
@@ -36,7 +36,7 @@ def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tupl
 
 def judge_here(
     jobs: list[Job], workers: int | None, pool: ProcessPoolExecutor | None = None
-) -> Iterator[tuple[Job, Outcome]]:
+) -> Iterator[tuple[Job, JudgedOrRefused]]:
     """Judge here, or in fresh processes when there is enough to do; a worker that dies costs only its own unit. With a
     pool of its own the caller judges the longest unit here."""
     wanted = workers if workers is not None else min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
@@ -73,7 +73,7 @@ def _bytes(job: Job) -> int:
     return sum(path.stat().st_size for path in folder_of(job).iterdir() if path.is_file())
 
 
-def _judge_apart(job: Job) -> Outcome:
+def _judge_apart(job: Job) -> JudgedOrRefused:
     """Judge one unit in a process of its own after a worker died; the unit that kills its worker is refused."""
     try:
         with processes(1) as pool:

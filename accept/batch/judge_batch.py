@@ -16,7 +16,7 @@ from accept.base.version import code_sha256
 from accept.batch.engines import folder_of, judge_far, judge_here
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
-from accept.batch.worker import Job, Outcome, judge
+from accept.batch.worker import Job, JudgedOrRefused, judge
 from accept.certificate import events, keys, revocation
 from accept.certificate.certify import certify
 from accept.certificate.commissioning import commissioned
@@ -272,7 +272,7 @@ def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head:
 
 
 def _keep(
-    job: Job, judged: Outcome, order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say
+    job: Job, judged: JudgedOrRefused, order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say
 ) -> None:
     """Certify a judged unit; only then say its verdict. One whose recordings stand elsewhere too is drawn again, with
     what that leaves of it."""

@@ -18,11 +18,11 @@ from specs.spec import Spec
 
 QUIET_S = 2.0  # what takes less needs no words
 
-Outcome = JudgedUnit | str  # a unit, or why it was refused
-Job = partial[Outcome]
+JudgedOrRefused = JudgedUnit | str  # a unit, or why it was refused
+Job = partial[JudgedOrRefused]
 
 
-def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> Outcome:
+def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> JudgedOrRefused:
     """`examine` for a batch, which goes on with the next unit where one cannot be judged."""
     try:
         return examine(unit, spec, operator, say=_progress(unit.serial), **wanted)
@@ -60,7 +60,7 @@ class Errand:
 class Returned:
     """What comes back: the outcome, and files that belong beside the results, by their names there."""
 
-    outcome: Outcome
+    outcome: JudgedOrRefused
     files: Mapping[str, bytes]
 
 

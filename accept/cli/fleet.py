@@ -9,7 +9,7 @@ from accept.cli.options import spread
 from accept.commands.fleet.options import (
     By,
     Choice,
-    Expected,
+    ExpectedGolden,
     GaugeOptions,
     ListOptions,
     MatchOptions,
@@ -78,7 +78,7 @@ def gauge_study(
 @golden_app.command("name")
 def golden_name(
     serial: Annotated[str, typer.Argument(help="Serial of a judged unit.")],
-    expect: Annotated[Expected, typer.Option(help="What it must always be.")] = Expected.ACCEPTED,
+    expect: Annotated[ExpectedGolden, typer.Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
     operator: AtTheBench = None,
 ) -> None:
     """Make a judged unit a golden one."""

@@ -10,7 +10,7 @@ from accept.units.unit_experiments import UnitExperiment
 from checks.declare import Measured
 from checks.errors import RecordError
 from checks.fitting.dataset import Dataset, dataset_from_records
-from checks.gap.conditions.trial import Trial
+from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.workflow import GapRefused, same_unit
 from checks.record import Record
 
@@ -27,7 +27,9 @@ def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Datase
     return A, B, (HALVES,)
 
 
-def trials_of(unit: LoadedUnit, measured: Responses, tolerance: float) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+def trials_of(
+    unit: LoadedUnit, measured: Responses, tolerance: float
+) -> tuple[tuple[ConditionTrial, ...], tuple[str, ...]]:
     """The unit's experiments, and why one cannot be used."""
     trials, lost = [], []
     for experiment in unit.folder.experiments:
@@ -38,7 +40,7 @@ def trials_of(unit: LoadedUnit, measured: Responses, tolerance: float) -> tuple[
     return tuple(trials), tuple(lost)
 
 
-def _trial(unit: LoadedUnit, experiment: UnitExperiment, measured: Responses, tolerance: float) -> Trial:
+def _trial(unit: LoadedUnit, experiment: UnitExperiment, measured: Responses, tolerance: float) -> ConditionTrial:
     records = records_of(unit.experiment(experiment))
     if "low_repeat" in records:
         A = _dataset(records["low"], records.get("high"), measured, tolerance)
@@ -46,7 +48,7 @@ def _trial(unit: LoadedUnit, experiment: UnitExperiment, measured: Responses, to
     else:
         A, B = _halves(measured, records, tolerance)
     same_unit(A, B)
-    return Trial(experiment.name, experiment.kind, experiment.value, A, B, _own_resistor(unit))
+    return ConditionTrial(experiment.name, experiment.kind, experiment.value, A, B, _own_resistor(unit))
 
 
 def _own_resistor(unit: LoadedUnit) -> float | None:

@@ -18,7 +18,7 @@ _HANDLE, _GAP, _EDGE = 9.3, 4.6, 2.0
 
 
 @dataclass(frozen=True)
-class Entry:
+class LegendEntry:
     """kind: "line", "dot" or "zone"."""
 
     words: str
@@ -27,7 +27,7 @@ class Entry:
     dash: tuple[float, float] | None = None
 
 
-def legend(area: Area, entries: Sequence[Entry], items: Sequence[Item]) -> None:
+def legend(area: Area, entries: Sequence[LegendEntry], items: Sequence[Item]) -> None:
     """Draw it, where there is anything to explain."""
     if not entries:
         return
@@ -47,7 +47,7 @@ def legend(area: Area, entries: Sequence[Entry], items: Sequence[Item]) -> None:
     canvas.restoreState()
 
 
-def _handle(area: Area, entry: Entry, x: float, y: float) -> None:
+def _handle(area: Area, entry: LegendEntry, x: float, y: float) -> None:
     canvas = area.canvas
     canvas.setStrokeColor(HexColor(entry.tint))
     canvas.setFillColor(HexColor(entry.tint))

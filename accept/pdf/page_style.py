@@ -30,7 +30,7 @@ WHITE = HexColor("#ffffff")
 
 
 @dataclass(frozen=True)
-class Sign:
+class PageSign:
     """How a verdict looks: told apart by colour, by word and by mark, so also in grey and from afar."""
 
     word: str
@@ -39,16 +39,16 @@ class Sign:
     ink: Color
 
 
-def _on_its_colour(sign: signs.Sign) -> Sign:
+def _on_its_colour(sign: signs.Sign) -> PageSign:
     """Of a whole unit: in a box filled with its colour, an open one in an empty box."""
     fill = WHITE if sign.tone is signs.Tone.OPEN else HexColor(sign.tone.fill)
     ink = WHITE if sign.tone in (signs.Tone.GOOD, signs.Tone.BAD) else INK_COLOUR
-    return Sign(sign.word.upper(), sign.print_mark, fill, ink)
+    return PageSign(sign.word.upper(), sign.print_mark, fill, ink)
 
 
-def _on_white(sign: signs.Sign) -> Sign:
+def _on_white(sign: signs.Sign) -> PageSign:
     word = sign.word.upper() if sign.tone is signs.Tone.BAD else sign.word
-    return Sign(word, sign.print_mark, HexColor(sign.tone.fill), HexColor(sign.tone.ink))
+    return PageSign(word, sign.print_mark, HexColor(sign.tone.fill), HexColor(sign.tone.ink))
 
 
 UNIT_SIGNS = {verdict: _on_its_colour(sign) for verdict, sign in signs.UNITS.items()}

@@ -13,7 +13,7 @@ from reportlab.lib.utils import ImageReader
 from reportlab.pdfbase.pdfmetrics import stringWidth
 
 from accept.pdf.fonts import REGULAR, fitted
-from accept.pdf.legend import Entry
+from accept.pdf.legend import LegendEntry
 from accept.pdf.plot_area import Area, dots, polygon, polyline, runs
 from accept.pictures.colours import INK, MAP_STEPS, colour
 from accept.pictures.scale import LARGEST, Scale, edges
@@ -29,7 +29,7 @@ _ORDER = {Image: 0, Span: 1, Band: 2, Line: 4, Mark: 5, Heights: 6, Text: 7}
 _BAR = 2.0 * mm
 
 
-def draw_items(area: Area, items: Sequence[Item]) -> list[Entry]:
+def draw_items(area: Area, items: Sequence[Item]) -> list[LegendEntry]:
     """Draw what a panel holds, zones below curves below words; what a legend has to explain."""
     tinted, nth = [], 0
     for item in sorted(items, key=lambda i: isinstance(i, Span | Mark)):  # as `accept.pictures` counts its colours
@@ -45,7 +45,7 @@ def draw_items(area: Area, items: Sequence[Item]) -> list[Entry]:
     shown = [one for one in tinted if isinstance(one[0], Line | Band | Span) and one[0].label]
     order = {id(item): place for place, item in enumerate(items)}
     shown.sort(key=lambda one: order[id(one[0])])
-    return [Entry(pretty(item.label), _kind(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]
+    return [LegendEntry(pretty(item.label), _kind(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]
 
 
 def _kind(item: Item) -> str:

@@ -47,7 +47,7 @@ for _library in ("pyhanko", "pyhanko_certvalidator"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
 
-class Outcome(StrEnum):
+class Validity(StrEnum):
     """What verification comes to."""
 
     VALID = "valid"  # signed, and judged again with the same result, and its page compared
@@ -75,7 +75,7 @@ class Verification:
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
     """
 
-    outcome: Outcome
+    outcome: Validity
     reason: str
     serial: str = ""
     verdict: str = ""
@@ -88,7 +88,7 @@ class Verification:
     @property
     def valid(self) -> bool:
         """Plainly valid: signed, and all of it looked at."""
-        return self.outcome is Outcome.VALID
+        return self.outcome is Validity.VALID
 
     @property
     def countersigned(self) -> bool:
@@ -138,10 +138,10 @@ def verify(
         ]
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
-        return Verification(Outcome.NOT_VALID, str(e), details=tuple(details), demo=demo)
+        return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
     return Verification(
-        Outcome.SIGNED if lacking else Outcome.VALID,
+        Validity.SIGNED if lacking else Validity.VALID,
         one_line("; ".join([_summary(contents, signatures), *lacking])),
         contents.serial,
         str(contents.result["verdict"]),

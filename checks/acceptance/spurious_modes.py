@@ -27,7 +27,7 @@ CHANNELS = {"Track1": "N", "Track2": "rad"}
 
 
 @dataclass(frozen=True, eq=False)
-class Tested:
+class HammerResponse:
     """One record: its impacts, the FRF of the good ones and the modes in it."""
 
     key: str
@@ -64,7 +64,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         quantities += [_harmonic(name, n, found[name], chosen[name], spec) for n in orders]
     tested = {key: a for key, a in analysed.items() if isinstance(a, HammerTest)}
     panels = spurious_modes_panels.panels(
-        values, tested, {k: f.modes for k, f in found.items() if isinstance(f, Tested)}, rules.band_Hz
+        values, tested, {k: f.modes for k, f in found.items() if isinstance(f, HammerResponse)}, rules.band_Hz
     )
     return Outcome(tuple(quantities), (*_notes(values, tested, found, chosen), *remarks(values, spec)), panels)
 
@@ -98,7 +98,7 @@ def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
 
 def _modes_of(
     key: str, values: Values, analysed: dict[str, HammerTest | Reason], rules: SpuriousModesSettings
-) -> Tested | Reason:
+) -> HammerResponse | Reason:
     """What a record shows, or the reason why it shows nothing."""
     if key not in analysed:
         return because(Cause.NOT_MEASURED, record=key)
@@ -116,14 +116,14 @@ def _modes_of(
     modes = find_modes(test.frf, band)
     if not modes:
         return because(Cause.NO_MODE, record=key, lo=band[0], hi=band[1])
-    return Tested(key, values[key], test, test.frf, modes)
+    return HammerResponse(key, values[key], test, test.frf, modes)
 
 
-def _strongest(found: Tested | Reason) -> Mode | Reason:
+def _strongest(found: HammerResponse | Reason) -> Mode | Reason:
     return found if isinstance(found, Reason) else max(found.modes, key=lambda m: m.peak)
 
 
-def _torsion(found: dict[str, Tested | Reason], rules: SpuriousModesSettings) -> Mode | Reason:
+def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSettings) -> Mode | Reason:
     """The lowest mode that the left impact shows and the top impact leaves out, or the reason why none is told.
 
     A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the
@@ -175,7 +175,7 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
     return Quantity.of(name, value, *budget)
 
 
-def _harmonic(name: str, order: int, found: Tested | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:
+def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:
     """The mode nearest to a multiple of the first one, if it is within 5 % of it."""
     label = f"{name}_harmonic_{order}_Hz"
     if isinstance(found, Reason):
@@ -190,12 +190,15 @@ def _harmonic(name: str, order: int, found: Tested | Reason, first: Mode | Reaso
 
 
 def _notes(
-    values: Values, tested: dict[str, HammerTest], found: dict[str, Tested | Reason], chosen: dict[str, Mode | Reason]
+    values: Values,
+    tested: dict[str, HammerTest],
+    found: dict[str, HammerResponse | Reason],
+    chosen: dict[str, Mode | Reason],
 ) -> list[str]:
     notes = [_fates(key, test, values[key]) for key, test in tested.items() if test.good < len(test.impacts)]
-    notes += [_window(f) for f in found.values() if isinstance(f, Tested) and f.frf.added_decay > 0]
+    notes += [_window(f) for f in found.values() if isinstance(f, HammerResponse) and f.frf.added_decay > 0]
     left = found["torsion_left"]
-    if isinstance(left, Tested):
+    if isinstance(left, HammerResponse):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes if m is not chosen["z_torsion"])
         notes.append(f"torsion_left also shows {others} Hz" if others else "torsion_left shows no other mode")
     return notes + [_free_free(name, mode) for name, mode in chosen.items() if isinstance(mode, Mode)]
@@ -210,7 +213,7 @@ def _fates(key: str, test: HammerTest, record: Record) -> str:
     return f"{key}: {tally(test.impacts)}; {words}"
 
 
-def _window(tested: Tested) -> str:
+def _window(tested: HammerResponse) -> str:
     return (
         f"{tested.key}: the decay is cut, an exponential window ends it; the {tested.frf.added_decay:.3g} 1/s that it "
         "adds to every decay is taken out"

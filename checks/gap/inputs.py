@@ -9,7 +9,7 @@ import numpy as np
 
 from checks.fitting.dataset import Dataset
 from checks.gap import record_faults as early_checks
-from checks.gap.conditions.trial import Trial
+from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.slow_sines import Slow, slow_record
@@ -37,7 +37,7 @@ class Inputs:
     slow: Record | None = None
     without: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
-    trials: tuple[Trial, ...] = ()
+    trials: tuple[ConditionTrial, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def raw(p: Prepared) -> Dataset:
     return p.inputs.B.select(p.B.channels)
 
 
-def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[Trial, ...]:
+def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
     """The experiments with what was found before any search taken out of them too."""
     return tuple(replace(t, A=_as_found(t.A, p), B=_as_found(t.B, p)).select(channels) for t in p.inputs.trials)
 

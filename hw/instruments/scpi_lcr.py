@@ -30,7 +30,7 @@ NUMBER = re.compile(r"[+-]?\d+(\.\d*)?(E[+-]?\d+)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Setting:
+class MeterSetting:
     """What is set by `command` ("" : only asked) and read back by `question`; wanted may hold {volt}, {average},
     {cable}."""
 
@@ -44,7 +44,7 @@ class Profile:
     """models: of `*IDN?`. settings: by name, in their order. measure: its answer is C, D and, with a status, 0."""
 
     models: str
-    settings: Mapping[str, Setting]
+    settings: Mapping[str, MeterSetting]
     measure: str
     status: bool
 
@@ -53,19 +53,19 @@ PROFILES = {
     "keysight": Profile(
         "E4980AL?|4284A",
         {
-            "function": Setting("FUNC:IMP CSD", "FUNC:IMP?", "CSD"),
-            "range": Setting("FUNC:IMP:RANG:AUTO ON", "FUNC:IMP:RANG:AUTO?", "1"),
-            "deviation of C": Setting("FUNC:DEV1:MODE OFF", "FUNC:DEV1:MODE?", "OFF"),
-            "deviation of D": Setting("FUNC:DEV2:MODE OFF", "FUNC:DEV2:MODE?", "OFF"),
-            "bias": Setting("BIAS:STAT OFF", "BIAS:STAT?", "0"),
-            "frequency": Setting("FREQ 1000", "FREQ?", "1000"),
-            "level": Setting("VOLT {volt:g}", "VOLT?", "{volt:g}"),
-            "averaging": Setting("APER LONG,{average}", "APER?", "LONG,{average}"),
-            "cable": Setting("CORR:LENG {cable:g}", "CORR:LENG?", "{cable:g}"),
-            "open correction": Setting("", "CORR:OPEN:STAT?", "1"),
-            "short correction": Setting("", "CORR:SHOR:STAT?", "1"),
-            "load correction": Setting("", "CORR:LOAD:STAT?", "0"),
-            "trigger": Setting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
+            "function": MeterSetting("FUNC:IMP CSD", "FUNC:IMP?", "CSD"),
+            "range": MeterSetting("FUNC:IMP:RANG:AUTO ON", "FUNC:IMP:RANG:AUTO?", "1"),
+            "deviation of C": MeterSetting("FUNC:DEV1:MODE OFF", "FUNC:DEV1:MODE?", "OFF"),
+            "deviation of D": MeterSetting("FUNC:DEV2:MODE OFF", "FUNC:DEV2:MODE?", "OFF"),
+            "bias": MeterSetting("BIAS:STAT OFF", "BIAS:STAT?", "0"),
+            "frequency": MeterSetting("FREQ 1000", "FREQ?", "1000"),
+            "level": MeterSetting("VOLT {volt:g}", "VOLT?", "{volt:g}"),
+            "averaging": MeterSetting("APER LONG,{average}", "APER?", "LONG,{average}"),
+            "cable": MeterSetting("CORR:LENG {cable:g}", "CORR:LENG?", "{cable:g}"),
+            "open correction": MeterSetting("", "CORR:OPEN:STAT?", "1"),
+            "short correction": MeterSetting("", "CORR:SHOR:STAT?", "1"),
+            "load correction": MeterSetting("", "CORR:LOAD:STAT?", "0"),
+            "trigger": MeterSetting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
         },
         "TRIG:IMM;:FETC?",
         True,
@@ -73,23 +73,23 @@ PROFILES = {
     "hioki": Profile(
         r"IM35\d\d.*",
         {
-            "header": Setting(":HEAD OFF", ":HEAD?", "OFF"),
-            "first value": Setting(":PAR1 CS", ":PAR1?", "CS"),
-            "second value": Setting(":PAR2 OFF", ":PAR2?", "OFF"),
-            "third value": Setting(":PAR3 D", ":PAR3?", "D"),
-            "fourth value": Setting(":PAR4 OFF", ":PAR4?", "OFF"),
-            "range": Setting(":RANG:AUTO ON", ":RANG:AUTO?", "ON"),
-            "bias": Setting(":DCB OFF", ":DCB?", "OFF"),
-            "frequency": Setting(":FREQ 1000", ":FREQ?", "1000"),
-            "level mode": Setting(":LEV V", ":LEV?", "V"),
-            "level": Setting(":LEV:VOLT {volt:g}", ":LEV:VOLT?", "{volt:g}"),
-            "speed": Setting(":SPEE SLOW", ":SPEE?", "SLOW"),
-            "averaging": Setting(":AVER {average}", ":AVER?", "{average}"),
-            "cable": Setting(":CABL {cable:g}", ":CABL?", "{cable:g}"),
-            "open correction": Setting("", ":CORR:OPEN?", "ON"),
-            "short correction": Setting("", ":CORR:SHOR?", "ON"),
-            "scaling": Setting(":SCAL OFF", ":SCAL?", "OFF"),
-            "trigger": Setting(":TRIG EXT", ":TRIG?", "EXT"),
+            "header": MeterSetting(":HEAD OFF", ":HEAD?", "OFF"),
+            "first value": MeterSetting(":PAR1 CS", ":PAR1?", "CS"),
+            "second value": MeterSetting(":PAR2 OFF", ":PAR2?", "OFF"),
+            "third value": MeterSetting(":PAR3 D", ":PAR3?", "D"),
+            "fourth value": MeterSetting(":PAR4 OFF", ":PAR4?", "OFF"),
+            "range": MeterSetting(":RANG:AUTO ON", ":RANG:AUTO?", "ON"),
+            "bias": MeterSetting(":DCB OFF", ":DCB?", "OFF"),
+            "frequency": MeterSetting(":FREQ 1000", ":FREQ?", "1000"),
+            "level mode": MeterSetting(":LEV V", ":LEV?", "V"),
+            "level": MeterSetting(":LEV:VOLT {volt:g}", ":LEV:VOLT?", "{volt:g}"),
+            "speed": MeterSetting(":SPEE SLOW", ":SPEE?", "SLOW"),
+            "averaging": MeterSetting(":AVER {average}", ":AVER?", "{average}"),
+            "cable": MeterSetting(":CABL {cable:g}", ":CABL?", "{cable:g}"),
+            "open correction": MeterSetting("", ":CORR:OPEN?", "ON"),
+            "short correction": MeterSetting("", ":CORR:SHOR?", "ON"),
+            "scaling": MeterSetting(":SCAL OFF", ":SCAL?", "OFF"),
+            "trigger": MeterSetting(":TRIG EXT", ":TRIG?", "EXT"),
         },
         "*TRG;:MEAS?",
         False,
@@ -97,15 +97,15 @@ PROFILES = {
     "gwinstek": Profile(
         r"LCR-?[68]\d\d\d.*",
         {
-            "function": Setting("FUNC Cs-D", "FUNC?", "CS-D"),
-            "range": Setting("FUNC:RANG:AUTO ON", "FUNC:RANG:AUTO?", "ON"),
-            "bias": Setting("BIAS OFF", "BIAS?", "OFF"),
-            "frequency": Setting("FREQ 1000", "FREQ?", "1000"),
-            "level": Setting("LEV:VOLT {volt:g}", "LEV:VOLT?", "{volt:g}"),
-            "averaging": Setting("APER SLOW,{average}", "APER?", "SLOW,{average}"),
-            "open correction": Setting("", "CORR:OPEN:STAT?", "ON"),
-            "short correction": Setting("", "CORR:SHOR:STAT?", "ON"),
-            "trigger": Setting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
+            "function": MeterSetting("FUNC Cs-D", "FUNC?", "CS-D"),
+            "range": MeterSetting("FUNC:RANG:AUTO ON", "FUNC:RANG:AUTO?", "ON"),
+            "bias": MeterSetting("BIAS OFF", "BIAS?", "OFF"),
+            "frequency": MeterSetting("FREQ 1000", "FREQ?", "1000"),
+            "level": MeterSetting("LEV:VOLT {volt:g}", "LEV:VOLT?", "{volt:g}"),
+            "averaging": MeterSetting("APER SLOW,{average}", "APER?", "SLOW,{average}"),
+            "open correction": MeterSetting("", "CORR:OPEN:STAT?", "ON"),
+            "short correction": MeterSetting("", "CORR:SHOR:STAT?", "ON"),
+            "trigger": MeterSetting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
         },
         "TRIG;:FETC?",
         False,

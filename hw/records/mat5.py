@@ -35,7 +35,7 @@ DEFLATE_RATIO = 1032  # no deflate stream grows by more (zlib.net, "Maximum Comp
 
 
 @dataclass(frozen=True)
-class Element:
+class MatElement:
     """Tag of a data element: its type and where its bytes stand; `after` is where the next one starts."""
 
     kind: int
@@ -51,7 +51,7 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
     return unique(file, [v for v in found if v.name])  # unnamed: what MATLAB keeps behind its objects
 
 
-def _elements(file: str, raw: bytes, order: str) -> Iterator[Element]:
+def _elements(file: str, raw: bytes, order: str) -> Iterator[MatElement]:
     at = HEADER_BYTES
     while at < len(raw):
         element = _tag(raw, at, order)
@@ -65,14 +65,14 @@ def _elements(file: str, raw: bytes, order: str) -> Iterator[Element]:
         at = element.start + element.size
 
 
-def _tag(data: bytes, at: int, order: str) -> Element:
+def _tag(data: bytes, at: int, order: str) -> MatElement:
     kind, size = struct.unpack_from(order + "II", data, at)
     if kind >> 16:  # small element: size and type share the first word, the data are the second
-        return Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
-    return Element(kind, at + 8, size, at + 8 + -(-size // 8) * 8)
+        return MatElement(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
+    return MatElement(kind, at + 8, size, at + 8 + -(-size // 8) * 8)
 
 
-def _variable(file: str, raw: bytes, element: Element, order: str) -> Variable:
+def _variable(file: str, raw: bytes, element: MatElement, order: str) -> Variable:
     end = element.start + element.size
     if element.kind == COMPRESSED:
         return _compressed(file, memoryview(raw)[element.start : end], order)
@@ -133,7 +133,7 @@ def _kind(number: int, bits: int) -> str:
     return CLASSES.get(number, f"class {number}")
 
 
-def _text(data: bytes, element: Element) -> str:
+def _text(data: bytes, element: MatElement) -> str:
     return data[element.start : element.start + element.size].decode("latin-1")
 
 

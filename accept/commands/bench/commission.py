@@ -22,7 +22,7 @@ UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialResult:
     """One trial: what was asked of the technician, what came of it, whether it is as it must be."""
 
     trial: str
@@ -73,7 +73,7 @@ def _credential() -> keys.Credential | None:
         return None
 
 
-def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[Outcome]:
+def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[TrialResult]:
     """The first reading against the display, then every trial, each with the panel set back after it."""
     for reminder in instrument.reminders:
         say(reminder)
@@ -93,36 +93,36 @@ def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[Outcome]:
     return outcomes
 
 
-def _first(instrument: Instrument) -> tuple[float | None, Outcome]:
+def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
     try:
         instrument.connect()
         reading = instrument.read()
     except InstrumentError as e:
-        return None, Outcome("a first reading", str(e), False)
+        return None, TrialResult("a first reading", str(e), False)
     scale, unit = UNITS.get(reading.unit, (1.0, reading.unit))
     shown = f"{reading.value * scale:.4f} {unit}"
     answer = ask_at_terminal(f"The program read {shown}. Does the display show the same? yes or no: ")
-    return reading.value, Outcome(
+    return reading.value, TrialResult(
         "the display shows what was read", f"{shown}: {answer}", answer.strip().lower() == "yes"
     )
 
 
-def _tried(instrument: Instrument, trial: Trial, first: float) -> Outcome:
+def _tried(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
     """The change must be refused, or make no difference to the value."""
     try:
         instrument.confirm()
         value = instrument.read().value
     except InstrumentError as e:
-        return Outcome(trial.do, f"refused: {e}", True)
+        return TrialResult(trial.do, f"refused: {e}", True)
     same = abs(value - first) <= REPEATS * abs(first)
-    return Outcome(trial.do, f"{value:.6g}, {'the same' if same else f'not {first:.6g}'}", same)
+    return TrialResult(trial.do, f"{value:.6g}, {'the same' if same else f'not {first:.6g}'}", same)
 
 
-def _back(instrument: Instrument, first: float) -> Outcome:
+def _back(instrument: Instrument, first: float) -> TrialResult:
     try:
         instrument.connect()
         value = instrument.read().value
         instrument.confirm()
     except InstrumentError as e:
-        return Outcome("the value is back", str(e), False)
-    return Outcome("the value is back", f"{value:.6g}", abs(value - first) <= REPEATS * abs(first))
+        return TrialResult("the value is back", str(e), False)
+    return TrialResult("the value is back", f"{value:.6g}", abs(value - first) <= REPEATS * abs(first))

@@ -36,7 +36,7 @@ class TrendBy(StrEnum):
     SPEC = "spec"
 
 
-class Expected(StrEnum):
+class ExpectedGolden(StrEnum):
     """What a unit is compared with."""
 
     ACCEPTED = "accepted"

@@ -25,7 +25,7 @@ from checks.gap.workflow import GapRefused
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class GapQuestion:
     """A unit, what its folder looks like, the model to start from and effects that are left out."""
 
     unit: UnitFolder
@@ -64,7 +64,9 @@ def run(
         return Exit.BAD_INPUT
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    asked = [Question(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical) for u in map(anywhere, units)]
+    asked = [
+        GapQuestion(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical) for u in map(anywhere, units)
+    ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
         for question, given in cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked):
@@ -94,7 +96,7 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def answer(question: Question) -> Answer:
+def answer(question: GapQuestion) -> Answer:
     """The answer for one unit, here or in a worker."""
     unit = question.unit
     if problem := not_shared(unit, question.looks):

@@ -34,7 +34,7 @@ COLUMNS = 3  # a row of panels per channel
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedModel:
     """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G
     of the fitted model on the second realisation, empty without one."""
 
@@ -70,7 +70,7 @@ def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
     return Exit.ACCEPTED if fitted.fit.converged else Exit.INCOMPLETE
 
 
-def fit_unit(folder: Path, wanted: FitOptions) -> Fitted:
+def fit_unit(folder: Path, wanted: FitOptions) -> FittedModel:
     """A model fitted to the first realisation of a unit and held against the second. Raises UnitError, RecordError,
     SpecError, ModelError."""
     f_lo, f_hi = wanted.f_lo, wanted.f_hi
@@ -87,7 +87,7 @@ def fit_unit(folder: Path, wanted: FitOptions) -> Fitted:
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
     found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=wanted.starts)
     at = found.model.with_values(found.fit.at)
-    return Fitted(
+    return FittedModel(
         base=base,
         start=start,
         model=at,
@@ -119,7 +119,7 @@ def _constants(model: Model, data: Dataset) -> dict[str, Any]:
         return {"seed_constants": {}, "constants": {}}
 
 
-def write_fitted(path: Path, fitted: Fitted) -> None:
+def write_fitted(path: Path, fitted: FittedModel) -> None:
     """The fitted model as a file, with its covariance and where it came from."""
     fit, base = fitted.fit, fitted.base
     record = FitRecord(
@@ -135,14 +135,14 @@ def write_fitted(path: Path, fitted: Fitted) -> None:
     write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)
 
 
-def pictures(fitted: Fitted) -> dict[str, Any]:
+def pictures(fitted: FittedModel) -> dict[str, Any]:
     """Panels of every channel: magnitude, phase, residual."""
     data = fitted.fit.datasets[0]
     before, after = (m.frf(data.f, channels=data.channels) for m in (fitted.start, fitted.model))
     return dict(fit_panels(data, before, after))
 
 
-def document(fitted: Fitted) -> dict[str, Any]:
+def document(fitted: FittedModel) -> dict[str, Any]:
     """What a script reads."""
     fit = fitted.fit
     return {
@@ -168,7 +168,7 @@ def _plain(found: Mapping[str, Gap]) -> dict[str, float]:
     return {channel: gap.G for channel, gap in found.items()}
 
 
-def _print(fitted: Fitted) -> None:
+def _print(fitted: FittedModel) -> None:
     fit = fitted.fit
     rows = Table(whole("parameter"), "prior", "fitted", "U, k = 2", "away")
     told = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]

@@ -14,7 +14,7 @@ from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
 from accept.verify.rejudge import read_certificate
-from accept.verify.verification import Outcome
+from accept.verify.verification import Validity
 
 
 @clear_errors
@@ -26,7 +26,7 @@ def run(path: Path, passphrase_file: Path | None, records: Path | None = None, t
         say(f"  {line}")
     if not before.valid:
         say(f"not countersigned: {before.reason}")
-        return Exit.INCOMPLETE if before.outcome is Outcome.SIGNED else Exit.REJECTED
+        return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
     credential = replace(credential, tsa=tsa)
     with open_store() as store:

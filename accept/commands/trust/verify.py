@@ -12,12 +12,12 @@ from accept.certificate.revocation import beside, revoked_in
 from accept.commands.trust.bench_keys import DEMO
 from accept.verify.against_store import check_copies, store_is_there
 from accept.verify.rejudge import read_certificate, rejudge, rejudge_demo
-from accept.verify.verification import Outcome, Verification, verify
+from accept.verify.verification import Validity, Verification, verify
 from specs.errors import AcceptError
 from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned")
-_EXIT = {Outcome.VALID: Exit.ACCEPTED, Outcome.SIGNED: Exit.INCOMPLETE, Outcome.NOT_VALID: Exit.REJECTED}
+_EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
 
 class RequirementError(AcceptError, ValueError):
@@ -49,7 +49,7 @@ def run(path: Path, options: VerifyOptions) -> Exit:
     for line in report.details:
         say(f"  {line}")
     missing = _unfulfilled(report, options.require, wanted_spec)
-    words = {Outcome.VALID: "valid", Outcome.SIGNED: "SIGNED, NOT FULLY VERIFIED", Outcome.NOT_VALID: "NOT VALID"}
+    words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
     stdout.print(f"{head}{words[report.outcome]}: {report.reason}{tail}", soft_wrap=True)
@@ -58,7 +58,7 @@ def run(path: Path, options: VerifyOptions) -> Exit:
 
 def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
     """What was required of a certificate and is not so."""
-    if report.outcome is Outcome.NOT_VALID:
+    if report.outcome is Validity.NOT_VALID:
         return []
     missing = []
     if "accepted" in require and report.verdict != "accepted":
@@ -75,7 +75,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     place = home() / DEMO if options.demo else home()
     if not options.trust and not keys.exist(place):
         words = f"no trusted CA: no keys found in {place}; name a CA certificate with --trust"
-        return Verification(Outcome.NOT_VALID, words)
+        return Verification(Validity.NOT_VALID, words)
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]

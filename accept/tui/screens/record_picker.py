@@ -28,7 +28,7 @@ _PREVIEW_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
 
 
 @dataclass(frozen=True)
-class Entry:
+class PickableFile:
     """One file. mtime: seconds of the epoch."""
 
     name: str
@@ -41,7 +41,7 @@ class Listing:
     """One look at a folder: folders by name, files newest first."""
 
     folders: tuple[str, ...]
-    files: tuple[Entry, ...]
+    files: tuple[PickableFile, ...]
 
 
 def look(folder: Path) -> Listing:
@@ -50,7 +50,7 @@ def look(folder: Path) -> Listing:
         seen = [entry for entry in found if not entry.name.startswith(".")]
     folders = sorted(entry.name for entry in seen if entry.is_dir())
     files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
-    listed = [Entry(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
+    listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
     listed.sort(key=lambda entry: (-entry.mtime, entry.name))
     return Listing(tuple(folders[:_MOST]), tuple(listed[:_MOST]))
 

@@ -11,7 +11,7 @@ from accept.store import Event
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_form import StepForm
-from accept.tui.widgets.fields import Field, Place, places
+from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
 from accept.workflow.steps.plan import has_files
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
@@ -81,7 +81,7 @@ class StepScreen(StepForm):
             text,
         )
 
-    def _doubt(self, place: Place, value: float) -> str:
+    def _doubt(self, place: FieldPlace, value: float) -> str:
         declared = place.declared
         if not isinstance(declared, Scalar | Vector):
             return ""

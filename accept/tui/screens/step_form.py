@@ -5,7 +5,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
 from accept.tui.screens.step_view import StepView
-from accept.tui.widgets.fields import Field, Place, places
+from accept.tui.widgets.fields import Field, FieldPlace, places
 from accept.tui.widgets.live_value import Gauge
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -69,7 +69,7 @@ class StepForm(StepView):
         if empty and empty[0] is after:
             empty[0].input.select_all()
 
-    def _has(self, place: Place) -> bool:
+    def _has(self, place: FieldPlace) -> bool:
         if place.is_file:
             return self.state.link(place.declared.name) is not None
         return bool(self.state.readings(place.declared.name, place.index))
@@ -105,7 +105,7 @@ class StepForm(StepView):
                 stored = None if self.complete else self._stored_value(place)  # its finding shows it then
                 gauge.follow(self._instrument(place), place.unit, limit, stored)
 
-    def _stored_value(self, place: Place) -> Measured | None:
+    def _stored_value(self, place: FieldPlace) -> Measured | None:
         name = place.declared.name
         one = repeated(self.state.readings(name, place.index), self.step.asked, name)
         return None if one is None else Measured(one.value, one.U)
@@ -127,7 +127,7 @@ class StepForm(StepView):
     def _focused_field(self) -> Field | None:
         return field_of(self.focused) if isinstance(self.focused, Input) else None
 
-    def _instrument(self, place: Place) -> InstrumentPort | None:
+    def _instrument(self, place: FieldPlace) -> InstrumentPort | None:
         return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
 
     async def action_way(self) -> None:

@@ -17,7 +17,7 @@ from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.unit_bar import UnitBar
-from accept.verify.verification import Outcome, Verification
+from accept.verify.verification import Validity, Verification
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
@@ -26,9 +26,9 @@ from checks.labels import label_of
 from checks.verdict import Finding, Verdict
 
 _OUTCOMES = {
-    Outcome.VALID: "✓ verified",
-    Outcome.SIGNED: "◐ signed, not fully verified",
-    Outcome.NOT_VALID: "✗ NOT VALID",
+    Validity.VALID: "✓ verified",
+    Validity.SIGNED: "◐ signed, not fully verified",
+    Validity.NOT_VALID: "✗ NOT VALID",
 }
 
 
@@ -165,7 +165,7 @@ class Summary(Working[bool]):
         self._show_certificate()
         if report.valid:
             self.say("Signed and verified. F4: next unit", "good")
-        elif report.outcome is Outcome.SIGNED:
+        elif report.outcome is Validity.SIGNED:
             self.say(f"Signed, not fully verified: {report.reason}", "bad")
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")

@@ -19,7 +19,7 @@ SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
 
 
 @dataclass(frozen=True)
-class Place:
+class FieldPlace:
     """Where one value or file goes; index: place in a vector."""
 
     declared: Declared
@@ -53,13 +53,13 @@ class Place:
         return f"{default:g} {self.unit}" if default is not None else self.unit
 
 
-def places(form: Form) -> Iterator[Place]:
+def places(form: Form) -> Iterator[FieldPlace]:
     """The places of a form, one per value that is typed or file that is linked."""
     for declared in form.inputs:
         if isinstance(declared, Vector):
-            yield from (Place(declared, index) for index in range(declared.size))
+            yield from (FieldPlace(declared, index) for index in range(declared.size))
         else:
-            yield Place(declared)
+            yield FieldPlace(declared)
 
 
 class Field(Vertical):
@@ -68,7 +68,7 @@ class Field(Vertical):
     pending: entries on their way to the store. doubted: what was typed and is asked about, None without.
     """
 
-    def __init__(self, place: Place, step: WorkflowStep, state: StepState) -> None:
+    def __init__(self, place: FieldPlace, step: WorkflowStep, state: StepState) -> None:
         super().__init__(classes="field")
         self.place, self._step, self._state = place, step, state
         self.pending = 0
@@ -130,7 +130,7 @@ class Field(Vertical):
             part.update(words)
 
 
-def stored_words(place: Place, step: WorkflowStep, state: StepState) -> str:
+def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState) -> str:
     """What is stored for a place, "" for nothing."""
     if place.is_file:
         link = state.link(place.declared.name)

@@ -10,7 +10,7 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, Led, finish, lead
 from checks.fitting.prior import prior_rows
-from checks.gap.conditions.trial import Trial, to_fit, to_judge, together
+from checks.gap.conditions.trial import ConditionTrial, to_fit, to_judge, together
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.condition import Together
 from checks.gap.modelling.effect import Effect
@@ -45,7 +45,7 @@ class Conditions:
 
     A: Dataset
     B: Dataset
-    trials: tuple[Trial, ...]
+    trials: tuple[ConditionTrial, ...]
 
     def thinned(self, bins: int) -> "Conditions":
         trials = tuple(t.select(self.A.channels, bins) for t in self.trials)

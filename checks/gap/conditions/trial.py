@@ -17,7 +17,7 @@ HIGHEST_HZ = 1e6  # of the sensor's corner
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class ConditionTrial:
     """name: of its own among a unit's; value: in the unit of its kind; own_ohm: the unit's own resistor, where its
     folder states one. A: to fit; B: to judge with."""
 
@@ -32,13 +32,13 @@ class Trial:
     def words(self) -> str:
         return self.kind.said(self.value)
 
-    def select(self, channels: Sequence[str], bins: int | None = None) -> "Trial":
+    def select(self, channels: Sequence[str], bins: int | None = None) -> "ConditionTrial":
         """Some channels, and at most so many bins."""
         A, B = (d.select(channels) for d in (self.A, self.B))
         return replace(self, A=A, B=B) if bins is None else replace(self, A=A.thinned(bins), B=B.thinned(bins))
 
 
-def shift_of(trial: Trial, response: Augmented) -> Shift:
+def shift_of(trial: ConditionTrial, response: Augmented) -> Shift:
     """What a condition changes in an explanation. Raises ModelError where the model cannot hold it.
 
     A mass is added to the payload. The sensor's corner goes with one over the resistor ([STB] 3.1.9) where the unit's
@@ -62,21 +62,21 @@ def shift_of(trial: Trial, response: Augmented) -> Shift:
     return Shift(trial.name)
 
 
-def _held(parameter: str, trial: Trial, response: Augmented) -> None:
+def _held(parameter: str, trial: ConditionTrial, response: Augmented) -> None:
     if parameter not in response.model.values:
         raise ModelError(f"{trial.words}: model '{response.model.name}' has no {parameter} that could change")
 
 
-def together(response: Augmented, trials: Sequence[Trial]) -> Together:
+def together(response: Augmented, trials: Sequence[ConditionTrial]) -> Together:
     """A response under all conditions. Raises ModelError."""
     return Together(response, tuple(shift_of(t, response) for t in trials))
 
 
-def to_fit(A: Dataset, trials: Sequence[Trial]) -> list[Dataset]:
+def to_fit(A: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
     """The realisations to fit, of the unit as it is and under every condition."""
     return [A, *(marked(t.A, t.name) for t in trials)]
 
 
-def to_judge(B: Dataset, trials: Sequence[Trial]) -> list[Dataset]:
+def to_judge(B: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
     """The realisations to judge with."""
     return [B, *(marked(t.B, t.name) for t in trials)]

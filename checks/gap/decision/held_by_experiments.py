@@ -11,7 +11,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, Led, finish
 from checks.fitting.goodness import Gap, gaps
 from checks.gap.conditions.kinds import DRIVE_LEVEL
-from checks.gap.conditions.trial import Trial, shift_of, together
+from checks.gap.conditions.trial import ConditionTrial, shift_of, together
 from checks.gap.decision.result import Nameless, Tested
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.condition import AT, Together, marked
@@ -22,12 +22,14 @@ FALSE_ALARM = 1e-4
 LARGE = 1.5  # of G: what the noise's own estimate does not reach
 
 
-def tested(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trials: Sequence[Trial]) -> tuple[Tested, ...]:
+def tested(
+    response: Augmented, fit: Fit, A: Dataset, B: Dataset, trials: Sequence[ConditionTrial]
+) -> tuple[Tested, ...]:
     """Every experiment against an explanation with its fit: to A, or to all conditions."""
     return tuple(_one(response, fit, A, B, t) for t in trials)
 
 
-def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: Trial) -> Tested:
+def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: ConditionTrial) -> Tested:
     value, data = trial.value, marked(trial.B, trial.name)
     try:
         every, own = _with_own(response, fit, A, trial)
@@ -47,7 +49,7 @@ def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: Trial) ->
     return Tested(trial.kind.name, value, trial.words, found, said, level)
 
 
-def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: Trial) -> tuple[Together, Fit]:
+def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) -> tuple[Together, Fit]:
     """The response under one condition, with values for what is its own: where the fit has none, from one that goes on
     with the condition's records."""
     every = together(response, [trial])

@@ -14,7 +14,7 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
-from checks.gap.conditions.trial import Trial, together
+from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
@@ -57,7 +57,7 @@ def _with_experiment(
     others = [_rival(name, claim.effect, found, full) for name in a.effects if name != claim.effect.name]
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)
     for kind, value in sorted(MENU, key=lambda each: each[0] is not first):
-        trial = Trial(kind.name, kind, value, A, A)
+        trial = ConditionTrial(kind.name, kind, value, A, A)
         try:
             least = min(separation(full, claim.effect, rival, A, trial) for rival in others)
         except ModelError:
@@ -87,7 +87,7 @@ def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> R
     return Rival(rival.response, rival.at)
 
 
-def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: Trial) -> float:
+def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset, trial: ConditionTrial) -> float:
     """Twice the gain in log-likelihood to expect of a condition with the noise of A. Raises ModelError."""
     every = together(full.response, [trial])
     at = {p.name: p.begin for p in every.free(full.at)}

@@ -26,7 +26,7 @@ from accept.cli.main import app
 from accept.judging import judge_unit
 from accept.units import unit_folder
 from accept.verify.rejudge import rejudge, verify_file
-from accept.verify.verification import Outcome, verify
+from accept.verify.verification import Validity, verify
 from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
@@ -234,7 +234,7 @@ def test_a_fresh_bench_has_no_qa_key(tmp_path: Path, quick_keys: None) -> None:
 def test_a_revoked_key_is_honoured_by_date(bench: Bench) -> None:
     number = bench.qa.certificate.serial_number
     for days, compromised, expected in (
-        (-1, False, Outcome.NOT_VALID), (1, False, Outcome.VALID), (1, True, Outcome.SIGNED),
+        (-1, False, Validity.NOT_VALID), (1, False, Validity.VALID), (1, True, Validity.SIGNED),
     ):  # fmt: skip
         entry = revocation.Revoked(number, LATER + timedelta(days=days), compromised)
         report = bench.check(bench.countersigned, revoked=[entry])
@@ -312,7 +312,7 @@ def test_a_page_that_adds_a_verdict_is_not_valid_in_any_version(bench: Bench, tm
     PdfWriter(clone_from=io.BytesIO(out.getvalue())).write(flat)
     report = bench.check(sign(flat.getvalue(), bench.technician, WHEN))
     assert not report.valid
-    assert "shows 'ACCEPTED'" in report.reason or report.outcome is Outcome.SIGNED
+    assert "shows 'ACCEPTED'" in report.reason or report.outcome is Validity.SIGNED
 
 
 # --- 6: any spec -----------------------------------------------------------------------------------------------------
@@ -351,7 +351,7 @@ def test_a_certificate_from_before_still_has_an_answer() -> None:
     """Made by the program as it was: signed and judged again; what it lacks is said."""
     ca = x509.load_pem_x509_certificate((HERE / "before" / "ca.pem").read_bytes())
     report = verify_file(HERE / "before" / "APA-02.pdf", [ca])
-    assert report.outcome is Outcome.SIGNED, report.reason
+    assert report.outcome is Validity.SIGNED, report.reason
     assert (report.serial, report.verdict) == ("APA-02", "accepted")
     assert "page not compared" in report.reason
     assert any("judged again from the attached data: the same result" in line for line in report.details)

@@ -23,7 +23,7 @@ from accept.certificate import encrypted_key, keys
 from accept.certificate.revocation import Revoked
 from accept.certificate.signing import SigningRefused, sign
 from accept.cli.main import app
-from accept.verify.verification import Outcome
+from accept.verify.verification import Validity
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify_help import LATER, Bench, hole_of, made_bench, refused, with_cms
 from tests.accept.units.units import make_unit
@@ -151,9 +151,9 @@ def test_a_wrong_timestamp_is_not_valid(bench: Bench, stamped: bytes, tsa: Autho
 
 def test_a_trusted_timestamp_outlives_a_compromised_key(bench: Bench, stamped: bytes, tsa: Authority) -> None:
     entry = Revoked(bench.technician.certificate.serial_number, WHEN + timedelta(days=10), True)
-    assert bench.check(bench.signed, revoked=[entry]).outcome is Outcome.SIGNED
-    assert bench.check(stamped, revoked=[entry]).outcome is Outcome.SIGNED
-    assert bench.check(stamped, revoked=[entry], stamping=[tsa.root]).outcome is Outcome.VALID
+    assert bench.check(bench.signed, revoked=[entry]).outcome is Validity.SIGNED
+    assert bench.check(stamped, revoked=[entry]).outcome is Validity.SIGNED
+    assert bench.check(stamped, revoked=[entry], stamping=[tsa.root]).outcome is Validity.VALID
 
 
 def test_commands_ask_and_say(tmp_path: Path, server: str, tsa: Authority, monkeypatch: pytest.MonkeyPatch) -> None:

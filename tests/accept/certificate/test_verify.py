@@ -24,7 +24,7 @@ from accept.certificate.keys import QA, TECHNICIAN
 from accept.certificate.result_diff import differences
 from accept.certificate.signing import sign
 from accept.pdf.assemble import assemble
-from accept.verify.verification import Outcome, Verification, verify
+from accept.verify.verification import Validity, Verification, verify
 from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
 from tests.accept.certificate.verify_help import LATER, NOW, Bench, made_bench, refused
 
@@ -111,7 +111,7 @@ def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None
     """Another version may draw another page: the bytes are not compared, serial and verdict are."""
     old, good = (replace(d, code_sha256="0" * 64) for d in (certificate_contents(tmp_path), good_content(tmp_path)))
     report = bench.check(sign(page_over(old, old), bench.technician, WHEN))
-    assert report.outcome is Outcome.SIGNED, report.reason
+    assert report.outcome is Validity.SIGNED, report.reason
     assert "page not compared" in report.reason
     assert "its text says the same" in report.reason
     refused(bench.check(sign(page_over(old, good), bench.technician, WHEN)), "does not show 'ACCEPTED'")
@@ -154,7 +154,7 @@ def test_too_large_records_are_not_judged_but_the_other_sections_are(
     refused(bench.check(small), "although there is room for it")
     monkeypatch.setattr(contents, "SIZE_LIMIT", 100)
     report = bench.check(small)
-    assert report.outcome is Outcome.SIGNED
+    assert report.outcome is Validity.SIGNED
     assert "not judged again: stroke (raw/stroke.mat not attached" in report.reason
     refused(bench.check(small, rejudge=lambda a: result(1.73).to_json()), "sensor_uF")
     assert bench.check(small, records=tmp_path).valid

@@ -11,7 +11,7 @@ from accept.batch.judge_batch import BatchRequest, run
 from accept.batch.worker import Errand, Returned, judge, run_errand
 from accept.cluster.connect import connected
 from accept.cluster.work import Cluster, ClusterError, WorkFailed
-from accept.commands.physics.gap import Answer, Question, answer
+from accept.commands.physics.gap import Answer, GapQuestion, answer
 from accept.fleet.judged_again import judged_again
 from accept.judging.judge_unit import load_spec
 from accept.models.lookup_cache import Plan, build
@@ -69,7 +69,7 @@ def test_the_store_judged_again_from_records(cluster: Cluster, tmp_path: Path) -
 @pytest.mark.soak
 def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
     unit = anywhere(unit_folder.read(make_strut(tmp_path / "S-1", "S-1", repeats=False)))
-    asked = Question(unit, looks_of(unit), "strut-2dof", ())
+    asked = GapQuestion(unit, looks_of(unit), "strut-2dof", ())
     ((_, far),) = cluster.unordered(answer, [asked])
     near = answer(asked)
     assert (far.document, far.words) == (near.document, near.words)
@@ -85,7 +85,7 @@ def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path
     ((_, back),) = cluster.unordered(run_errand, [lost])
     assert isinstance(back, Returned)
     assert "share the folder" in str(back.outcome)
-    question = Question(unit, lost.looks, "apa-2dof", ())
+    question = GapQuestion(unit, lost.looks, "apa-2dof", ())
     ((_, given),) = cluster.unordered(answer, [question])
     assert isinstance(given, Answer)
     assert given.document is None

@@ -10,7 +10,7 @@ import numpy as np
 from accept.models.model_file import open_model
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under
-from checks.gap.conditions.trial import Trial
+from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.decision.result import Result
 from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs, run
@@ -47,16 +47,16 @@ class Case:
     effect: str
     seed: int
 
-    def told(self, *trials: Trial) -> Result:
+    def told(self, *trials: ConditionTrial) -> Result:
         A, B = (recorded(self.truth, 10 * self.seed + k).thinned(BINS) for k in (1, 2))
         return run(Inputs(self.model, A, B, FS, trials=trials), lambda _: None)
 
-    def trial(self, kind: str, value: float | None, truth: Model | None = None) -> Trial:
+    def trial(self, kind: str, value: float | None, truth: Model | None = None) -> ConditionTrial:
         model = under(truth or self.truth, EXPERIMENT_KINDS[kind], value)
         A, B = (recorded(model, 10 * self.seed + k).thinned(BINS) for k in (3, 4))
-        return Trial(kind, EXPERIMENT_KINDS[kind], value, A, B)
+        return ConditionTrial(kind, EXPERIMENT_KINDS[kind], value, A, B)
 
-    def asked(self, result: Result) -> Trial | None:
+    def asked(self, result: Result) -> ConditionTrial | None:
         """The experiment that the answer asks for, where it can be given."""
         found = ENTRY.search(result.ambiguous[0].experiment)
         return None if found is None else self.trial(found[1], float(found[2]) if found[2] else None)

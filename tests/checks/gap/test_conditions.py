@@ -10,7 +10,7 @@ from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
 from checks.gap.conditions.simulated import under
-from checks.gap.conditions.trial import Trial, together
+from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.decision.held_by_experiments import changed
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
@@ -21,9 +21,9 @@ SOAK = os.environ.get("ACCEPT_SOAK") == "1"
 PAYLOAD = "bench.payload_kg"
 
 
-def trial(kind: str, value: float | None, own_ohm: float | None = None) -> Trial:
+def trial(kind: str, value: float | None, own_ohm: float | None = None) -> ConditionTrial:
     data = recorded(open_model("strut"), 1)
-    return Trial(kind, EXPERIMENT_KINDS[kind], value, data, data, own_ohm)
+    return ConditionTrial(kind, EXPERIMENT_KINDS[kind], value, data, data, own_ohm)
 
 
 class TestCondition:
