@@ -1,11 +1,12 @@
 """The application: which screen follows which. It is on the screen before the physics is imported."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import App
 from textual.binding import Binding, BindingType
+from textual.filter import LineFilter, Monochrome
 
 from accept.tui import theme
 from accept.tui.screens.help import Help
@@ -44,6 +45,10 @@ class BenchApp(App[None]):
         for one in theme.THEMES:
             self.register_theme(one)
         self.theme = theme.asked_for()
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Those of the base class; that of NO_COLOR takes cells without a style too."""
+        return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
 
     def action_light_or_dark(self) -> None:
         """The other theme, for a bright bench or a dark one."""

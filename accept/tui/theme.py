@@ -6,7 +6,11 @@ has a contrast of 4.5 to its background or more.
 
 import os
 
+from rich.segment import Segment
+from rich.style import Style
 from rich.terminal_theme import TerminalTheme
+from textual.color import Color
+from textual.filter import Monochrome
 from textual.theme import Theme
 
 DARK, LIGHT = "accept-dark", "accept-light"
@@ -83,3 +87,15 @@ ANSI_LIGHT = TerminalTheme(
 def asked_for() -> str:
     """Theme of `ACCEPT_THEME` (dark or light), dark without it."""
     return LIGHT if os.environ.get("ACCEPT_THEME", "").strip().lower() == "light" else DARK
+
+
+class WithoutColour(Monochrome):
+    """What `NO_COLOR` makes of a line. Cells without any style, which a table has beside its columns, stay as they are:
+    the base class fails on them."""
+
+    def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
+        """(segments) in shades of grey."""
+        return super().apply([Segment(s.text, s.style or Style.null(), s.control) for s in segments], background)
+
+
+WITHOUT_COLOUR = WithoutColour()

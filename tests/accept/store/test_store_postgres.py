@@ -172,7 +172,7 @@ def test_a_server_that_is_killed_under_two_benches(tmp_path: Path, kills: int) -
     with own_server() as server:
         benches = writers(server.url, tmp_path, 2, 20 * kills)
         for number in range(1, kills + 1):
-            heard_of(server.url, 12 * number)
+            heard_of(server.url, 12 * number, {"w0", "w1"})
             server.kill()
             restarted(server)
         said = [bench.communicate(timeout=TIMEOUT_S)[0].splitlines() for bench in benches]
@@ -185,11 +185,12 @@ def test_a_server_that_is_killed_under_two_benches(tmp_path: Path, kills: int) -
         assert sorted(subjects) == sorted(f"w{i}-{n}" for i in range(2) for n in range(20 * kills))
 
 
-def heard_of(url: str, events: int) -> None:
-    """Wait until so many events are there."""
+def heard_of(url: str, events: int, everybody: set[str]) -> None:
+    """Wait until so many events are there, and everybody has said something: who only begins is told that there is no
+    server, and ends."""
     deadline = time.monotonic() + TIMEOUT_S
     with open_store(url, check=False) as store:
-        while store.head().seq < events:
+        while store.head().seq < events or {e.who for e in store.events()} < everybody:
             assert time.monotonic() < deadline
             time.sleep(0.01)
 

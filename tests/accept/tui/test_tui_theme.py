@@ -1,6 +1,9 @@
 """Both palettes can be read: contrast as WCAG 2 defines it, 4.5 for text; F12 changes from one to the other."""
 
 import pytest
+from rich.segment import Segment
+from rich.style import Style
+from textual.color import Color as TextualColor
 
 from accept.tui import theme
 from accept.tui.screens.start import Given
@@ -43,3 +46,11 @@ async def test_f12_changes_light_and_dark(monkeypatch: pytest.MonkeyPatch):
         assert pilot.app.theme == theme.LIGHT
         await press(pilot, "f12")
         assert pilot.app.theme == theme.DARK
+
+
+def test_a_cell_without_a_style_has_no_colour_either():
+    red = Segment("a", Style(color="red"))
+    plain, blank = theme.WITHOUT_COLOUR.apply([red, Segment(" ", None)], TextualColor(0, 0, 0))
+    assert (plain.text, blank.text) == ("a", " ")
+    triplet = plain.style.color.get_truecolor()
+    assert triplet.red == triplet.green == triplet.blue
