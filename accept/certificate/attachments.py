@@ -184,7 +184,7 @@ def _check_inputs(contents: CertificateContent) -> None:
     try:
         unit = _unit(contents)
     except (UnitError, ValueError) as e:
-        raise InvalidCertificate(f"the attached {UNIT_FILE} is none: {e}") from e
+        raise InvalidCertificate(f"the attached {UNIT_FILE} cannot be used: {e}") from e
     phantom = sorted(set(contents.inputs) - set(unit.files) - {UNIT_FILE})
     if phantom:
         raise InvalidCertificate(f"{phantom[0]} is said to have been judged, but {UNIT_FILE} names no such file")

@@ -2,7 +2,7 @@
 certificate are the same bytes, and what was estimated of a record is there for whoever asks next."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
@@ -50,22 +50,18 @@ class LoadedUnit:
     def values(self, section: str) -> Values:
         """Values of a section, its files read. Raises RecordError, which makes every finding of it no result, and
         KeyError for a section that the unit does not have."""
-        if section not in self._values:
-            try:
-                self._values[section] = self._read(self.folder.sections[section])
-            except RecordError as e:
-                self._values[section] = e
-        values = self._values[section]
-        if isinstance(values, RecordError):
-            raise values
-        return values
+        return self._remembered(section, lambda: self._read(self.folder.sections[section]))
 
     def experiment(self, experiment: UnitExperiment) -> Values:
         """Records and value of an experiment. Raises RecordError."""
         key = f"{EXPERIMENTS} {experiment.name}"
+        return self._remembered(key, lambda: self._entries(experiment.entries, experiment.problem))
+
+    def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
+        """What was read, or why it could not be, the same whenever it is asked for again."""
         if key not in self._values:
             try:
-                self._values[key] = self._entries(experiment.entries, experiment.problem)
+                self._values[key] = read()
             except RecordError as e:
                 self._values[key] = e
         values = self._values[key]

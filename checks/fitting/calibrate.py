@@ -7,6 +7,7 @@ the data contradict, the tolerance stays where they did not.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import linalg
@@ -120,8 +121,10 @@ def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
     return best
 
 
+@lru_cache(maxsize=8)
 def of_damping(model: Model, damping: str) -> Model | None:
-    """The model with another form of damping, or None where it cannot have it."""
+    """The model with another form of damping, or None where it cannot have it. Remembered, because what is solved of a
+    model is remembered with it."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

@@ -1,6 +1,5 @@
 """The base model fitted to what was measured, before anything may be called missing ([GAP] 3)."""
 
-from checks.fitting.calibrate import of_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
@@ -9,7 +8,7 @@ from checks.gap.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
-from checks.gap.search.forward import COARSE_BINS, Candidate, Effort, Say, Search
+from checks.gap.search.forward import COARSE_BINS, Candidate, Effort, Say, Search, quicker
 from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
 from checks.gap.thresholds import Thresholds
 
@@ -40,7 +39,7 @@ def calibrated(search: Search, p: Prepared) -> Candidate:
         members = (levels(p.inputs.merge_Hz, width),)
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = p.inputs.model
-    first = (of_damping(given, "modal") if given.scatters else None) or given
+    first = quicker(given) if given.scatters else given
     own = _damped(search, search.fitted(Augmented(first, members), {}, drawn=0))
     if own.adequate or not given.scatters:
         return own

@@ -6,9 +6,12 @@ into Vs, in the 2-DoF APA, is another sensor constant with another split of the 
 
 import numpy as np
 
-from checks.arrays import Complex
-from checks.gap.modelling.effect import Effect
+from checks.arrays import Array, Complex
+from checks.fitting.dataset import Dataset
+from checks.fitting.response import Response
+from checks.gap.modelling.effect import Effect, Values
 from checks.gap.search.forward import Candidate
+from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
 COUNTS = 0.1  # of the largest share in the imitation: parameters with less are not said
@@ -26,9 +29,7 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
     J = data.whitener(response.jacobian(data.f, names, full.at, data.channels)).T
     scatter = np.array([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in less.free() if p.name in names])
     J, d = np.vstack([J, np.diag(scatter)]), np.concatenate([d, np.zeros(len(names))])
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    share, *_ = np.linalg.lstsq(J / size, d, rcond=1e-9)
-    rest = d - (J / size) @ share
+    share, rest = shares(J, d)
     if float(rest @ rest) > full.table.two_delta_lnL:
         return ()
     told = sorted(zip(np.abs(share), names, strict=True), reverse=True)
@@ -36,14 +37,29 @@ def imitation(full: Candidate, effect: Effect) -> tuple[str, ...]:
 
 
 def _change(full: Candidate, effect: Effect) -> Complex:
-    """(F, C) of the response by the effect: its derivatives times its size, because an imitation that is exact turns
-    with the parameters; as it is, where there is no size to take."""
+    """(F, C) of the response by the effect: by its size; as it is, where there is no size to take."""
     data, response = full.unseen, full.response
-    off = effect.off(response.model)
-    away = {n: full.at[f"{effect.name}.{n}"] - nothing for n, nothing in off.items()}
-    if all(np.isfinite(v) for v in away.values()):
-        D = response.jacobian(data.f, [f"{effect.name}.{n}" for n in away], full.at, data.channels)
-        return np.asarray(np.tensordot(np.array(list(away.values())), D, 1))
+    change = by_its_size(effect, response.model, response, full.at, data)
+    if change is not None:
+        return change
     less = response.without(effect.name)
     at = {p.name: full.at.get(p.name, p.begin) for p in less.free()}
     return response.frf(data.f, full.at, data.channels) - less.frf(data.f, at, data.channels)
+
+
+def by_its_size(effect: Effect, model: Model, response: Response, at: Values, data: Dataset) -> Complex | None:
+    """(F, C) of a response by an effect in it: its derivatives times its size, because an imitation that is exact turns
+    with the parameters. None where nothing says what its size is."""
+    off = effect.off(model)
+    if not all(np.isfinite(v) for v in off.values()):
+        return None
+    names = [f"{effect.name}.{n}" for n in off]
+    away = np.array([at[name] - nothing for name, nothing in zip(names, off.values(), strict=True)])
+    return np.asarray(np.tensordot(away, response.jacobian(data.f, names, at, data.channels), 1))
+
+
+def shares(J: Array, d: Array) -> tuple[Array, Array]:
+    """(p,) of d (n,) along each column of J (n, p), in units of the column's length, and (n,) what lies along none."""
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    share, *_ = np.linalg.lstsq(J / size, d, rcond=1e-9)
+    return share, np.asarray(d - (J / size) @ share)

@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from checks.arrays import Array, Complex
+from checks.arrays import Complex
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
 from checks.gap.conditions.trial import ConditionTrial, together
+from checks.gap.decision.aliases import by_its_size, shares
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
@@ -105,24 +106,14 @@ def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset,
     names = [p.name for p in free]
     J = np.hstack([s.whitener(other.jacobian(s.f, names, there, s.channels)) for s in sets]).T
     scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in free])
-    rest = _off(np.vstack([J, scatter]), np.concatenate([d, np.zeros(len(names))]))
+    _, rest = shares(np.vstack([J, scatter]), np.concatenate([d, np.zeros(len(names))]))
     return float(rest @ rest)
 
 
 def _by_effect(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
-    """(F, C) of the response by the effect: its derivatives times its size, because an imitation that is exact turns
-    with the parameters; as it is, where there is no size to take."""
-    off = effect.off(full.response.model)
-    if all(np.isfinite(v) for v in off.values()):
-        names = [f"{effect.name}.{n}" for n in off]
-        away = np.array([at[f"{effect.name}.{n}"] - nothing for n, nothing in off.items()])
-        return np.asarray(np.tensordot(away, every.jacobian(data.f, names, at, data.channels), 1))
+    """(F, C) of the response by the effect: by its size; as it is, where there is no size to take."""
+    change = by_its_size(effect, full.response.model, every, at, data)
+    if change is not None:
+        return change
     less = replace(every, base=full.response.without(effect.name))
     return data.H - less.frf(data.f, at, data.channels)
-
-
-def _off(J: Array, d: Array) -> Array:
-    """(n,) what of d lies along no column of J."""
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    share, *_ = np.linalg.lstsq(J / size, d, rcond=1e-9)
-    return np.asarray(d - (J / size) @ share)

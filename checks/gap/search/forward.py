@@ -5,10 +5,11 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import inf
 
 from checks.errors import ModelError
+from checks.fitting.calibrate import OTHER, of_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, LOOSELY, Led, lead
 from checks.fitting.goodness import gaps
@@ -191,10 +192,11 @@ class Search:
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
         """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
         has shows only when little else is missing."""
-        model = c.response.model
-        other = replace(c.response, model=replace(model, damping="full" if model.damping == "modal" else "modal"))
+        model = of_damping(c.response.model, OTHER[c.response.model.damping])
+        if model is None:
+            return None
         try:
-            return self._candidate(self.go_on(begin(other, self.A, c.at), MANY))
+            return self._candidate(self.go_on(begin(replace(c.response, model=model), self.A, c.at), MANY))
         except ModelError:
             return None
 
@@ -225,7 +227,7 @@ class Search:
         found, member = score.starts[0], score.member
         if not isinstance(member, Effect):
             return []
-        quick = replace(response, model=_quicker(response.model))
+        quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
         own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
         try:
@@ -267,7 +269,7 @@ class Search:
 
     def _again(self, c: Candidate) -> Refit:
         own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
-        quick = replace(c.response, model=_quicker(c.response.model))
+        quick = replace(c.response, model=quicker(c.response.model))
         return self.go_on(begin(c.response, self.A, self._annealed(quick, self.A, own).at), MANY)
 
     def _to_the_end(self, refit: Refit) -> Refit:
@@ -300,15 +302,9 @@ def freed(refit: Refit) -> Refit:
     return released(refit) if refit.response.held else refit
 
 
-@lru_cache(maxsize=4)
-def _quicker(model: Model) -> Model:
+def quicker(model: Model) -> Model:
     """The model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
-    quick = replace(model, damping="modal")
-    try:
-        quick.modal()
-    except ModelError:
-        return model
-    return quick
+    return of_damping(model, "modal") or model
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:
