@@ -19,7 +19,7 @@ from pathlib import Path
 import scipy.fft
 
 from accept.batch import judge_batch
-from accept.certificate import keys
+from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.units import unit_folder

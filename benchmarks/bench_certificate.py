@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate import keys
-from accept.certificate.document import render
-from accept.certificate.keys import QA, TECHNICIAN
-from accept.certificate.signing import sign
-from accept.verify.verification import verify
+from accept.certificate.page.document import render
+from accept.certificate.signature.signing import sign
+from accept.certificate.trust import keys
+from accept.certificate.trust.keys import QA, TECHNICIAN
+from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 COUNT = 7

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from distributed import Client, LocalCluster
 
+from accept.base.cluster.dask_workers import DaskWorkers
 from accept.batch import judge_batch
-from accept.cluster.dask_workers import DaskWorkers
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from tests.accept.units.units import make_unit

@@ -64,6 +64,7 @@ def test_contracts_hold(copy: Path) -> None:
         ("specs/units.py", "import checks.record", "imports point down only"),
         ("hw/__init__.py", "import accept.base.home", "imports point down only"),
         ("checks/record.py", "import reportlab", "checks and specs know no screen"),
+        ("accept/certificate/content.py", "import accept.certificate.trust.keys", "inside accept.certificate"),
     ],
 )
 def test_a_wrong_import_breaks_a_contract(copy: Path, module: str, line: str, contract: str) -> None:
@@ -90,6 +91,17 @@ def test_checks_neither_print_nor_read_the_clock_nor_open_files() -> None:
                 called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
                 seeded = called == "default_rng" and node.args
                 assert called not in IMPURE or seeded, f"{path}:{node.lineno} calls {called}"
+
+
+@pytest.mark.parametrize("package", ["accept", "hw", "checks", "specs", "validation", "benchmarks", "tests"])
+def test_no_folder_holds_more_than_twenty_names(package: str) -> None:
+    """What a reader takes in at one look; more than that wants rooms. Pictures of screens are named by their tests."""
+    full = {}
+    for folder in [ROOT / package, *(p for p in (ROOT / package).rglob("*") if p.is_dir())]:
+        names = [p.name for p in folder.iterdir() if not p.name.startswith((".", "__pycache__"))]
+        if len(names) > 20 and "__snapshots__" not in folder.parts:
+            full[str(folder.relative_to(ROOT))] = len(names)
+    assert full == {}
 
 
 def test_no_class_name_stands_for_two_things():

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
+from accept.base.cluster.work import Cluster, WorkerDied
 from accept.batch.worker import Errand, Job, JudgedOrRefused, run_errand
-from accept.cluster.work import Cluster, WorkerDied
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
 

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from accept.base.cluster.work import Cluster
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.version import code_sha256
@@ -17,13 +18,13 @@ from accept.batch.engines import folder_of, judge_far, judge_here
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.batch.worker import Job, JudgedOrRefused, judge
-from accept.certificate import events, keys, revocation
+from accept.certificate import events
 from accept.certificate.certify import certify
-from accept.certificate.commissioning import commissioned
-from accept.certificate.keys import Credential
 from accept.certificate.provenance import provenance_of
-from accept.certificate.spec_approval import approval_of
-from accept.cluster.work import Cluster
+from accept.certificate.trust import keys, revocation
+from accept.certificate.trust.commissioning import commissioned
+from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.spec_approval import approval_of
 from accept.fleet import golden
 from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line

@@ -1,1 +1,1 @@
-"""Certificates: drawn to the byte, signed by technician and quality assurance."""
+"""Certificates: content, page, the keys that are trusted, signatures, and their verification."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from accept.base.atomic_files import write_atomic
 from accept.certificate import events
 from accept.certificate.examine import JudgedUnit
-from accept.certificate.keys import Credential
+from accept.certificate.trust.keys import Credential
 from accept.fleet import golden
 from accept.store import Event, Store
 from specs.spec import Spec
@@ -48,7 +48,7 @@ def sign_into(
     """Sign a document in the credential's role, write it to `path`, and store that it was signed.
 
     Raises SigningRefused, OSError, StoreError."""
-    from accept.certificate.signing import sign  # loads pyhanko: only when wanted
+    from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
 
     signed = sign(document, credential, datetime.now(UTC))
     write_atomic(path, signed)

@@ -61,7 +61,7 @@ def drawn(
 ) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.content import content_of
-    from accept.certificate.document import render  # loads reportlab: only when wanted
+    from accept.certificate.page.document import render  # loads reportlab: only when wanted
 
     folder = unit.folder.path if isinstance(unit, LoadedUnit) else unit
     contents = content_of(result, spec, folder, operator, held=contents_of(unit), provenance=provenance)

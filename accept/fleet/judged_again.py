@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from accept.cluster.work import Cluster, WorkerDied
+from accept.base.cluster.work import Cluster, WorkerDied
 from accept.judging.judge_unit import judge_unit
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder

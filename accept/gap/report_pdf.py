@@ -11,11 +11,11 @@ from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageBreak, Page
 
 from accept.gap.reasons import candidates, moved, shift_words
 from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, number
-from accept.pdf import page_style
-from accept.pdf.assemble import assemble
-from accept.pdf.figure_row import FigureRow
-from accept.pdf.fonts import BOLD, REGULAR, fitted, register
-from accept.pdf.page_style import words
+from accept.pictures.pdf import page_style
+from accept.pictures.pdf.assemble import assemble
+from accept.pictures.pdf.figure_row import FigureRow
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
+from accept.pictures.pdf.page_style import words
 from accept.pictures.reduce import reduced
 from checks.gap.decision.panels import errors, panels, responses
 from checks.gap.decision.result import NO_MISSING, Result

@@ -7,6 +7,7 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging import calibration
 from accept.judging.calibration import Statement
+from accept.judging.check_settings import settings_problems
 from accept.judging.result import UnitResult
 from accept.models.evidence import Models
 from accept.units import unit_folder as units
@@ -21,7 +22,6 @@ from checks.errors import ModelError, RecordError
 from checks.model.model import Model
 from checks.picture import Panel
 from checks.quantity import Outcome, Quantity
-from checks.settings import settings_problems
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError

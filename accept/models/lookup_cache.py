@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
+from accept.base.cluster.work import Cluster, WorkerDied
 from accept.base.home import home
-from accept.cluster.work import Cluster, WorkerDied
 from checks.arrays import Array
 from checks.fitting.calibrate import of_damping
 from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies

@@ -1,1 +1,1 @@
-"""Pictures: panels, which are data, drawn with matplotlib for files and for the certificate."""
+"""Pictures: panels, which are data, drawn with matplotlib for files and, by `pdf`, on pages."""

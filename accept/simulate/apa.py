@@ -10,13 +10,13 @@ from accept.simulate.order import UnitRequest
 from accept.simulate.records import Columns, DrivenUnit, slow_record
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.arrays import Array
-from checks.bench_ranges import STACK_V
 from checks.model.electrical import highpass_corner
 from checks.model.time.adc_dac import in_steps
 from checks.model.time.hysteresis_creep import mass_steps, stroke_of
 from checks.model.time.time_response import answer
 from checks.signals.drive import excitation
 from checks.signals.drive.excitation import Rig
+from specs.bench_ranges import STACK_V
 
 UM = 1e-6
 START_V, TOP_V = STACK_V

@@ -5,20 +5,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from accept.certificate import keys
-from accept.certificate.authority import same_person
 from accept.certificate.certify import certify, sign_into
 from accept.certificate.examine import drawn
-from accept.certificate.keys import QA, TECHNICIAN, Credential
 from accept.certificate.provenance import provenance_of
-from accept.certificate.revocation import FILE, kept
-from accept.certificate.signing import SigningRefused
-from accept.certificate.spec_approval import approval_of
-from accept.certificate.timestamp import VARIABLE
+from accept.certificate.signature.signing import SigningRefused
+from accept.certificate.signature.timestamp import VARIABLE
+from accept.certificate.trust import keys
+from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
+from accept.certificate.trust.revocation import FILE, kept
+from accept.certificate.trust.spec_approval import approval_of
+from accept.certificate.verify.against_store import check_copies
+from accept.certificate.verify.rejudge import read_certificate, verify_file
+from accept.certificate.verify.verification import Verification
 from accept.store import fold
-from accept.verify.against_store import check_copies
-from accept.verify.rejudge import read_certificate, verify_file
-from accept.verify.verification import Verification
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import certificate_name
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from accept.base.version import code_sha256
 from accept.certificate import events
-from accept.certificate.commissioning import commissioned
+from accept.certificate.trust.commissioning import commissioned
 from accept.gap.attach_to_result import PREFIX, on_certificate
 from accept.judging.calibration import Statement, statement
 from accept.judging.copies import copies_of, withheld, withhold_others

@@ -7,7 +7,6 @@ import numpy as np
 from checks.acceptance.common.piezo_lag import vet_lag, vet_noise
 from checks.acceptance.common.typed_value import stated
 from checks.arrays import Array
-from checks.bench_ranges import GAIN_UM_PER_V, RECORDED_V
 from checks.cause import Cause, NoResult, because
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel, PanelKind
@@ -16,6 +15,7 @@ from checks.record import Record
 from checks.signals.regression import least_squares
 from checks.signals.slow.cycles import Cycle, last_cycles
 from checks.signals.slow.loops import ScalarEstimate, longest_stand, thin
+from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V
 from specs.spec import CheckSpec
 
 UM = 1e-6

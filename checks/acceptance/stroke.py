@@ -9,7 +9,6 @@ from checks.acceptance import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
 from checks.acceptance.common.typed_value import stated, typed_quantity, with_stated
 from checks.arrays import Array
-from checks.bench_ranges import STACK_V
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
 from checks.errors import RecordError
@@ -18,6 +17,7 @@ from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.slow import loops
 from checks.signals.slow.loops import Branch, ScalarEstimate
+from specs.bench_ranges import STACK_V
 from specs.spec import CheckSpec
 
 UM = 1e-6

@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from checks.bench_ranges import AMPLIFIER_GAIN, STACK_V, STATIC_HZ
 from checks.quantity import Quantity
+from specs.bench_ranges import AMPLIFIER_GAIN, STACK_V, STATIC_HZ
 
 Known = Mapping[str, Quantity]
 """Measured quantities of a unit by name, those with a value only."""

@@ -9,7 +9,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import commissioning, keys
+from accept.certificate.trust import commissioning, keys
 from accept.commands.bench.hw import ask_at_terminal, bench_path
 from accept.commands.trust.bench_keys import passphrase_of
 from hw.errors import InstrumentError

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.cluster.connect import connected
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.fleet.tables import check, show, write
 from accept.fleet import judged_again, matched_sets

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.base.cluster.connect import connected
+from accept.base.cluster.work import WorkerDied
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
-from accept.cluster.connect import connected
-from accept.cluster.work import WorkerDied
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines

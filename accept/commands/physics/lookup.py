@@ -5,10 +5,10 @@ from pathlib import Path
 
 from rich.table import Table as Rows
 
+from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.cluster.connect import connected
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model

@@ -9,10 +9,10 @@ from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.commands.physics.model import model_for
+from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.report import document, lines, render, write_population
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import DEFAULT_MODEL
-from accept.population.learn import learn_population, measured_units
-from accept.population.report import document, lines, render, write_population
 from accept.units.unit_folder import read
 
 MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from accept.base.console import say
 from accept.base.operator_name import operator_name
-from accept.certificate import keys
-from accept.certificate.authority import same_person
-from accept.certificate.keys import TECHNICIAN, Credential, KeysError
+from accept.certificate.trust import keys
+from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
 from specs.files import read_bounded
 
 DEMO = "demo"  # keys and events of the demo, apart from those of the bench: a demo must never sign as the bench

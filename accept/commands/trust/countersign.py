@@ -6,15 +6,15 @@ from pathlib import Path
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import keys
 from accept.certificate.certify import sign_into
-from accept.certificate.keys import QA
+from accept.certificate.trust import keys
+from accept.certificate.trust.keys import QA
+from accept.certificate.verify.rejudge import read_certificate
+from accept.certificate.verify.verification import Validity
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
-from accept.verify.rejudge import read_certificate
-from accept.verify.verification import Validity
 
 
 @clear_errors

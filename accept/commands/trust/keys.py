@@ -11,8 +11,8 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import key_changes, keys
-from accept.certificate.keys import QA
+from accept.certificate.trust import key_changes, keys
+from accept.certificate.trust.keys import QA
 from accept.commands.trust.bench_keys import passphrase_of, terminal_prompt
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"

@@ -10,13 +10,13 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, one_line, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import attachments
 from accept.certificate.errors import InvalidCertificate
+from accept.certificate.verify import attachments
+from accept.certificate.verify.rejudge import read_certificate
 from accept.judging.copies import RESOLVED, resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
 from accept.store.seal import head_problem
-from accept.verify.rejudge import read_certificate
 
 
 @clear_errors

@@ -7,12 +7,12 @@ from pathlib import Path
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import keys
-from accept.certificate.revocation import beside, revoked_in
+from accept.certificate.trust import keys
+from accept.certificate.trust.revocation import beside, revoked_in
+from accept.certificate.verify.against_store import check_copies, store_is_there
+from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
+from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.commands.trust.bench_keys import DEMO
-from accept.verify.against_store import check_copies, store_is_there
-from accept.verify.rejudge import read_certificate, rejudge, rejudge_demo
-from accept.verify.verification import Validity, Verification, verify
 from specs.errors import AcceptError
 from specs.spec import load
 

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
+from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import explanations, reasons, units_table
-from accept.cluster.connect import connected
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec

@@ -13,6 +13,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import engines, judge_batch
 from accept.batch.table import reasons, units_table
+from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.gap.text import gap_of, in_order, one_line
 from accept.judging.judge_unit import load_spec
@@ -20,7 +21,6 @@ from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut
 from accept.simulate.unit import TRUTH_FILE
 from accept.store import open_store
-from accept.verify.rejudge import is_valid_demo, ready
 
 
 @clear_errors

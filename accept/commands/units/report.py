@@ -10,12 +10,12 @@ from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.table import reasons
-from accept.certificate import keys
 from accept.certificate.certify import certify
 from accept.certificate.examine import examine
 from accept.certificate.provenance import provenance_of
-from accept.certificate.revocation import FILE, kept
-from accept.certificate.spec_approval import approval_of
+from accept.certificate.trust import keys
+from accept.certificate.trust.revocation import FILE, kept
+from accept.certificate.trust.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions

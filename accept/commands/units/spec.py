@@ -10,8 +10,8 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import keys, spec_approval
-from accept.certificate.keys import QA
+from accept.certificate.trust import keys, spec_approval
+from accept.certificate.trust.keys import QA
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.judging.check_docs import all_checks

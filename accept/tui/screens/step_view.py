@@ -6,6 +6,7 @@ from textual.widgets import Static
 
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
+from accept.tui.labels import label_of
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.page import Page
 from accept.tui.widgets.findings import Findings, missing_words
@@ -18,7 +19,6 @@ from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.section import missing_labels, ready
 from accept.workflow.worker.judging import Elsewhere
-from checks.labels import label_of
 from specs.spec import Limit
 
 

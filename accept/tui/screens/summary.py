@@ -8,21 +8,21 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Footer, Label, Static
 
-from accept.certificate import keys
+from accept.certificate.trust import keys
+from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
+from accept.tui.labels import label_of
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.unit_bar import UnitBar
-from accept.verify.verification import Validity, Verification
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
-from checks.labels import label_of
 from checks.verdict import Finding, Verdict
 
 _OUTCOMES = {

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from checks.acceptance.common.piezo_lag import ALIKE
 from checks.acceptance.responses.rules import OUTPUTS, ResponseSettings
 from checks.arrays import Array
-from checks.bench_ranges import STATIC_HZ
 from checks.cause import Cause, NoResult
 from checks.quantity import Quantity
 from checks.record import Record
 from checks.signals.spectral.frf import Frf
+from specs.bench_ranges import STATIC_HZ
 
 UM = 1e-6
 ABOUT_MERGE = np.sqrt(2.0)  # half an octave to either side, where both bands are driven

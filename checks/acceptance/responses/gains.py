@@ -14,7 +14,6 @@ from checks.acceptance.responses.rules import (
     ResponseSettings,
     coherent_up_to,
 )
-from checks.bench_ranges import STATIC_HZ
 from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.errors import ModelError
@@ -24,6 +23,7 @@ from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from checks.signals.spectral.frf import Frf
 from checks.verdict import bounds
+from specs.bench_ranges import STATIC_HZ
 from specs.model import load_model
 from specs.spec import CheckSpec
 from specs.strict import SpecError

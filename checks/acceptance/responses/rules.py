@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from checks.acceptance.common.sampling_rate import SAMPLING
 from checks.arrays import Array
-from checks.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
 from checks.record import Record
 from checks.signals.record_checks import ChannelDelay, Expected, dead, delay, mismatches, overload, responds
 from checks.signals.spectral.frf import Frf
+from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
 from specs.spec import CheckSpec
 
 OUTPUTS = ("Vs", "de", "da")

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from checks.arrays import Array
-from checks.bench_ranges import DAC_V, STACK_V
 from checks.signals.drive import multisine as ms
 from checks.signals.drive.ramps import fade, ramp
 from checks.signals.drive.shapes import AmplitudeShape, Flat
+from specs.bench_ranges import DAC_V, STACK_V
 from specs.errors import AcceptError
 
 MAX_SAMPLES = 20_000_000  # half an hour at 10 kHz; 160 MB as doubles

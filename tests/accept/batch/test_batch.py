@@ -17,8 +17,8 @@ from accept.base.home import home
 from accept.batch.engines import processes
 from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.content import content_of
-from accept.certificate.document import render
-from accept.certificate.signing import sign
+from accept.certificate.page.document import render
+from accept.certificate.signature.signing import sign
 from accept.cli.main import app
 from accept.commands.trust.bench_keys import demo_credential
 from accept.judging.judge_unit import judge_unit, load_spec

@@ -18,11 +18,11 @@ from pathlib import Path
 import pytest
 
 from accept.batch import judge_batch
-from accept.certificate import keys
-from accept.certificate.keys import TECHNICIAN
+from accept.certificate.trust import keys
+from accept.certificate.trust.keys import TECHNICIAN
+from accept.certificate.verify.rejudge import verify_file
 from accept.judging.judge_unit import load_spec
 from accept.store import fold, open_store
-from accept.verify.rejudge import verify_file
 from tests.accept.batch.killing import Points, fork
 from tests.accept.units.units import GOOD, make_unit
 from tests.soak import SOAK

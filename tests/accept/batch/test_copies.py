@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.certificate import encrypted_key, keys
+from accept.certificate.trust import encrypted_key, keys
 from accept.cli.main import app
 from accept.store import fold, open_store
 from hw.records import csv_bytes

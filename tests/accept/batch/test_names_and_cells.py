@@ -89,7 +89,7 @@ def test_keys_that_others_can_read_are_warned_of(tmp_path: Path, monkeypatch: py
     from typer.testing import CliRunner
 
     from accept.base.home import home
-    from accept.certificate import encrypted_key, keys
+    from accept.certificate.trust import encrypted_key, keys
     from accept.cli.main import app
     from tests.accept.units.units import make_unit
 
@@ -105,7 +105,7 @@ def test_keys_that_others_can_read_are_warned_of(tmp_path: Path, monkeypatch: py
 def test_every_font_of_a_certificate_is_embedded(tmp_path: Path) -> None:
     from pypdf import PdfReader
 
-    from accept.certificate.document import render
+    from accept.certificate.page.document import render
     from tests.accept.certificate.certificate_help import certificate_contents
 
     path = tmp_path / "a.pdf"

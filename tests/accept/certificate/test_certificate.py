@@ -17,10 +17,10 @@ from pypdf import PdfReader
 
 from accept.certificate import content as certificate_content
 from accept.certificate.content import CertificateContent, ContentError, content_of
-from accept.certificate.document import render
-from accept.certificate.fixed_parts import code_text, field_rectangles, summary
-from accept.pdf.limit_bar import _view
-from accept.pdf.numbers import limits, risk, title_of, value_and_U
+from accept.certificate.page.document import render
+from accept.certificate.page.fixed_parts import code_text, field_rectangles, summary
+from accept.pictures.pdf.limit_bar import _view
+from accept.pictures.pdf.numbers import limits, risk, title_of, value_and_U
 from tests.accept.certificate.certificate_help import (
     RECORD,
     SPEC_TEXT,
@@ -60,7 +60,7 @@ def test_equal_bytes_in_another_process(made: CertificateContent, tmp_path: Path
         "from pathlib import Path\n"
         "from dataclasses import replace\n"
         "from tests.accept.certificate.certificate_help import certificate_contents\n"
-        "from accept.certificate.document import render\n"
+        "from accept.certificate.page.document import render\n"
         "made = certificate_contents(Path(sys.argv[2]))\n"
         "print(hashlib.sha256(render(replace(made, code_sha256='c' * 64))).hexdigest())"
     )

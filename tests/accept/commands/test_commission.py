@@ -9,7 +9,7 @@ import pytest
 
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate import commissioning, keys
+from accept.certificate.trust import commissioning, keys
 from accept.commands.bench import commission as command
 from accept.judging import calibration
 from hw.instruments import open_instrument

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.certificate import encrypted_key
+from accept.certificate.trust import encrypted_key
 from accept.cli.main import app
 from accept.store import NewEvent, StoreError, open_store
 from accept.store.event import Event, digest

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.version import code_sha256
-from accept.certificate import keys
+from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.workflow.state.unit_state import Attempt, fold_run

@@ -8,7 +8,7 @@ import pytest
 from textual.widgets import DataTable, Input
 
 from accept.base.home import home
-from accept.certificate import key_changes, keys
+from accept.certificate.trust import key_changes, keys
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.ask import Question

@@ -9,7 +9,7 @@ from textual.keys import _character_to_key
 from textual.pilot import Pilot
 
 from accept.base.home import home
-from accept.certificate import keys as signing_keys
+from accept.certificate.trust import keys as signing_keys
 from accept.store import open_store
 from accept.tui.widgets.text_entry import TextEntry
 from tests.accept.tui.tui_help import loader, press, running, settled

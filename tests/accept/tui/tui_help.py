@@ -11,7 +11,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input, Label, Static
 from textual.worker import WorkerFailed
 
-from accept.certificate import keys
+from accept.certificate.trust import keys
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
 from accept.workflow.bench import Workbench, open_bench

@@ -163,9 +163,9 @@ def test_a_renewed_calibration_is_judged_again(tmp_path):
 
 def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     """The downgrade is judged again from the dates on the certificate."""
-    from accept.certificate.attachments import Attachments
-    from accept.certificate.result_diff import differences
-    from accept.verify.rejudge import rejudge
+    from accept.certificate.verify.attachments import Attachments
+    from accept.certificate.verify.rejudge import rejudge
+    from accept.certificate.verify.result_diff import differences
 
     folder = make_unit(tmp_path / "U")
     spec = judge_unit.load_spec("apa-basic")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from accept.batch.judge_batch import BatchRequest, run
-from accept.certificate import keys
+from accept.certificate.trust import keys
 from accept.gap import analyse_unit
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.store import open_store

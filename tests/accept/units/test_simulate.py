@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from accept.certificate.attachments import Attachments
 from accept.certificate.errors import InvalidCertificate
+from accept.certificate.verify import rejudge
+from accept.certificate.verify.attachments import Attachments
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
@@ -21,7 +22,6 @@ from accept.simulate.apa import heights
 from accept.simulate.order import drawn
 from accept.simulate.records import DrivenUnit, axial_Hz, noise_record, slow_record
 from accept.units import unit_folder as units
-from accept.verify import rejudge
 from checks.acceptance import CHECKS
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.cause import Cause

@@ -1,0 +1,21 @@
+"""The way from a command to a cluster. Dask is not loaded where none is asked for."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from accept.base.cluster.work import Cluster, ClusterError
+
+
+@contextmanager
+def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
+    """The cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core (`local`),
+    which end with the work; None where none is asked for. Raises ClusterError where nobody answers."""
+    if where is None:
+        yield None
+        return
+    try:
+        from accept.base.cluster import dask_workers
+    except ImportError as e:
+        raise ClusterError(f"--cluster {where}: Dask is not installed ({e}): pip install 'accept[cluster]'") from e
+    with dask_workers.connected(where, say) as cluster:
+        yield cluster

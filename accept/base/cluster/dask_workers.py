@@ -1,0 +1,213 @@
+"""A Dask cluster that works off one item after the other; what comes back is the same as on this machine alone.
+
+Each worker process tells the scheduler which code it runs (`Labelled`), as a resource of which it has one: an item asks
+for one of the coordinator's own code. So a worker with other code is given nothing, and no worker has two items at
+once, however many threads it was started with. A worker that dies costs only time: the scheduler gives its item to
+another one, and an item that took several workers with it is given up. A scheduler that is restarted has forgotten
+everything: what had not come back is handed in again.
+"""
+
+import os
+import queue
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, WorkerPlugin
+
+from accept.base.cluster.work import ClusterError, WorkerDied, WorkFailed
+from accept.base.version import code_sha256
+
+T = TypeVar("T")
+R = TypeVar("R")
+Out = dict[Future[Any], T]  # what was handed in and has not come back
+Back = queue.SimpleQueue[Future[Any]]
+Say = Callable[[str], None]
+
+_LOST = object()
+LOCAL = "local"
+CONNECT_S = 15.0
+AWAY_S = 120.0  # how long a scheduler may be away, or without a worker, before the work is given up
+LOOK_S = 1.0  # between two looks at who works
+NEW_S = 5.0  # a worker that just came has not told its code yet
+AHEAD = 3  # items handed in per worker: one in work, others at hand while results travel
+
+
+@dataclass(frozen=True)
+class _Raised:
+    """The traceback of an error in a worker."""
+
+    words: str
+
+
+class Labelled(WorkerPlugin):
+    """Tells the scheduler which code a worker runs. Only its name is sent: the worker runs what its own code has."""
+
+    name = "accept-code"
+    idempotent = True
+
+    async def setup(self, worker: Any) -> None:
+        await worker.set_resources(**{code_sha256(): 1.0})
+
+
+class DaskWorkers:
+    """The workers of a scheduler. Raises ClusterError where none answers."""
+
+    def __init__(self, where: str, scheduler: str | LocalCluster, say: Say) -> None:
+        self._where, self._scheduler, self._say = where, scheduler, say
+        try:
+            self._client = _client(scheduler)
+        except Exception as e:  # something else than Dask may listen there: what its bytes lead to, nobody knows
+            raise ClusterError(f"{where}: no Dask scheduler answers; `dask scheduler` starts one") from e
+        self._looked = 0.0
+        self._ours, self._others = 0, dict[str, float]()  # workers of our code; others, and since when they are here
+        self._told: set[str] = set()
+        self._idle_since = time.monotonic()
+
+    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | WorkerDied]]:
+        """As `Cluster.unordered`."""
+        self._label()
+        left, more = iter(items), True
+        out: Out[T] = {}
+        back: Back = queue.SimpleQueue()
+        while more or out:
+            while more and len(out) < AHEAD * max(1, self._workers()):
+                more, item = _next(left)
+                if more:
+                    self._hand_in(work, item, out, back)
+            future = _first(back)
+            if future in out and not future.cancelled():
+                found = _outcome(future)
+                if found is _LOST:
+                    back.put(future)  # asked for again, or cancelled in a moment
+                else:
+                    yield out.pop(future), found
+            lost = [future for future in out if future.cancelled()]
+            if lost:
+                self._reconnected()
+                for future in lost:
+                    self._hand_in(work, out.pop(future), out, back)
+
+    def close(self) -> None:
+        """Let go of the scheduler."""
+        with suppress(Exception):  # it may be gone
+            self._client.close(timeout=5)
+
+    def _hand_in(self, work: Callable[[T], R], item: T, out: "Out[T]", back: "Back") -> None:
+        future = self._client.submit(_guarded, work, item, pure=False, resources={code_sha256(): 1.0})
+        out[future] = item
+        future.add_done_callback(back.put)
+
+    def _label(self) -> None:
+        with suppress(Exception):  # a worker without this module cannot load it: it stays without a label
+            self._client.register_plugin(Labelled())
+
+    def _workers(self) -> int:
+        """How many run our code. Raises ClusterError where there has been none for too long."""
+        now = time.monotonic()
+        if now - self._looked > LOOK_S:
+            self._looked = now
+            self._look(now)
+        if self._ours:
+            self._idle_since = now
+        elif now - self._idle_since > AWAY_S:
+            raise ClusterError(f"{self._where}: no worker runs this version of accept{self._why_none()}")
+        return self._ours
+
+    def _look(self, now: float) -> None:
+        try:
+            there = self._client.scheduler_info(n_workers=-1)["workers"]
+        except (OSError, TimeoutError, KeyError):
+            return
+        ours = {address for address, one in there.items() if code_sha256() in one["resources"]}
+        self._ours = len(ours)
+        self._others = {a: self._others.get(a, now) for a in there if a not in ours}
+        for address, since in self._others.items():
+            if now - since > NEW_S and address not in self._told:
+                self._told.add(address)
+                self._say(f"worker {address} runs another version of the code: refused, it is given no work")
+
+    def _why_none(self) -> str:
+        return f" ({len(self._others)} run another one; update them)" if self._others else " (there is none at all)"
+
+    def _reconnected(self) -> None:
+        """Wait until the scheduler is there again. Raises ClusterError."""
+        self._say(f"{self._where}: the scheduler was lost; what had not come back is handed in again")
+        deadline = time.monotonic() + AWAY_S
+        self.close()
+        while True:
+            try:
+                self._client = _client(self._scheduler)
+                break
+            except Exception as e:
+                if time.monotonic() > deadline:
+                    words = "the scheduler stays away; what came back is stored, run again"
+                    raise ClusterError(f"{self._where}: {words}") from e
+        self._idle_since = time.monotonic()
+        self._label()
+
+
+def _next(left: Iterator[T]) -> tuple[bool, Any]:
+    try:
+        return True, next(left)
+    except StopIteration:
+        return False, None
+
+
+def _first(back: Back) -> Future[Any] | None:
+    """One that came back, or None where none did for a while."""
+    try:
+        return back.get(timeout=LOOK_S)
+    except queue.Empty:
+        return None
+
+
+def _guarded(work: Callable[[T], R], item: T) -> R | _Raised:
+    """In a worker. Dask sends errors home as objects and loses its way over some: words are enough."""
+    try:
+        return work(item)
+    except Exception:  # noqa: BLE001
+        return _Raised(traceback.format_exc())
+
+
+def _outcome(future: Future[Any]) -> Any:
+    """What came back, `_LOST` where the way to it is broken. Raises WorkFailed for what the work raised."""
+    if future.status == "error":
+        error = future.exception()
+        if isinstance(error, KilledWorker):
+            return WorkerDied(str(error))
+        raise WorkFailed(repr(error))
+    try:
+        found = future.result()
+    except (CancelledError, OSError, TimeoutError):
+        return _LOST
+    if isinstance(found, _Raised):
+        raise WorkFailed(found.words)
+    return found
+
+
+@contextmanager
+def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
+    """As `accept.base.cluster.connect.connected`."""
+    local = _local_workers() if where == LOCAL else None
+    try:
+        workers = DaskWorkers(where, local or where, say)
+        try:
+            yield workers
+        finally:
+            workers.close()
+    finally:
+        if local is not None:
+            local.close(timeout=10)
+
+
+def _local_workers() -> LocalCluster:
+    count = os.cpu_count()
+    return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0")
+
+
+def _client(scheduler: str | LocalCluster) -> Client:
+    return Client(scheduler, timeout=CONNECT_S, set_as_default=False)

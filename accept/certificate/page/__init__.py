@@ -1,0 +1,1 @@
+"""The page: what is the same on each, its body, and the whole document to the byte."""

@@ -1,0 +1,108 @@
+"""A certificate's content as an unsigned PDF. Equal contents give equal bytes."""
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+from reportlab.lib.units import mm
+from reportlab.pdfgen.canvas import Canvas
+from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
+
+from accept.certificate.content import CertificateContent
+from accept.certificate.page import body, fixed_parts
+from accept.pictures.pdf import page_style
+from accept.pictures.pdf.assemble import assemble
+from accept.pictures.pdf.figure_row import FigureRow
+from accept.pictures.pdf.fonts import register
+
+_ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
+_SPACE_ABOVE = 5.0  # pt
+
+
+class _Canvas(Canvas):  # type: ignore[misc]  # reportlab has no types
+    """Holds the pages back until their number is known, for "page x of y"."""
+
+    contents: CertificateContent
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._held: list[dict[str, Any]] = []
+
+    def showPage(self) -> None:
+        self._held.append(dict(self.__dict__))
+        self._startPage()
+
+    def save(self) -> None:
+        for number, held in enumerate(self._held, 1):
+            self.__dict__.update(held)
+            fixed_parts.footer(self, self.contents, number, len(self._held))
+            super().showPage()
+        super().save()
+
+
+def render(contents: CertificateContent) -> bytes:
+    """The unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
+    register()
+    panels = list(contents.pictures.values())
+    above = [*body.identity(contents), *body.findings(contents)]
+    more = [*body.explanation(contents), *body.information(contents), *body.budgets(contents)]
+    below = [*more, *body.remarks(contents)]
+    columns = 2 if len(panels) in (1, 2, 4) else 3
+    rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
+    height = _row_height(_height(above), _height(below), len(rows))
+    figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
+    text = _build(contents, [*above, *figures, *below])
+    return assemble(
+        text,
+        contents.attachments(),
+        fixed_parts.field_rectangles(),
+        _title(contents),
+    )
+
+
+def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
+    buffer = io.BytesIO()
+    document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
+    first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, contents))
+    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, contents))
+    first.autoNextPageTemplate = "later"
+    document.addPageTemplates([first, later])
+    document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"contents": contents}))
+    return buffer.getvalue()
+
+
+def _first_frame() -> tuple[float, float]:
+    """(bottom, height) of the text on the first page."""
+    bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
+    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
+
+
+def _later_frame() -> tuple[float, float]:
+    bottom = page_style.MARGIN + page_style.FOOTER
+    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
+
+
+def _frame(place: tuple[float, float]) -> Frame:
+    bottom, height = place
+    return Frame(page_style.MARGIN, bottom, page_style.INNER, height, 0, 0, 0, 0)
+
+
+def _row_height(above: float, below: float, rows: int) -> float:
+    """Height [mm] of a row of panels between text of these heights [pt]: all on the first page where that can be read,
+    else as many rows on it as can be read, filling it."""
+    least, most = _ROW_HEIGHTS
+    free: float = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
+    if rows and (free - below / mm) / rows >= least:
+        return float(min((free - below / mm) / rows, most))
+    fitting = min(int(free / least), rows)
+    return min(free / fitting, most) if fitting > 0 else most
+
+
+def _height(flowables: Sequence[Flowable]) -> float:
+    """Height [pt] of text, at most: neighbours share some of the space between them."""
+    height: float = sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
+    return height
+
+
+def _title(contents: CertificateContent) -> str:
+    return f"Acceptance certificate {contents.serial}: {contents.result['verdict']}"

@@ -1,0 +1,178 @@
+"""What stands on a certificate's pages at fixed places: head, verdict, signature boxes, code, footer."""
+
+from collections.abc import Mapping
+from itertools import groupby
+from typing import Any
+
+from reportlab.graphics.barcode.qr import QrCodeWidget
+from reportlab.lib.units import mm
+from reportlab.lib.utils import simpleSplit
+from reportlab.pdfgen.canvas import Canvas
+
+from accept.certificate.content import CertificateContent
+from accept.pictures.pdf import page_style
+from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitted
+from accept.pictures.pdf.numbers import title_of
+
+TECHNICIAN, QA = "technician", "qa"
+BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
+_BOX = (187, 71)  # pt, whole numbers because pyhanko rounds the box of an appearance
+_CODE = 29 * mm
+_TOP = page_style.HEIGHT - page_style.MARGIN
+
+
+def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
+    """Signature field -> (left, bottom, right, top) [pt] on the first page."""
+    bottom = page_style.MARGIN + page_style.FOOTER
+    lefts = {name: page_style.MARGIN + nth * (_BOX[0] + 4 * mm) for nth, name in enumerate(BOXES)}
+    return {name: (left, bottom, left + _BOX[0], bottom + _BOX[1]) for name, left in lefts.items()}
+
+
+def code_text(contents: CertificateContent) -> str:
+    """What the square code says: enough to find the record and to see that it is this one."""
+    return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}"
+
+
+def first_page(canvas: Canvas, contents: CertificateContent) -> None:
+    """What does not flow on the first page: title, verdict, signature boxes, code."""
+    _title(canvas, contents)
+    _verdict(canvas, str(contents.result["verdict"]))
+    _boxes(canvas)
+    _code(canvas, contents)
+
+
+def later_page(canvas: Canvas, contents: CertificateContent) -> None:
+    """Head of every other page."""
+    sign = page_style.UNIT_SIGNS[contents.result["verdict"]]
+    canvas.setFont(BOLD, 8)
+    canvas.setFillColor(page_style.INK_COLOUR)
+    line = f"{contents.serial}   {sign.mark} {sign.word}"
+    canvas.setFont(BOLD, fitted(line, BOLD, 8, page_style.INNER))
+    canvas.drawString(page_style.MARGIN, _TOP - 8, line)
+    _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
+
+
+def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) -> None:
+    """Foot of a page, with its number out of how many."""
+    y = page_style.MARGIN
+    _rule(canvas, y + 9)
+    canvas.setFillColor(page_style.GREY_COLOUR)
+    right = f"page {page} of {pages}"
+    left = (
+        f"{contents.serial} · spec {contents.spec_name} {contents.spec_sha256[:12]}"
+        f" · record {contents.record_sha256[:12]}"
+        f" · accept {contents.accept_version} ({contents.code_sha256[:12]}) · check with: accept verify FILE.pdf"
+    )
+    canvas.setFont(REGULAR, fitted(left, REGULAR, 5.8, page_style.INNER - 25 * mm))
+    canvas.drawString(page_style.MARGIN, y, left)
+    canvas.setFont(BOLD, 6.5)
+    canvas.drawRightString(page_style.WIDTH - page_style.MARGIN, y, right)
+
+
+def _title(canvas: Canvas, contents: CertificateContent) -> None:
+    width = page_style.INNER - 96 * mm
+    canvas.setFillColor(page_style.GREY_COLOUR)
+    canvas.setFont(BOLD, 8)
+    demo = contents.provenance.get("demo")
+    title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if demo else "ACCEPTANCE CERTIFICATE"
+    canvas.drawString(page_style.MARGIN, _TOP - 8, title)
+    canvas.setFillColor(page_style.INK_COLOUR)
+    canvas.setFont(BOLD, fitted(contents.serial, BOLD, 30, width))
+    canvas.drawString(page_style.MARGIN, _TOP - 42, contents.serial)
+    kind = f"{str(contents.result['kind']).upper()} · {contents.spec_title}"
+    canvas.setFont(REGULAR, fitted(kind, REGULAR, 8.5, width))
+    canvas.drawString(page_style.MARGIN, _TOP - 57, kind)
+    for nth, line in enumerate(_lines(summary(contents.result), width)):
+        canvas.setFont(BOLD, 7)
+        canvas.drawString(page_style.MARGIN, _TOP - 71 - 9 * nth, line)
+
+
+def summary(result: Mapping[str, Any]) -> str:
+    """Why the unit has its verdict, in a sentence that names the quantities."""
+    by_verdict: dict[str, list[str]] = {}
+    for finding in result["findings"]:
+        by_verdict.setdefault(finding["verdict"], []).append(title_of(finding["quantity"], finding["unit"]))
+    deciding = {"rejected": "fail", "incomplete": "no_result", "conditional": "conditional"}.get(
+        result["verdict"], "pass"
+    )
+    named = by_verdict.get(deciding, [])
+    if result["verdict"] == "accepted":
+        return f"All {sum(f['required'] for f in result['findings'])} required findings pass."
+    words = {"fail": "Outside the limits", "no_result": "No result for", "conditional": "Not decided within U"}[
+        deciding
+    ]
+    return f"{words}: {', '.join(named) or 'nothing was required'}."
+
+
+def _lines(text: str, width: float, most: int = 3) -> list[str]:
+    lines = simpleSplit(text, BOLD, 7, width)
+    return lines if len(lines) <= most else [*lines[: most - 1], lines[most - 1] + " …"]
+
+
+def _verdict(canvas: Canvas, verdict: str) -> None:
+    """Large enough to be read across the room: a filled box, or an empty one where there is no verdict yet."""
+    sign = page_style.UNIT_SIGNS[verdict]
+    width, height = 92 * mm, 26 * mm
+    left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
+    canvas.setFillColor(sign.fill)
+    canvas.setStrokeColor(sign.ink if sign.fill == page_style.WHITE else sign.fill)
+    canvas.setLineWidth(2)
+    canvas.roundRect(left, bottom, width, height, 3 * mm, stroke=1, fill=1)
+    canvas.setFillColor(sign.ink)
+    canvas.setFont(BOLD, 44)
+    canvas.drawCentredString(left + 13 * mm, bottom + height / 2 - 15, sign.mark)
+    room = width - 26 * mm
+    size = fitted(sign.word, BOLD, 40, room)
+    canvas.setFont(BOLD, size)
+    canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
+
+
+def _boxes(canvas: Canvas) -> None:
+    for name, (left, bottom, right, top) in field_rectangles().items():
+        canvas.setFillColor(page_style.INK_COLOUR)
+        canvas.setFont(BOLD, 7)
+        canvas.drawString(left, top + 3, BOXES[name])
+        canvas.setStrokeColor(page_style.GREY_COLOUR)
+        canvas.setLineWidth(0.5)
+        canvas.setDash(2, 2)
+        canvas.rect(left, bottom, right - left, top - bottom)
+        canvas.setDash()
+        canvas.setFillColor(page_style.GREY_COLOUR)
+        canvas.setFont(REGULAR, 7)
+        words = "not signed" if name == TECHNICIAN else "countersignature open"
+        canvas.drawCentredString((left + right) / 2, (bottom + top) / 2 - 2, words)
+
+
+def _code(canvas: Canvas, contents: CertificateContent) -> None:
+    left, bottom = page_style.WIDTH - page_style.MARGIN - _CODE, page_style.MARGIN + page_style.FOOTER + 3 * mm
+    _squares(canvas, code_text(contents), left, bottom)
+    canvas.setFillColor(page_style.GREY_COLOUR)
+    digest = contents.record_sha256
+    size = fitted(digest[:32], MONO, 5, _CODE)
+    canvas.setFont(MONO, size)
+    for nth in range(2):
+        canvas.drawString(left, bottom - 5 - (size + 0.6) * nth, digest[32 * nth : 32 * nth + 32])
+
+
+def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
+    """The code as one path, a rectangle for each run of dark squares: one for each square is slow."""
+    code: Any = QrCodeWidget(text, barLevel="M").qr
+    code.make()
+    side = _CODE / len(code.modules)
+    path = canvas.beginPath()
+    for row, dark in enumerate(code.modules):
+        y = bottom + _CODE - (row + 1) * side
+        column = 0
+        for is_dark, run in groupby(dark):
+            length = len(list(run))
+            if is_dark:
+                path.rect(left + column * side, y, length * side, side)
+            column += length
+    canvas.setFillColor(page_style.INK_COLOUR)
+    canvas.drawPath(path, stroke=0, fill=1)
+
+
+def _rule(canvas: Canvas, y: float) -> None:
+    canvas.setStrokeColor(page_style.PALE_COLOUR)
+    canvas.setLineWidth(0.6)
+    canvas.line(page_style.MARGIN, y, page_style.WIDTH - page_style.MARGIN, y)

@@ -1,0 +1,144 @@
+"""PAdES signatures: the technician certifies the document, quality assurance countersigns it; both only append."""
+
+import asyncio
+import io
+from datetime import datetime
+
+from asn1crypto import keys as asn1_keys
+from asn1crypto import x509 as asn1_x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
+from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
+from pyhanko.pdf_utils.misc import PdfError
+from pyhanko.pdf_utils.reader import PdfFileReader
+from pyhanko.sign.fields import MDPPerm, SigSeedSubFilter, enumerate_sig_fields
+from pyhanko.sign.general import SigningError
+from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner, Signer, SimpleSigner
+from pyhanko.sign.signers.pdf_cms import PdfCMSSignedAttributes
+from pyhanko.sign.timestamps import TimeStamper
+from pyhanko.sign.timestamps.common_utils import TimestampRequestError
+from pyhanko_certvalidator.registry import SimpleCertificateStore
+
+from accept.certificate.page.fixed_parts import field_rectangles
+from accept.certificate.signature import stamp, timestamp
+from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
+from specs.errors import AcceptError
+
+RESERVED = 4096  # bytes of the hole; our CMS takes some 2000
+P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
+_REASONS = {TECHNICIAN: "measured and judged", QA: "reviewed and countersigned"}
+_BEFORE = {TECHNICIAN: [], QA: [TECHNICIAN]}
+
+
+class SigningRefused(AcceptError, ValueError):
+    """A document that must not be signed in this role now; the text says why."""
+
+
+class LowS(Signer):
+    """Mix-in before any ECDSA signer: s goes to the lower half. Of the two valid values of s one is written, so that
+    nobody can swap it for the other; `verify` takes no other."""
+
+    async def async_sign_raw(self, data: bytes, digest_algorithm: str, dry_run: bool = False) -> bytes:
+        r, s = decode_dss_signature(await super().async_sign_raw(data, digest_algorithm, dry_run))
+        return encode_dss_signature(r, min(s, P256_ORDER - s))
+
+
+class _Signer(LowS, SimpleSigner):
+    """ECDSA with the nonce of [RFC6979]."""
+
+    def sign_raw(self, data: bytes, digest_algorithm: str) -> bytes:
+        key = serialization.load_der_private_key(self.signing_key.dump(), password=None)
+        if not isinstance(key, ec.EllipticCurvePrivateKey) or digest_algorithm != "sha256":
+            raise SigningError(f"certificates are signed with P-256 and SHA-256, not {digest_algorithm}")
+        return key.sign(data, ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
+
+
+def sign(
+    pdf: bytes,
+    credential: Credential,
+    when: datetime,
+    signer: Signer | None = None,
+    stamping: TimeStamper | None = None,
+) -> bytes:
+    """The document with one more signature; the bytes before it stay as they are.
+
+    when : time of signing with its zone; the bench's clock.
+    signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
+    stamping : asked for a trusted timestamp in place of the credential's authority.
+    Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
+    certificate, or no timestamp where one is wanted.
+    """
+    if when.tzinfo is None:
+        raise SigningRefused("the time of signing has no time zone")
+    valid_to = credential.certificate.not_valid_after_utc
+    if not credential.certificate.not_valid_before_utc <= when <= valid_to:
+        words = f"the key of {credential.person}, valid to {valid_to:%Y-%m-%d}, is not valid at {when:%Y-%m-%d %H:%M}"
+        raise SigningRefused(f"{words} UTC; what it signs would not verify")
+    try:
+        _check_order(pdf, credential.role)
+        asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
+        moment = when.replace(microsecond=0)
+        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked))
+    except (TimestampRequestError, OSError) as e:
+        raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
+    except (PdfError, SigningError) as e:
+        raise SigningRefused(f"cannot be signed as {credential.role}: {e}") from e
+
+
+def _check_order(pdf: bytes, role: str) -> None:
+    reader = PdfFileReader(io.BytesIO(pdf))
+    filled = [name for name, value, _ in enumerate_sig_fields(reader) if value is not None]
+    if filled != _BEFORE[role]:
+        have = ", ".join(filled) or "nobody"
+        need = ", ".join(_BEFORE[role]) or "nobody"
+        raise SigningRefused(f"signed by {have}; {role} signs after {need}")
+
+
+async def _append(
+    pdf: bytes, credential: Credential, when: datetime, by: Signer, stamping: TimeStamper | None = None
+) -> bytes:
+    room = RESERVED + (timestamp.LARGEST if stamping else 0)
+    left, bottom, right, top = field_rectangles()[credential.role]
+    signer = PdfSigner(
+        _metadata(credential),
+        signer=by,
+        timestamper=stamping,
+        stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
+    )
+    session = signer.init_signing_session(IncrementalPdfFileWriter(io.BytesIO(pdf)), existing_fields_only=True)
+    session.system_time = when
+    document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
+    out = io.BytesIO()
+    prepared, _ = document.digest_tbs_document(output=out)
+    attributes = PdfCMSSignedAttributes(signing_time=when)
+    await document.perform_signature(prepared.document_digest, pdf_cms_signed_attrs=attributes)
+    return out.getvalue()
+
+
+def _metadata(credential: Credential) -> PdfSignatureMetadata:
+    """The technician certifies: from then on only the other signature field may be filled, and after it nothing."""
+    return PdfSignatureMetadata(
+        field_name=credential.role,
+        md_algorithm="sha256",
+        name=credential.person,
+        reason=_REASONS[credential.role],
+        subfilter=SigSeedSubFilter.PADES,
+        certify=credential.role == TECHNICIAN,
+        docmdp_permissions=MDPPerm.FILL_FORMS if credential.role == TECHNICIAN else MDPPerm.NO_CHANGES,
+    )
+
+
+def _signer(credential: Credential) -> Signer:
+    if credential.key is None:
+        raise SigningRefused(f"no key found to sign as {credential.role}")
+    certificate, root = (
+        asn1_x509.Certificate.load(c.public_bytes(serialization.Encoding.DER))
+        for c in (credential.certificate, credential.ca)
+    )
+    plain = credential.key.private_bytes(
+        serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    store = SimpleCertificateStore()  # type: ignore[no-untyped-call]
+    store.register(root)
+    return _Signer(certificate, asn1_keys.PrivateKeyInfo.load(plain), store)

@@ -1,0 +1,81 @@
+"""What a signature looks like on the page: who, as what, when, with which key."""
+
+import io
+from datetime import UTC, datetime
+
+from pyhanko.pdf_utils import layout
+from pyhanko.pdf_utils.content import PdfContent
+from pyhanko.pdf_utils.layout import BoxConstraints
+from pyhanko.pdf_utils.reader import PdfFileReader
+from pyhanko.stamp import StaticStampStyle
+from reportlab.pdfgen.canvas import Canvas
+
+from accept.certificate.page.fixed_parts import BOXES
+from accept.certificate.trust import authority
+from accept.certificate.trust.keys import Credential
+from accept.pictures.pdf import page_style
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
+
+_WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed"}
+
+
+class _Page(PdfContent):
+    """The first page of a PDF held in memory."""
+
+    def __init__(self, pdf: bytes) -> None:
+        super().__init__()
+        self._pdf = pdf
+
+    def render(self) -> bytes:
+        form = self._ensure_writer.import_page_as_xobject(PdfFileReader(io.BytesIO(self._pdf)))
+        self.resources.xobject["/Stamp"] = form
+        left, bottom, right, top = form.get_object()["/BBox"]
+        self.box = BoxConstraints(width=right - left, height=top - bottom)
+        return b"/Stamp Do"
+
+
+def style(credential: Credential, when: datetime, size: tuple[float, float]) -> StaticStampStyle:
+    """Appearance of a signature for pyhanko, as large as its box [pt]."""
+    return StaticStampStyle(
+        border_width=0,
+        background=_Page(_draw(credential, when, size)),
+        background_opacity=1.0,
+        background_layout=layout.SimpleBoxLayoutRule(
+            x_align=layout.AxisAlignment.ALIGN_MIN,
+            y_align=layout.AxisAlignment.ALIGN_MIN,
+            margins=layout.Margins(),
+        ),
+    )
+
+
+def _draw(credential: Credential, when: datetime, size: tuple[float, float]) -> bytes:
+    register()
+    buffer = io.BytesIO()
+    canvas = Canvas(buffer, pagesize=size, invariant=1)
+    width, height = size
+    canvas.setFillColor(page_style.WHITE)
+    canvas.setStrokeColor(page_style.INK_COLOUR)
+    canvas.setLineWidth(0.8)
+    canvas.rect(0.4, 0.4, width - 0.8, height - 0.8, stroke=1, fill=1)
+    lines = (
+        (credential.person, BOLD, 12.0, page_style.INK_COLOUR),
+        (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, page_style.INK_COLOUR),
+        (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, 8.0, page_style.INK_COLOUR),
+        (
+            f"certificate sha256 {authority.fingerprint(credential.certificate)[:32]}",
+            REGULAR,
+            5.4,
+            page_style.GREY_COLOUR,
+        ),
+        (f"issued by {authority.person_of(credential.ca)}", REGULAR, 5.4, page_style.GREY_COLOUR),
+    )
+    y = height - 6.0
+    for text, font, largest, colour in lines:
+        points = fitted(text, font, largest, width - 14)
+        y -= largest * 1.22
+        canvas.setFillColor(colour)
+        canvas.setFont(font, points)
+        canvas.drawString(7, y, text)
+    canvas.showPage()
+    canvas.save()
+    return buffer.getvalue()

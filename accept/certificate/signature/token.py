@@ -1,0 +1,51 @@
+"""Signing with a key that never leaves its token (PKCS#11). Needs `python-pkcs11`, which the bench does without."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from asn1crypto import x509 as asn1_x509
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
+from pyhanko.config.pkcs11 import TokenCriteria
+from pyhanko.sign.pkcs11 import PKCS11Signer, open_pkcs11_session
+from pyhanko_certvalidator.registry import CertificateStore, SimpleCertificateStore
+
+from accept.certificate.signature.signing import LowS
+from accept.certificate.trust.keys import Credential
+
+
+@dataclass(frozen=True)
+class Token:
+    """Where the key is: library of the token's maker, label of the token, label of the key (EC P-256)."""
+
+    library: str
+    label: str
+    key_label: str
+
+
+class TokenSigner(LowS, PKCS11Signer):
+    """Carries just the signer's and the CA's certificate: pyhanko would carry the signer's twice."""
+
+    @property
+    def cert_registry(self) -> CertificateStore:
+        store = SimpleCertificateStore()  # type: ignore[no-untyped-call]
+        store.register_multiple(c for c in super().cert_registry if c.dump() != self.signing_cert.dump())
+        return store
+
+
+@contextmanager
+def token_signer(token: Token, pin: str, credential: Credential) -> Iterator[TokenSigner]:
+    """Signer for `sign(..., signer=...)`, open while the token's session is."""
+    with open_pkcs11_session(token.library, token_criteria=TokenCriteria(label=token.label), user_pin=pin) as session:
+        yield TokenSigner(
+            session,
+            signing_cert=_asn1(credential.certificate),
+            ca_chain=[_asn1(credential.ca)],
+            key_label=token.key_label,
+            use_raw_mechanism=True,  # the digest is made here: every token can sign one, not every one can make it
+        )
+
+
+def _asn1(certificate: x509.Certificate) -> asn1_x509.Certificate:
+    return asn1_x509.Certificate.load(certificate.public_bytes(Encoding.DER))

@@ -1,0 +1,86 @@
+"""Commissioning records: what an instrument of the bench file did at its first run, signed by the bench's technician.
+
+A record stands beside the bench file, in `commissioning/NAME.json`. It holds for the driver and settings that it was
+made with: changed settings, another instrument or a changed record count as none.
+"""
+
+import base64
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.certificate.trust import authority, keys
+from specs.bench import OFFLINE, BenchFile, InstrumentEntry
+
+FOLDER = "commissioning"
+WITHOUT_WIRE = (OFFLINE, "manual")
+MAX_BYTES = 5_000_000
+
+
+def place(bench: BenchFile, name: str) -> Path:
+    """File of an instrument's record."""
+    return Path(bench.path).parent / FOLDER / f"{name}.json"
+
+
+def subject(entry: InstrumentEntry) -> str:
+    """SHA-256 of what a record is about: driver, instrument, line and settings; the port may be another."""
+    what = entry.model_dump(mode="json", include={"driver", "model", "serial", "link", "settings"})
+    what["link"] = {key: value for key, value in (what["link"] or {}).items() if key != "port"}
+    return hashlib.sha256(_bytes(what)).hexdigest()
+
+
+def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> bytes:
+    """The file of a record; without a credential it is unsigned, and counts for nothing."""
+    file: dict[str, Any] = {"record": record}
+    if credential is not None and credential.key is not None:
+        signature = credential.key.sign(_bytes(record), ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
+        file["certificate"] = credential.certificate.public_bytes(Encoding.PEM).decode("ascii")
+        file["signature"] = base64.b64encode(signature).decode("ascii")
+    return json.dumps(file, indent=1).encode() + b"\n"
+
+
+def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
+    """Instruments on a wire -> what is to be said of their commissioning: by whom and when, or why it is unproven."""
+    wired = {name: entry for name, entry in bench.instruments.items() if entry.driver not in WITHOUT_WIRE}
+    return {name: _words(place(bench, name), entry, home) for name, entry in wired.items()}
+
+
+def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
+    try:
+        raw = path.read_bytes() if path.stat().st_size <= MAX_BYTES else b""
+        file = json.loads(raw)
+        if "signature" not in file:
+            return "unproven: its commissioning record is unsigned"
+        record, certificate = _verified(file, keys.ca(home))
+        if record["subject"] != subject(entry):
+            return "unproven: commissioned with other settings, or as another instrument"
+        if not record["passed"]:
+            return f"unproven: its commissioning on {record['on']} did not pass"
+        return f"commissioned on {record['on']} by {authority.person_of(certificate)}"
+    except FileNotFoundError:
+        return "unproven: never commissioned"
+    except (OSError, keys.KeysError, InvalidSignature, ValueError, KeyError, TypeError, RecursionError) as e:
+        return f"unproven: its commissioning record does not verify ({type(e).__name__})"
+
+
+def _verified(file: Mapping[str, Any], ca: x509.Certificate) -> tuple[Mapping[str, Any], x509.Certificate]:
+    """Record and signer. Raises InvalidSignature, ValueError, KeyError, TypeError."""
+    certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
+    certificate.verify_directly_issued_by(ca)
+    key = certificate.public_key()
+    if authority.role_of(certificate) != keys.TECHNICIAN or not isinstance(key, ec.EllipticCurvePublicKey):
+        raise ValueError("not signed by a technician")
+    key.verify(base64.b64decode(file["signature"], validate=True), _bytes(file["record"]), ec.ECDSA(hashes.SHA256()))
+    return file["record"], certificate
+
+
+def _bytes(record: object) -> bytes:
+    return json.dumps(record, sort_keys=True, separators=(",", ":")).encode()

@@ -1,0 +1,185 @@
+"""What becomes of persons' keys: requested at the bench, issued, renewed and revoked by the authority."""
+
+import os
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.x509.oid import NameOID
+
+from accept.base.atomic_files import write_atomic
+from accept.certificate.trust import authority, encrypted_key, keys, revocation
+from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.keys import CA, ROLES, KeysError
+from accept.certificate.trust.revocation import REASONS, Revoked
+
+ISSUED = "issued"  # the authority's own list of whom it knows, a certificate a file
+
+
+def request(home: Path, role: str, person: str, passphrase: str) -> tuple[Path, bytes]:
+    """Make a person's key at this bench; returns its file and the request for the authority (PKCS #10, PEM).
+
+    Raises KeysError, OSError.
+    """
+    if role not in ROLES:
+        raise KeysError(f"no role '{role}' (roles: {', '.join(ROLES)})")
+    keys.check_name(person)
+    keys.check_passphrase(passphrase)
+    key = authority.new_key()
+    asked = x509.CertificateSigningRequestBuilder().subject_name(authority.subject(person, role))
+    text = asked.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
+    place = keys.folder(home)
+    place.mkdir(parents=True, exist_ok=True, mode=0o700)
+    name = keys.key_name(home, role, person)
+    keys.write_secret(place / f"{name}.key.pem", encrypted_key.lock(key, passphrase))
+    write_atomic(place / f"{name}.request.pem", text)
+    return place / f"{name}.key.pem", text
+
+
+def issue_request(office: Path, content: bytes, passphrase: str, when: datetime | None = None) -> x509.Certificate:
+    """Certificate for a request, by the authority whose files are in the folder `office`. Raises KeysError."""
+    try:
+        asked = x509.load_pem_x509_csr(content)
+    except ValueError as e:
+        raise KeysError(f"is not a certificate request ({e})") from e
+    key = asked.public_key()
+    if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey):
+        raise KeysError("the request is not signed by its own key, which must be of the curve P-256")
+    return issue(
+        office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when
+    )
+
+
+def issue(
+    office: Path,
+    role: str,
+    person: str,
+    public_key: ec.EllipticCurvePublicKey,
+    passphrase: str,
+    when: datetime | None = None,
+) -> x509.Certificate:
+    """Certificate of a person in a role for a key, such as one on a token. office: folder of the authority.
+
+    Raises KeysError, also where this person or key is known in the other role: four eyes are those of two persons.
+    """
+    if role not in ROLES or not isinstance(public_key.curve, ec.SECP256R1):
+        raise KeysError(f"a certificate is for a role ({', '.join(ROLES)}) and a P-256 key, not for {role!r}")
+    keys.check_name(person)
+    for known in _known(office):
+        other = authority.role_of(known)
+        if other != role and same_person(authority.person_of(known), person):
+            raise KeysError(f"{person} is known as {other}; the same person cannot be {role} too")
+        if other != role and known.public_key() == public_key:
+            raise KeysError(f"the key is that of {authority.person_of(known)} as {other}; a key has one role")
+    ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
+    now = (when or datetime.now(UTC)).replace(microsecond=0)
+    made = authority.leaf(role, person, public_key, keys.certificate_of(office / f"{CA}.pem"), ca_key, now)
+    (office / ISSUED).mkdir(exist_ok=True)
+    write_atomic(office / ISSUED / f"{made.serial_number:x}.pem", made.public_bytes(Encoding.PEM))
+    return made
+
+
+def install(home: Path, certificate: x509.Certificate) -> Path:
+    """Put a certificate beside the key at this bench that it is for. Raises KeysError where there is none, or where it
+    is another authority's."""
+    if keys.exist(home) and not authority.issued_by(certificate, keys.ca(home)):
+        raise KeysError("the certificate was not issued by the authority of this bench")
+    for path in sorted(keys.folder(home).glob("*.request.pem")):
+        asked = x509.load_pem_x509_csr(keys.read_key_file(path))
+        if asked.public_key() == certificate.public_key():
+            return _put(path.with_name(path.name.replace(".request.pem", ".pem")), certificate)
+    for path in keys.person_files(home):
+        if keys.certificate_of(path).public_key() == certificate.public_key():
+            return _put(path, certificate)
+    raise KeysError(f"{keys.folder(home)}: there is no key that this certificate is for")
+
+
+def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | None = None) -> x509.Certificate:
+    """A new certificate for the same person, role and key; put in place at this bench. Raises KeysError."""
+    path = _path_of(home, who)
+    old = keys.certificate_of(path)
+    key = old.public_key()
+    if not isinstance(key, ec.EllipticCurvePublicKey):
+        raise KeysError(f"{path}: is for no key of this kind")
+    if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
+        raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
+    new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when)
+    _put(path, new)
+    return new
+
+
+def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, since: datetime) -> list[str]:
+    """Revoke every certificate of a person, or one by its sha256, from a moment on; returns whose. reason: `left`,
+    `lost`, `compromised`. The list is written into `office` and to this bench. Raises KeysError, RevocationError."""
+    if reason not in REASONS:
+        raise KeysError(f"no reason '{reason}' (reasons: {', '.join(REASONS)})")
+    meant = [c for c in _known(office) if _is(c, who)]
+    if not meant:
+        raise KeysError(f"{office}: no key of '{who}'; give the name or the sha256 that `accept keys list` shows")
+    ca_key = keys.unlocked(office / f"{CA}.key.pem", passphrase)
+    ca = keys.certificate_of(office / f"{CA}.pem")
+    listed = {r.serial_number: r for r in revocation.revoked_in(office / revocation.FILE, ca)}
+    for certificate in meant:
+        listed[certificate.serial_number] = Revoked(certificate.serial_number, since, reason == "compromised")
+    for place in {office, keys.folder(home)}:
+        if (place / f"{CA}.pem").is_file():
+            revocation.write(place / revocation.FILE, ca, ca_key, list(listed.values()))
+    return sorted({f"{authority.person_of(c)} ({authority.role_of(c)})" for c in meant})
+
+
+def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) -> Path:
+    """Lock a person's key, or the authority's (`authority`), with another passphrase. Raises KeysError, OSError."""
+    keys.check_passphrase(new)
+    if who == "authority":
+        box = office / f"{CA}.key.pem"
+    else:
+        path = _path_of(home, who)
+        box = path.with_name(f"{path.stem}.key.pem")
+    key = keys.unlocked(box, old)
+    temporary = box.with_name(f".{box.name}.new")
+    temporary.unlink(missing_ok=True)
+    keys.write_secret(temporary, encrypted_key.lock(key, new))
+    os.replace(temporary, box)
+    if who == "authority":
+        (office / keys.AUTHORITY_PASSPHRASE).unlink(missing_ok=True)
+    return box
+
+
+def _known(office: Path) -> Iterator[x509.Certificate]:
+    """Everybody whom the authority gave a certificate, each once."""
+    home = office.parent
+    paths = [
+        *sorted((office / ISSUED).glob("*.pem")),
+        *(keys.person_files(home) if office == keys.folder(home) else []),
+    ]
+    seen = {c.serial_number: c for c in map(keys.certificate_of, paths)}
+    yield from seen.values()
+
+
+def _path_of(home: Path, who: str) -> Path:
+    found = [path for path in keys.person_files(home) if _is(keys.certificate_of(path), who)]
+    if len(found) != 1:
+        raise KeysError(f"{keys.folder(home)}: {len(found)} keys here are those of '{who}'; `accept keys list`")
+    return found[0]
+
+
+def _is(certificate: x509.Certificate, who: str) -> bool:
+    """By name, by role where it stands for one person, or by the sha256 of the certificate."""
+    digest = len(who) >= 8 and authority.fingerprint(certificate).startswith(who.lower())
+    return digest or same_person(authority.person_of(certificate), who) or authority.role_of(certificate) == who
+
+
+def _put(path: Path, certificate: x509.Certificate) -> Path:
+    write_atomic(path, certificate.public_bytes(Encoding.PEM))
+    return path
+
+
+def _one(asked: x509.CertificateSigningRequest, oid: x509.ObjectIdentifier) -> str:
+    found = asked.subject.get_attributes_for_oid(oid)
+    if len(found) != 1:
+        raise KeysError("the request does not name one person in one role")
+    return str(found[0].value)

@@ -1,0 +1,332 @@
+"""The bench's keys: an authority, and a key for each person in a role, kept encrypted under `home()/keys`.
+
+The authority's key has a passphrase of its own and can be kept off the bench: without it the bench signs and verifies,
+but nobody can make himself quality assurance. `accept.certificate.trust.key_changes` issues, renews and revokes.
+"""
+
+import os
+import re
+import secrets
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.certificate.trust import authority, encrypted_key, revocation
+from accept.certificate.trust.authority import same_person
+from specs.errors import AcceptError
+from specs.files import read_bounded
+
+TECHNICIAN, QA = "technician", "qa"
+ROLES = (TECHNICIAN, QA)
+CA = "ca"
+PASSPHRASE, PASSPHRASE_FILE = "ACCEPT_PASSPHRASE", "ACCEPT_PASSPHRASE_FILE"
+AUTHORITY_PASSPHRASE = "authority-passphrase.txt"  # where a passphrase that nobody chose is left for its owner
+SHORTEST_PASSPHRASE = 8  # characters (NIST SP 800-63B, 5.1.1.1)
+WARN_BEFORE = timedelta(days=60)
+
+
+class KeysError(AcceptError, RuntimeError):
+    """Keys that are missing, exist already or do not open; the text names the file and what to do."""
+
+
+@dataclass(frozen=True)
+class KeyInfo:
+    """What `list` shows of one key; nothing in it is secret. revoked: since when, None where it is not."""
+
+    role: str
+    person: str
+    valid_from: datetime
+    valid_to: datetime
+    sha256: str
+    revoked: datetime | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Credential:
+    """An opened key with its certificate and that of the bench's CA; no key where a token holds it.
+
+    tsa: URL of the time stamping authority that is asked about what it signs, None for none."""
+
+    role: str
+    key: ec.EllipticCurvePrivateKey | None
+    certificate: x509.Certificate
+    ca: x509.Certificate
+    tsa: str | None = None
+
+    @property
+    def person(self) -> str:
+        return authority.person_of(self.certificate)
+
+    @property
+    def demo(self) -> bool:
+        return authority.is_demo(self.ca)
+
+    def warning(self, now: datetime) -> str | None:
+        """That the key runs out soon, None where it does not."""
+        left = self.certificate.not_valid_after_utc - now
+        if left > WARN_BEFORE:
+            return None
+        day = f"{self.certificate.not_valid_after_utc:%Y-%m-%d}"
+        return f"the key of {self.person} ({self.role}) is valid until {day}; `accept keys renew` renews it"
+
+
+def folder(home: Path) -> Path:
+    """Folder of the keys in the bench's own."""
+    return home / "keys"
+
+
+def exist(home: Path) -> bool:
+    """Whether the bench has its authority's certificate."""
+    return (folder(home) / f"{CA}.pem").is_file()
+
+
+def init(
+    home: Path,
+    passphrase: str,
+    technician_name: str,
+    qa_name: str | None = None,
+    qa_passphrase: str | None = None,
+    when: datetime | None = None,
+    *,
+    authority_passphrase: str | None = None,
+    demo: bool = False,
+) -> Path:
+    """Make the authority and the technician's key, all or none; returns their folder.
+
+    qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own.
+    authority_passphrase: None makes one and leaves it in `authority-passphrase.txt` of the folder, for its owner to
+    take off the bench. demo: an authority that only demonstrations trust.
+    Raises KeysError when there are keys already, a name is empty or taken twice, a passphrase is too short or used
+    twice, or the folder cannot be written.
+    """
+    if exist(home):
+        raise KeysError(f"{folder(home)}: there are keys already; move them away to make new ones")
+    check_name(technician_name)
+    check_passphrase(passphrase)
+    persons = {TECHNICIAN: (technician_name, passphrase)}
+    if qa_name is not None:
+        check_name(qa_name)
+        check_passphrase(qa_passphrase or "")
+        if same_person(technician_name, qa_name):
+            raise KeysError(f"{technician_name} cannot be both technician and quality assurance; no key was made")
+        if qa_passphrase == passphrase:
+            raise KeysError("quality assurance needs a passphrase of its own; no key was made")
+        persons[QA] = (qa_name, qa_passphrase or "")
+    if authority_passphrase is not None:
+        check_passphrase(authority_passphrase)
+    now = (when or datetime.now(UTC)).replace(microsecond=0)
+    files = _make(persons, authority_passphrase, now, demo)
+    try:
+        _place(files, folder(home))
+    except OSError as e:
+        raise KeysError(f"{folder(home)}: keys cannot be written ({e.strerror})") from e
+    return folder(home)
+
+
+def unlock(
+    home: Path, role: str, passphrase: str, person: str | None = None, now: datetime | None = None
+) -> Credential:
+    """Opened key of a role, of the person named where several have one. Raises KeysError, also for a key that has run
+    out or was revoked: what it signs would not verify."""
+    if role not in ROLES:
+        raise KeysError(f"no role '{role}' (roles: {', '.join(ROLES)})")
+    path = _chosen(home, role, person)
+    box = path.with_name(f"{path.stem}.key.pem")
+    key = unlocked(box, passphrase)
+    certificate = certificate_of(path)
+    if key.public_key() != certificate.public_key():
+        raise KeysError(f"{box}: is not the key of {path.name}")
+    credential = Credential(role, key, certificate, ca(home))
+    check_usable(home, credential, now or datetime.now(UTC))
+    return credential
+
+
+def check_usable(home: Path, credential: Credential, now: datetime) -> None:
+    """Raises KeysError where a signature made now with this key would not verify."""
+    certificate = credential.certificate
+    who = f"the key of {credential.person} ({credential.role})"
+    if now > certificate.not_valid_after_utc:
+        raise KeysError(f"{who} ran out on {certificate.not_valid_after_utc:%Y-%m-%d}; `accept keys renew` renews it")
+    if now < certificate.not_valid_before_utc:
+        raise KeysError(f"{who} is valid from {certificate.not_valid_before_utc:%Y-%m-%d %H:%M} UTC: check the clock")
+    if not authority.issued_by(certificate, credential.ca):
+        raise KeysError(f"{who} was not issued by the authority of this bench, {CA}.pem")
+    since = _revoked_since(home, certificate)
+    if since is not None:
+        raise KeysError(f"{who} was revoked on {since:%Y-%m-%d}; it signs no more")
+
+
+def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
+    """Certificates of persons at this bench, those of a role where it is named."""
+    for path in sorted(folder(home).glob("*.pem"), reverse=True):  # technicians first
+        if path.name in (f"{CA}.pem", revocation.FILE) or path.name.endswith((".key.pem", ".request.pem")):
+            continue
+        if role is None or authority.role_of(certificate_of(path)) == role:
+            yield path
+
+
+def _chosen(home: Path, role: str, person: str | None) -> Path:
+    there = {path: authority.person_of(certificate_of(path)) for path in person_files(home, role)}
+    fitting = [path for path, name in there.items() if person is None or same_person(name, person)]
+    if len(fitting) == 1:
+        return fitting[0]
+    if not exist(home):
+        raise KeysError(f"{folder(home)}: there are no keys; `accept keys init` makes keys")
+    if not there:
+        raise KeysError(f"{folder(home)}: there is no key of a {role}; `accept keys request` makes one for a person")
+    whose = ", ".join(there.values())
+    if person is None:
+        raise KeysError(f"{folder(home)}: several persons have a key as {role} ({whose}); name one with --operator")
+    raise KeysError(f"{folder(home)}: {person} has no key as {role} (there are keys of {whose}); `accept keys request`")
+
+
+def ca(home: Path) -> x509.Certificate:
+    """The bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
+    return certificate_of(folder(home) / f"{CA}.pem")
+
+
+def revoked(home: Path) -> list[revocation.Revoked]:
+    """What the bench's authority revoked. Raises RevocationError."""
+    return revocation.revoked_in(folder(home) / revocation.FILE, ca(home))
+
+
+def certificate_of(path: Path) -> x509.Certificate:
+    """The certificate in a PEM or DER file. Raises KeysError."""
+    content = read_key_file(path)
+    try:
+        if content.lstrip().startswith(b"-----BEGIN"):
+            return x509.load_pem_x509_certificate(content)
+        return x509.load_der_x509_certificate(content)
+    except ValueError as e:
+        raise KeysError(f"{path}: is not a certificate (PEM or DER expected)") from e
+
+
+def listing(home: Path) -> list[KeyInfo]:
+    """The CA and every person's key. Raises KeysError when there are no keys."""
+    found = [(CA, ca(home))]
+    found += [(authority.role_of(c), c) for c in map(certificate_of, person_files(home))]
+    return [
+        KeyInfo(
+            role,
+            authority.person_of(c),
+            c.not_valid_before_utc,
+            c.not_valid_after_utc,
+            authority.fingerprint(c),
+            _revoked_since(home, c),
+        )
+        for role, c in found
+    ]
+
+
+def exposed(home: Path) -> list[Path]:
+    """Files with keys or passphrases that others than their owner may read."""
+    if os.name != "posix":
+        return []
+    secret = [*folder(home).glob("*.key.pem"), folder(home) / AUTHORITY_PASSPHRASE]
+    return [path for path in secret if path.is_file() and path.stat().st_mode & 0o077]
+
+
+def passphrase(given: str | None = None, prompt: Callable[[], str] | None = None) -> str:
+    """Passphrase from the argument, `ACCEPT_PASSPHRASE`, the file `ACCEPT_PASSPHRASE_FILE`, or the prompt.
+
+    prompt: asks the person; None where there is no terminal. Raises KeysError when nothing gives one.
+    """
+    file = os.environ.get(PASSPHRASE_FILE)
+    found = given or os.environ.get(PASSPHRASE)
+    if not found and file:
+        found = read_key_file(Path(file)).decode("utf-8", "strict").rstrip("\r\n")
+    if not found and prompt is not None:
+        found = prompt()
+    if not found:
+        raise KeysError(f"no passphrase: set {PASSPHRASE} or {PASSPHRASE_FILE}, or run in a terminal")
+    return found
+
+
+def check_name(name: str) -> None:
+    """Raises KeysError for a name that no certificate can bear."""
+    if not name.strip() or not name.isprintable() or len(name) > 64:
+        raise KeysError(f"name {name!r}: expected 1 to 64 printable characters; no key was made")
+
+
+def check_passphrase(chosen: str) -> None:
+    """Raises KeysError for a passphrase that is too short to choose. One that exists already is not judged."""
+    if len(chosen) < SHORTEST_PASSPHRASE:
+        raise KeysError(
+            f"the passphrase has {len(chosen)} characters, expected {SHORTEST_PASSPHRASE} or more; no key was made"
+        )
+
+
+def key_name(home: Path, role: str, person: str) -> str:
+    """Name of the files of a person's key, which no file at this bench has yet."""
+    plain = re.sub(r"[^a-z0-9]+", "-", person.casefold()).strip("-") or "person"
+    tried, number = f"{role}-{plain}", 1
+    while any(folder(home).glob(f"{tried}.*")):
+        number += 1
+        tried = f"{role}-{plain}-{number}"
+    return tried
+
+
+def unlocked(box: Path, passphrase: str) -> ec.EllipticCurvePrivateKey:
+    """The private key in a file. Raises KeysError."""
+    try:
+        return encrypted_key.unlock(read_key_file(box), passphrase)
+    except encrypted_key.LockedError as e:
+        raise KeysError(f"{box}: {e}") from e
+
+
+def read_key_file(path: Path) -> bytes:
+    """Raises KeysError."""
+    try:
+        return read_bounded(path)
+    except OSError as e:
+        raise KeysError(f"{path}: cannot be read ({e.strerror}); `accept keys init` makes keys") from e
+
+
+def _revoked_since(home: Path, certificate: x509.Certificate) -> datetime | None:
+    return next((r.since for r in revoked(home) if r.serial_number == certificate.serial_number), None)
+
+
+def _make(
+    persons: dict[str, tuple[str, str]], authority_passphrase: str | None, now: datetime, demo: bool
+) -> dict[str, bytes]:
+    ca_key = authority.new_key()
+    root = authority.root(ca_key, now, demo)
+    chosen = authority_passphrase or secrets.token_urlsafe(18)
+    files = {f"{CA}.pem": root.public_bytes(Encoding.PEM), f"{CA}.key.pem": encrypted_key.lock(ca_key, chosen)}
+    if authority_passphrase is None:
+        files[AUTHORITY_PASSPHRASE] = f"{chosen}\n".encode("ascii")
+    for role, (person, passphrase) in persons.items():
+        key = authority.new_key()
+        certificate = authority.leaf(role, person, key.public_key(), root, ca_key, now)
+        files[f"{role}.pem"] = certificate.public_bytes(Encoding.PEM)
+        files[f"{role}.key.pem"] = encrypted_key.lock(key, passphrase)
+    return files
+
+
+def _place(files: dict[str, bytes], target: Path) -> None:
+    """Write the folder beside its place and rename it: a crash leaves all keys or none."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    temporary = Path(tempfile.mkdtemp(dir=target.parent, prefix=".keys."))
+    try:
+        for name, content in files.items():
+            write_secret(temporary / name, content)
+        os.rename(temporary, target)  # fails when another process made keys meanwhile
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+
+
+def write_secret(path: Path, content: bytes) -> None:
+    """Make a file that its owner alone may read. Raises OSError, FileExistsError where there is one already."""
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(handle, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())

@@ -1,0 +1,197 @@
+"""What is inside a certificate: do the attachments belong together, and does judging them again give the same."""
+
+import hashlib
+import io
+import tomllib
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pyhanko.pdf_utils.generic import ArrayObject
+from pyhanko.pdf_utils.reader import PdfFileReader
+
+from accept.base import version
+from accept.base.atomic_files import write_atomic
+from accept.certificate import content as certificate_content
+from accept.certificate.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
+from accept.certificate.errors import InvalidCertificate
+from accept.certificate.step import Step
+from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
+from accept.models.evidence import ModelFolder, Models
+from accept.units.loaded_unit import RESPONSES
+from accept.units.unit_entry import MODEL_FOLDER
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
+from checks.acceptance import CHECKS
+from specs.files import read_bounded
+
+_LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
+_SHOWN = 3  # differences named in the reason; the details have all
+
+
+@dataclass(frozen=True, eq=False)
+class Attachments:
+    """What `verify` hands to the judge.
+
+    result : the attached entry of results.json. spec_text : the attached spec. files : attached inputs by name.
+    missing : inputs that were too large to attach; their sections cannot be judged again. models : model file that the
+    spec names -> its files.
+    """
+
+    result: Mapping[str, Any]
+    spec_text: str
+    files: Mapping[str, bytes]
+    missing: tuple[str, ...] = ()
+    models: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
+
+    def opened_models(self, folder: Path) -> Models:
+        """Models of the spec, opened from where `unpack` wrote them."""
+        named = enumerate(sorted(self.models.items()))
+        return Models({name: ModelFolder(folder / MODEL_FOLDER / str(n), tuple(files)) for n, (name, files) in named})
+
+    def unpack(self, folder: Path) -> Path:
+        """Write the inputs as the unit folder they were. Raises Refused on a name that leads out of the folder."""
+        files = dict(self.files)
+        for nth, (_, model) in enumerate(sorted(self.models.items())):
+            files |= {f"{MODEL_FOLDER}/{nth}/{name}": content for name, content in model.items()}
+        for name, content in files.items():
+            parts = PurePosixPath(name).parts
+            if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+                raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
+            write_atomic(folder / name, content)
+        return folder
+
+
+Rejudge = Callable[[Attachments], Mapping[str, Any]]
+"""Judges the attached unit by the attached spec and returns its entry as in results.json (`UnitResult.to_json()`)."""
+
+
+def embedded(reader: PdfFileReader) -> dict[str, bytes]:
+    """Name -> content of the files embedded in a PDF."""
+    names = reader.root["/Names"]["/EmbeddedFiles"]["/Names"]
+    if not isinstance(names, ArrayObject) or len(names) % 2:
+        raise InvalidCertificate("the list of attachments is damaged")
+    keys = [str(names[n]) for n in range(0, len(names), 2)]
+    if len(set(keys)) != len(keys):
+        raise InvalidCertificate("two attachments have the same name")
+    return {key: names[2 * n + 1]["/EF"]["/F"].data for n, key in enumerate(keys)}
+
+
+def read(signed: bytes) -> CertificateContent:
+    """The certificate's content inside a signed PDF, its attachments held against their hashes. Raises Refused."""
+    try:
+        contents = certificate_content.read(embedded(PdfFileReader(io.BytesIO(signed))))
+    except KeyError as e:
+        raise InvalidCertificate("nothing is attached to it: it is not a certificate of this program") from e
+    except ContentError as e:
+        raise InvalidCertificate(str(e)) from e
+    _check_hashes(contents)
+    return contents
+
+
+def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
+    """Judge again from the attached data. Raises InvalidCertificate where the results differ.
+
+    Where a record was too large to attach, the sections whose records are there are judged all the same; the step is
+    then not complete.
+    """
+    missing = tuple(name for name in contents.inputs if name not in contents.files)
+    if rejudge is None:
+        return Step("not judged again", complete=False)
+    models = {name: dict(model.files) for name, model in contents.models.items()}
+    again = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, models))
+    left_out = _checks_of(contents, missing)
+    found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
+    found = differences(contents.result, again) if found is None else found
+    if contents.code_sha256 != version.code_sha256():  # another version may say more about the same thing
+        found = [line for line in found if not line.endswith(ONLY_AGAIN)]
+    if found:
+        more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+        raise InvalidCertificate(
+            f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(contents)}"
+        )
+    if missing:
+        what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
+        return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
+    searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
+    return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
+
+
+def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
+    """Checks that read one of these files."""
+    unit = _unit(contents)
+    reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
+    if any(not set(each.files).isdisjoint(missing) for each in unit.experiments):
+        reads.add(RESPONSES)  # held against the experiments' records
+    return {name for name, check in CHECKS.items() if check.reads in reads}
+
+
+def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
+    """What a result says without some checks. A finding without a result claims nothing and is not compared: it may be
+    without one because of what was left out."""
+    claimed = [f for f in result["findings"] if f["check"] not in left_out]
+    information = [i for i in result["information"] if i["check"] not in left_out]
+    silent = {f["quantity"] for f in claimed if f["verdict"] == "no_result"}
+    return {
+        "serial": result["serial"],
+        "kind": result["kind"],
+        "findings": {f["quantity"]: f for f in claimed if f["quantity"] not in silent},
+        "information": {i["quantity"]: i for i in information},
+    }
+
+
+def with_records(contents: CertificateContent, folder: Path) -> CertificateContent:
+    """The content with the records that were too large to attach taken from a folder, each held against its hash.
+
+    Raises InvalidCertificate for a file of another content, OSError.
+    """
+    more = {}
+    for name, digest in contents.inputs.items():
+        if name not in contents.files and (folder / name).exists():
+            more[name] = read_bounded(inside(folder, name), _LARGEST)
+            if hashlib.sha256(more[name]).hexdigest() != digest:
+                raise InvalidCertificate(f"{folder / name} is not the file that was judged")
+    return replace(contents, files={**contents.files, **more})
+
+
+def _unit(contents: CertificateContent) -> UnitFolder:
+    text = contents.files[UNIT_FILE]
+    return parse(Path(), text, tomllib.loads(text.decode("utf-8-sig")))
+
+
+def _other(contents: CertificateContent) -> str:
+    if contents.code_sha256 == version.code_sha256():
+        return ""
+    return f" (certificate: accept {contents.accept_version}, code {contents.code_sha256[:12]}; here: another)"
+
+
+def _check_hashes(contents: CertificateContent) -> None:
+    if dict(contents.result.get("inputs", {})) != dict(contents.inputs):
+        raise InvalidCertificate("results.json and manifest.json name different inputs")
+    for name, content in contents.files.items():
+        if hashlib.sha256(content).hexdigest() != contents.inputs.get(name):
+            raise InvalidCertificate(f"the attached {name} is not the file that was judged")
+    models = {name: model.hashes for name, model in contents.models.items()}
+    if models != {name: dict(files) for name, files in contents.result.get("models", {}).items()}:
+        raise InvalidCertificate("the attached model files are not those that the unit was judged by")
+    _check_inputs(contents)
+
+
+def _check_inputs(contents: CertificateContent) -> None:
+    """The inputs are those that unit.toml names, no more; what is not attached is truly too large for it."""
+    if UNIT_FILE not in contents.files:
+        raise InvalidCertificate(f"{UNIT_FILE} is not attached")
+    try:
+        unit = _unit(contents)
+    except (UnitError, ValueError) as e:
+        raise InvalidCertificate(f"the attached {UNIT_FILE} cannot be used: {e}") from e
+    phantom = sorted(set(contents.inputs) - set(unit.files) - {UNIT_FILE})
+    if phantom:
+        raise InvalidCertificate(f"{phantom[0]} is said to have been judged, but {UNIT_FILE} names no such file")
+    if unit.serial != contents.serial:
+        raise InvalidCertificate(f"the attached {UNIT_FILE} is that of {unit.serial}, not of {contents.serial}")
+    left = SIZE_LIMIT - sum(len(content) for name, content in contents.files.items())
+    for name in contents.inputs:
+        size = contents.sizes.get(name)
+        if name not in contents.files and contents.format > BEFORE and (size is None or size <= left):
+            raise InvalidCertificate(f"{name} of {size} bytes is not attached, although there is room for it")

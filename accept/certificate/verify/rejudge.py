@@ -1,0 +1,102 @@
+"""Judging a unit again from what is attached to its certificate."""
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+
+from accept.certificate.content import CertificateContent
+from accept.certificate.errors import InvalidCertificate
+from accept.certificate.step import Step
+from accept.certificate.verify.attachments import Attachments
+from accept.certificate.verify.verification import Verification, verify
+from accept.judging import judge_unit
+from accept.judging.consistency import contradictions
+from accept.judging.copies import withheld
+from accept.simulate import demo, published_units
+from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE, UnitError
+from specs.files import read_bounded
+from specs.spec import Spec, parse
+from specs.strict import SpecError
+
+MAX_CERTIFICATE_BYTES = 200_000_000
+
+
+def rejudge(attached: Attachments) -> dict[str, Any]:
+    """The unit's entry of results.json, judged from the attached inputs by the attached spec.
+
+    Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
+    """
+    try:
+        spec = parse(attached.spec_text.encode(), "the attached spec")
+        if wrong := _contradictions(attached, spec):
+            raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
+        with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
+            folder = attached.unpack(Path(place))
+            models = attached.opened_models(folder)
+            unit = unit_folder.read(folder)
+            again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
+            return withheld(again, attached.result.get("copies", ())).to_json() | searched_for(attached.result)
+    except InvalidCertificate:
+        raise  # it is a ValueError too
+    except (UnitError, SpecError) as e:
+        raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
+    except (KeyError, TypeError, ValueError) as e:
+        raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
+
+
+def _contradictions(attached: Attachments, spec: Spec) -> list[str]:
+    try:
+        return contradictions(attached.result, spec)
+    except (KeyError, TypeError, ValueError) as e:
+        raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
+
+
+def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
+    """What the gap workflow found stands as it was signed: it bears on no verdict, its search takes long, and the
+    rounding of another machine may lead a search elsewhere. `verify` says that it was not searched for again."""
+    return {"gap": result["gap"]} if "gap" in result else {}
+
+
+def verify_file(
+    path: Path,
+    trust: Sequence[x509.Certificate],
+    demo: bool = False,
+    records: Path | None = None,
+    known: Callable[[CertificateContent], Step] | None = None,
+) -> Verification:
+    """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
+    judge = rejudge_demo if demo else rejudge
+    return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known)
+
+
+def read_certificate(path: Path) -> bytes:
+    """Raises OSError."""
+    return read_bounded(path, MAX_CERTIFICATE_BYTES)
+
+
+def is_valid_demo(path: Path, ca_pem: bytes) -> bool:
+    """Whether a certificate of the demo verifies under its CA; plain data, so that another process can be asked."""
+    return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)], demo=True).valid
+
+
+def ready() -> None:
+    """Asked of a process, it makes it start and import this module."""
+
+
+def rejudge_demo(attached: Attachments) -> dict[str, Any]:
+    """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
+    built-in units and for no other."""
+    if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
+        raise InvalidCertificate("it is signed by the key of the demo, but is not a unit of the demo")
+    return rejudge(attached)
+
+
+def _is_demo_strut(attached: Attachments) -> bool:
+    """Is every byte what the demo simulates here? Its numbers are those of this machine, as its key is."""
+    if f'"{demo.SERIAL}"'.encode() not in attached.files.get(UNIT_FILE, b""):
+        return False
+    return dict(attached.files) == dict(demo.demo_strut().files)

@@ -1,0 +1,103 @@
+"""The hole that a signature leaves for itself: the one part of the file that no signature covers.
+
+Nothing in it may be free. Its content is built again from the signer's certificate, the digest of the document and the
+signature value, and must be the same to the byte; zeros follow to the end. Those three cannot be exchanged: the
+certificate's hash and the digest are signed, and of the two valid signature values only the lower one is taken.
+"""
+
+from binascii import unhexlify
+from collections.abc import Sequence
+
+from asn1crypto import cms as asn1_cms
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.certificate.errors import InvalidCertificate
+from accept.certificate.signature.signing import P256_ORDER
+from accept.certificate.verify import cms
+
+_DIGITS = frozenset(b"0123456789ABCDEF")
+
+
+def byte_range(given: Sequence[object], whole: int) -> tuple[int, int, int]:
+    """(start of the hole, end of the hole, end of what is signed) of a /ByteRange in a file of `whole` bytes."""
+    numbers = [int(n) if isinstance(n, int) else -1 for n in given]
+    if len(numbers) != 4 or numbers[0] != 0 or min(numbers) < 0:
+        raise InvalidCertificate(f"the signed range {numbers} is not two parts from the start of the file")
+    start, end = numbers[1], numbers[2]
+    last = end + numbers[3]
+    if not start < end <= last <= whole:
+        raise InvalidCertificate(f"the signed range {numbers} does not lie within the file of {whole} bytes")
+    return start, end, last
+
+
+def read_hole(pdf: bytes, start: int, end: int) -> bytes:
+    """The bytes in pdf[start:end], which must be "<", upper-case hexadecimal, ">"; padding and all."""
+    if pdf[start : start + 1] != b"<" or pdf[end - 1 : end] != b">":
+        raise InvalidCertificate("the hole of the signature is not exactly the string of its contents")
+    digits = pdf[start + 1 : end - 1]
+    if not _DIGITS.issuperset(digits) or len(digits) % 2:
+        raise InvalidCertificate("the hole of the signature holds more than upper-case hexadecimal digits")
+    return unhexlify(digits)
+
+
+def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate]) -> x509.Certificate:
+    """The signer's certificate of a hole's content that is canonical to the last byte of its padding.
+
+    digest : SHA-256 of the bytes outside the hole. That the signature value fits is checked later, by pyhanko.
+    """
+    signed = asn1_cms.ContentInfo.load(content)["content"]
+    if len(signed["signer_infos"]) != 1:
+        raise InvalidCertificate("there is not exactly one signer in the signature")
+    info = signed["signer_infos"][0]
+    stated = [a["values"].native for a in info["signed_attrs"] if a["type"].native == "message_digest"]
+    if stated != [[digest]]:
+        raise InvalidCertificate("the document was changed after it was signed")
+    signer, root = _certificates(signed, trusted)
+    canonical = cms.build(signer, root, digest, _lower(info["signature"].native), token_of(content))
+    if not content.startswith(canonical):
+        raise InvalidCertificate(
+            "the signature is not encoded canonically, or carries more than certificate, digest and value"
+        )
+    if any(content[len(canonical) :]):
+        raise InvalidCertificate("the padding behind the signature is not zero")
+    return x509.load_der_x509_certificate(signer)
+
+
+def token_of(content: bytes) -> bytes | None:
+    """The timestamp beside a signature, None where there is none. Raises InvalidCertificate for anything else there."""
+    info = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]
+    beside = list(info["unsigned_attrs"])
+    if not beside:
+        return None
+    if len(beside) != 1 or beside[0]["type"].native != "signature_time_stamp_token" or len(beside[0]["values"]) != 1:
+        raise InvalidCertificate("the signature carries more than a timestamp beside it")
+    token: bytes = beside[0]["values"][0].dump()
+    return token
+
+
+def signature_of(content: bytes) -> bytes:
+    """The signature value in a hole's content."""
+    value: bytes = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]["signature"].native
+    return value
+
+
+def _lower(value: bytes) -> bytes:
+    """The signature value with its s in the lower half, in DER: of every pair of valid values the one that is taken."""
+    r, s = decode_dss_signature(value)
+    return encode_dss_signature(r, min(s, P256_ORDER - s))
+
+
+def _certificates(signed: asn1_cms.SignedData, trusted: Sequence[x509.Certificate]) -> tuple[bytes, bytes]:
+    """(signer's, CA's) certificate: just two are carried, one of them to the byte a trusted one."""
+    carried = [choice.chosen.dump() for choice in signed["certificates"]]
+    roots = {c.public_bytes(Encoding.DER) for c in trusted}
+    own, known = [c for c in carried if c not in roots], [c for c in carried if c in roots]
+    if not known:
+        raise InvalidCertificate("the signature was not made under a trusted CA")
+    if len(own) != 1 or len(known) != 1:
+        raise InvalidCertificate(
+            f"the signature carries {len(carried)} certificates, expected the signer's and the CA's"
+        )
+    return own[0], known[0]

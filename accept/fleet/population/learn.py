@@ -1,0 +1,259 @@
+"""What a batch of units has in common: a model learned from them, and each unit judged by what the others foretell.
+
+Every unit is fitted for itself (`unit_fits`). The priors are taken out again and `checks.fitting.hierarchy` makes the
+batch of what is left. A misalignment is each strut's own: the batch says nothing of it, and the model that is learned
+neither.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from accept.fleet.population.unit_fits import G_MOST, OFFSETS, Gs, Say, UnitFit, fit_all, freed, gaps_at
+from accept.gap.fleet import common
+from accept.gap.responses import Responses, responses
+from accept.models.model_file import Opened
+from accept.units.unit_folder import UnitError
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.coordinates import Free
+from checks.fitting.hierarchy import (
+    Batch,
+    Belonging,
+    Prior,
+    compare,
+    covered,
+    information,
+    learn,
+    without_each,
+)
+from checks.gap.effects import effect_named, with_effects
+from checks.model.model import Model
+
+FEWEST = 3
+BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
+STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
+HOLDS = 2 / 3  # share of the units that have to belong
+DIGITS = "0123456789"
+MODES, PAYLOAD = "apa.mode_", "bench.payload_kg"
+
+Document = Mapping[str, Any]
+Ask = Callable[[int], Document]
+SharedEffects = tuple[tuple[str, Mapping[str, float]], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A unit against the batch that the others make. G_left_out: with the values that follow from the others' batch and
+    its own data; worst: the parameter that lies farthest off, and by how many standard deviations."""
+
+    serial: str
+    belongs: bool
+    reason: str | None
+    G: Gs
+    G_left_out: Gs
+    belonging: Belonging
+    worst: tuple[str, float] | None
+    weight: float
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """names (p,): without the offsets; prior, batch: of these. judged: every unit, in the order given; covered: how
+    many parameters of those that belong lie where the others foretell them, of how many. common: effects of the bench.
+    """
+
+    names: tuple[str, ...]
+    given: Opened
+    damping: str
+    prior: Prior
+    batch: Batch
+    judged: tuple[Judged, ...]
+    covered: tuple[int, int]
+    inputs: Mapping[str, Mapping[str, str]]
+    common: SharedEffects = ()
+
+    @property
+    def holds(self) -> bool:
+        """Whether enough units belong to call it a batch."""
+        belong = sum(j.belongs for j in self.judged)
+        return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
+
+
+def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
+    """Responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be read."""
+    if len(folders) < FEWEST:
+        raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
+    found = [responses(folder, given.model.tolerance, given.model.channels) for folder in folders]
+    serials = [m.serial for m in found]
+    for folder, serial in zip(folders, serials, strict=True):
+        if serials.count(serial) > 1:
+            raise UnitError(folder, [f"serial '{serial}' is given twice; each unit counts once"])
+    kinds = {m.kind for m in found}
+    if len(kinds) > 1:
+        raise ModelError(f"units of kinds {', '.join(sorted(kinds))}: a batch is of one kind")
+    return found
+
+
+def learn_population(measured: Sequence[Responses], given: Opened, say: Say, ask: Ask | None = None) -> Population:
+    """Fit every unit, learn the batch, judge each unit by the others. ask: the gap analysis of unit number i; it is
+    asked for where most units have something that no value of the model gives, and what all of them have alike is then
+    the bench's. Raises ModelError where nothing is uncertain or a unit cannot be fitted at all."""
+    if not given.model.sds:
+        raise ModelError(f"{given.spec.name}: no value has an sd, so there is nothing to learn")
+    alone = replace(given, model=replace(given.model, joint=None))
+    fits = fit_all(measured, alone, say)
+    strange = [i for i, f in enumerate(fits) if not f.fits]
+    if ask is None or 2 * len(strange) <= len(fits):
+        return of_fits(fits, alone)
+    say(f"{len(strange)} of {len(fits)} units have something that the model does not: looking for what they share")
+    shared = common_effects([ask(i) for i in strange])
+    if not shared:
+        return of_fits(fits, alone)
+    say("of the bench, in all units alike: " + ", ".join(name for name, _ in shared))
+    with_bench = replace(alone, model=with_effects(alone.model, [e for e in shared if effect_named(e[0]).in_model]))
+    return replace(of_fits(fit_all(measured, with_bench, say), with_bench), common=shared)
+
+
+def common_effects(documents: Sequence[Document]) -> SharedEffects:
+    """Effects that units have with one value, from gap.json of each, and that value."""
+    rows = common(documents)["common"]
+    return tuple((r["effect"], {name: float(p["value"]) for name, p in r["parameters"].items()}) for r in rows)
+
+
+def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
+    """The batch of units that were fitted. A unit that does not belong is taken out, and the others learned again."""
+    free = freed(given.model)
+    names = tuple(p.name for p in free)
+    precision, pull = _likelihoods(fits, free)
+    prior = prior_of(given.model, free)
+    belongs = np.array([f.fits for f in fits])
+    while True:
+        batches = _batches(precision, pull, prior, belongs)
+        found = [compare(P, h, b) for P, h, b in zip(precision, pull, batches, strict=True)]
+        strange = np.array([min(b.p_all, b.p_worst) < STRANGE for b in found])
+        if not (belongs & strange).any() or np.sum(belongs & ~strange) < FEWEST:
+            break
+        belongs &= ~strange
+    batch = learn(precision[belongs], pull[belongs], prior) if belongs.any() else learn(precision, pull, prior)
+    weights = np.ones(len(fits))
+    weights[belongs] = batch.weights.min(axis=1) if belongs.any() else 1.0
+    judged = tuple(
+        _judged(fit, names, one, ok, b, (P, h), weight)
+        for fit, one, ok, b, P, h, weight in zip(fits, found, belongs, batches, precision, pull, weights, strict=True)
+    )
+    kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
+    return Population(
+        names=tuple(names[i] for i in kept),
+        given=given,
+        damping=_most([f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [given.model.damping]),
+        prior=_some(prior, kept),
+        batch=_some_of(batch, kept),
+        judged=judged,
+        covered=covered([b for b, ok in zip(found, belongs, strict=True) if ok]),
+        inputs={f.serial: f.measured.inputs for f in fits},
+    )
+
+
+def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, Array]:
+    """precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G times too large
+    may have moved every value by as much. A payload that was weighed is a datum of its unit."""
+    theta, cov = np.array([f.theta for f in fits]), np.array([f.cov for f in fits])
+    mean, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
+    names = [p.name for p in free]
+    wider = np.array([max(f.worst, 1.0) for f in fits])
+    precision, pull = information(theta, cov, mean, np.diag(sds**2))
+    precision, pull = precision / wider[:, None, None], pull / wider[:, None]
+    if PAYLOAD in names:
+        k = names.index(PAYLOAD)
+        for i, f in enumerate(fits):
+            if f.measured.payload_kg is not None:
+                precision[i, k, k] += 1 / sds[k] ** 2
+                pull[i, k] += f.measured.payload_kg / sds[k] ** 2
+    return precision, pull
+
+
+def prior_of(model: Model, free: Sequence[Free]) -> Prior:
+    """Of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what units have in
+    common; of a mode it is the scatter alone, and how far the model is off in all units is learned from all modes."""
+    sds = np.array([model.sds.get(p.name, OFFSETS.get(p.name, p.sd)) for p in free])
+    own = np.array([p.name.startswith(MODES) for p in free])
+    kinds = [p.name.rstrip(DIGITS) if p.name.startswith(MODES) else p.name for p in free]
+    return Prior(
+        mean=np.array([p.prior for p in free]),
+        mean_sd=np.where(own, BIAS, 2**-0.5) * sds,
+        scatter=np.where(own, 1.0, 2**-0.5) * sds,
+        kinds=np.unique(kinds, return_inverse=True)[1],
+    )
+
+
+def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
+    """For every unit the batch of those that belong, without itself."""
+    if belongs.sum() < FEWEST:
+        return without_each(precision, pull, prior)
+    inside = without_each(precision[belongs], pull[belongs], prior)
+    whole = learn(precision[belongs], pull[belongs], prior)
+    left = iter(inside)
+    return [next(left) if ok else whole for ok in belongs]
+
+
+def _judged(
+    fit: UnitFit,
+    names: Sequence[str],
+    one: Belonging,
+    belongs: bool,
+    others: Batch,
+    likelihood: tuple[Array, Array],
+    weight: float,
+) -> Judged:
+    z = np.where(np.isfinite(one.z), np.abs(one.z), -1.0)
+    k = int(np.argmax(z))
+    worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
+    known = np.linalg.inv(others.of_one_more)
+    at = np.linalg.solve(likelihood[0] + known, likelihood[1] + known @ others.mean)
+    held_out = fit.measured.second or fit.measured.first
+    try:
+        G = gaps_at(fit.model, dict(zip(names, (float(v) for v in at), strict=True)), held_out)
+    except ModelError:  # values that no strut has: far from what the others foretell
+        G = {}
+    return Judged(fit.serial, bool(belongs), _reason(fit, one, worst, belongs), fit.G, G, one, worst, float(weight))
+
+
+def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:
+    """Why a unit does not belong."""
+    if belongs:
+        return None
+    if not fit.G:
+        return "no values of the model come near its responses"
+    if not fit.converged:
+        return "the search for its parameters did not settle"
+    if fit.worst > G_MOST:
+        channel = max(fit.G, key=lambda c: fit.G[c])
+        return f"G of {channel} is {fit.worst:.3g} with every value free: it has something that the model does not"
+    where = "" if worst is None else f"; {worst[0]} lies {worst[1]:+.1f} standard deviations off"
+    return f"its values are not those of the batch, p = {min(one.p_all, one.p_worst):.1g}{where}"
+
+
+def _most(given: Sequence[str]) -> str:
+    return max(sorted(set(given)), key=given.count)
+
+
+def _some(prior: Prior, kept: Array) -> Prior:
+    return replace(prior, mean=prior.mean[kept], mean_sd=prior.mean_sd[kept], scatter=prior.scatter[kept], kinds=None)
+
+
+def _some_of(batch: Batch, kept: Array) -> Batch:
+    """Of some parameters, whatever the others are."""
+    both = np.ix_(kept, kept)
+    return replace(
+        batch,
+        mean=batch.mean[kept],
+        mean_cov=batch.mean_cov[both],
+        scatter=batch.scatter[kept],
+        units=batch.units[:, kept],
+        units_cov=np.array([c[both] for c in batch.units_cov]),
+        weights=batch.weights[:, kept],
+    )

@@ -1,0 +1,93 @@
+"""A panel drawn straight onto a page, as vectors: axes, ticks and words here, its items by `panel_items`.
+
+The look is that of `accept.pictures`, which draws panels into files of their own.
+"""
+
+from reportlab.lib.colors import HexColor
+from reportlab.lib.units import mm
+from reportlab.pdfbase.pdfmetrics import stringWidth
+from reportlab.pdfgen.canvas import Canvas
+
+from accept.pictures.colours import GREY, GRID, INK
+from accept.pictures.pdf import panel_items
+from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted
+from accept.pictures.pdf.legend import legend
+from accept.pictures.pdf.plot_area import Area
+from accept.pictures.scale import scales
+from accept.pictures.words import pretty
+from checks.picture import Heights, Image, Panel
+
+LEFT, RIGHT, BOTTOM, TOP = 13.0 * mm, 2.5 * mm, 8.5 * mm, 6.0 * mm  # around the axes of each panel
+_MAP_RIGHT = 13.0 * mm  # where a colour bar stands there
+_TITLE, _LABEL, _TICK = 7.5, 6.5, 6.0  # pt
+_TICK_LENGTH, _PAD = 2.0, 2.0
+_X_TICK_ROOM, _Y_TICK_ROOM = 19.0, 13.0  # pt of the axis for each tick, at least
+
+
+def draw_panel(canvas: Canvas, panel: Panel, x: float, y: float, width: float, height: float) -> None:
+    """Draw a panel into the rectangle with its lower left corner at x, y [pt]."""
+    right = _MAP_RIGHT if any(isinstance(item, Heights | Image) for item in panel.items) else RIGHT
+    wide, tall = max(width - LEFT - right, 3.0), max(height - BOTTOM - TOP, 3.0)
+    area = Area(canvas, x + LEFT, y + BOTTOM, wide, tall, *scales(panel, wide, tall))
+    canvas.saveState()
+    canvas.setLineJoin(1)
+    numbers = _axes(area, grid=not any(isinstance(item, Image) for item in panel.items))
+    entries = panel_items.draw_items(area, panel.items)
+    _words(area, panel, numbers)
+    legend(area, entries, panel.items)
+    canvas.restoreState()
+
+
+def _axes(area: Area, grid: bool) -> float:
+    """Grid, both axes, ticks and their numbers; the width [pt] of those at the left."""
+    canvas = area.canvas
+    x_ticks = area.x_scale.ticks(max(2, int(area.width / _X_TICK_ROOM)))
+    y_ticks = area.y_scale.ticks(max(2, int(area.height / _Y_TICK_ROOM)))
+    xs = [(float(area.x_of(value)), words) for value, words in x_ticks]
+    ys = [(float(area.y_of(value)), words) for value, words in y_ticks]
+    if grid:
+        canvas.setStrokeColor(HexColor(GRID))
+        canvas.setLineWidth(0.5)
+        canvas.lines([(x, area.bottom, x, area.top) for x, _ in xs])
+        canvas.lines([(area.left, y, area.right, y) for y, _ in ys])
+    canvas.setStrokeColor(HexColor(GREY))
+    canvas.setLineWidth(0.6)
+    canvas.lines([(area.left, area.bottom, area.right, area.bottom), (area.left, area.bottom, area.left, area.top)])
+    canvas.setLineWidth(0.5)
+    canvas.lines([(x, area.bottom - _TICK_LENGTH, x, area.bottom) for x, _ in xs])
+    canvas.lines([(area.left - _TICK_LENGTH, y, area.left, y) for y, _ in ys])
+    canvas.setFillColor(HexColor(INK))
+    canvas.setFont(REGULAR, _TICK)
+    end = -1e9  # where the number before ends: one that would touch it is left out
+    for x, words in xs:
+        half = stringWidth(words, REGULAR, _TICK) / 2
+        if x - half > end + 3.0:
+            canvas.drawCentredString(x, area.bottom - _TICK_LENGTH - _PAD - 4.6, words)
+            end = x + half
+    room, widest = LEFT - _TICK_LENGTH - _PAD - _LABEL, 0.0
+    for y, words in ys:
+        size = fitted(words, REGULAR, _TICK, room)
+        canvas.setFont(REGULAR, size)
+        canvas.drawRightString(area.left - _TICK_LENGTH - _PAD, y - 2.1, words)
+        widest = max(widest, stringWidth(words, REGULAR, size))
+    return widest
+
+
+def _words(area: Area, panel: Panel, numbers: float) -> None:
+    """Title and labels, smaller where they would leave the panel. numbers: width of those at the left axis."""
+    canvas = area.canvas
+    canvas.setFillColor(HexColor(INK))
+    title, x_label, y_label = (pretty(text) for text in (panel.title, panel.x_label, panel.y_label))
+    canvas.setFont(BOLD, fitted(title, BOLD, _TITLE, area.width + 8.0))
+    canvas.drawString(area.left, area.top + 5.0, title)
+    canvas.setFont(REGULAR, fitted(x_label, REGULAR, _LABEL, area.width + 8.0))
+    canvas.drawCentredString(area.left + area.width / 2, area.bottom - BOTTOM + 5.0, x_label)
+    canvas.setFont(REGULAR, fitted(y_label, REGULAR, _LABEL, area.height + 20.0))
+    canvas.saveState()
+    canvas.translate(
+        max(area.left - LEFT + _LABEL, area.left - _TICK_LENGTH - 2 * _PAD - numbers - 1.5),
+        area.bottom + area.height / 2,
+    )
+    canvas.rotate(90)
+    canvas.drawCentredString(0, 0, y_label)
+    canvas.restoreState()

@@ -1,0 +1,203 @@
+"""Verification: what is valid is said to be; every attack is found, with one line for the reason and no traceback."""
+
+import hashlib
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pypdf import PdfReader, PdfWriter
+
+from accept.base import version
+from accept.certificate import content as certificate_content
+from accept.certificate.errors import InvalidCertificate
+from accept.certificate.page.document import render
+from accept.certificate.page.fixed_parts import field_rectangles
+from accept.certificate.signature.signing import sign
+from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.trust.keys import QA, TECHNICIAN
+from accept.certificate.verify import attachments as contents
+from accept.certificate.verify.attachments import Attachments
+from accept.certificate.verify.result_diff import differences
+from accept.certificate.verify.verification import Validity, Verification, verify
+from accept.pictures.pdf.assemble import assemble
+from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return made_bench(tmp_path_factory.mktemp("unit"))
+
+
+# --- what holds ------------------------------------------------------------------------------------------------------
+
+
+def test_signed_by_the_technician_alone_is_valid_and_open(bench: Bench) -> None:
+    report = bench.check(bench.signed)
+    assert report.valid, report.reason
+    assert not report.countersigned
+    assert "countersignature open" in report.reason
+    assert (report.serial, report.verdict) == ("APA-03", "rejected")
+    assert [(s.role, s.person, s.when) for s in report.signatures] == [(TECHNICIAN, "M. Keller", WHEN)]
+    assert any("identical to the byte" in line for line in report.details)
+
+
+def test_countersigned_is_valid(bench: Bench) -> None:
+    report = bench.check(bench.countersigned, rejudge=lambda a: result().to_json())
+    assert report.valid, report.reason
+    assert report.countersigned
+    assert [(s.role, s.when) for s in report.signatures] == [(TECHNICIAN, WHEN), (QA, LATER)]
+    assert any("the same result" in line for line in report.details)
+
+
+def test_without_its_countersignature_it_is_the_certificate_before(bench: Bench) -> None:
+    """Nobody can take a signature off unseen: the state it leaves says that the countersignature is open."""
+    report = bench.check(bench.countersigned[: len(bench.signed)])
+    assert report.valid
+    assert not report.countersigned
+
+
+def test_it_still_holds_when_the_certificates_have_run_out(bench: Bench) -> None:
+    later = WHEN + timedelta(days=365 * 15)
+    assert verify(bench.countersigned, bench.trust, lambda _: result().to_json(), later).valid
+
+
+# --- page, data and result -------------------------------------------------------------------------------------------
+
+
+def good_content(tmp_path: Path) -> certificate_content.CertificateContent:
+    return certificate_contents(tmp_path, result(4.99, 365.5))
+
+
+def page_over(page: certificate_content.CertificateContent, data: certificate_content.CertificateContent) -> bytes:
+    """The page of one certificate's content over the attachments of another."""
+    stripped = PdfWriter(clone_from=PdfReader(io.BytesIO(render(page))))
+    for key in ("/Names", "/AF", "/AcroForm"):
+        del stripped._root_object[key]
+    out = io.BytesIO()
+    stripped.write(out)
+    return assemble(out.getvalue(), data.attachments(), field_rectangles(), "x")
+
+
+@pytest.mark.parametrize(("sensor", "stroke"), [(4.99, 365.5), (1.73, 181.7)])
+def test_a_page_that_says_other_than_its_data_is_found(
+    bench: Bench, tmp_path: Path, sensor: float, stroke: float
+) -> None:
+    """Signed with the right keys: another verdict, or one digit of a number."""
+    mixed = page_over(certificate_contents(tmp_path, result(sensor, stroke)), certificate_contents(tmp_path))
+    refused(bench.check(sign(mixed, bench.technician, WHEN)), "page does not agree with the attached data")
+
+
+def resigned(bench: Bench, attachments: Mapping[str, bytes]) -> Verification:
+    """Report on a certificate with these attachments, signed with the right key."""
+    plain = render(certificate_content.read(attachments))
+    return bench.check(sign(plain, bench.technician, WHEN))
+
+
+def test_inputs_that_are_not_those_judged_are_found(bench: Bench, tmp_path: Path) -> None:
+    made = certificate_contents(tmp_path)
+    refused(resigned(bench, made.attachments() | {"unit.toml": b"other"}), "unit.toml is not the file that was judged")
+    refused(resigned(bench, made.attachments() | {"more.csv": b"1"}), "more.csv is not the file that was judged")
+    wrong = replace(made, inputs=dict(made.inputs) | {"x.mat": "0" * 64})
+    refused(resigned(bench, wrong.attachments()), "name different inputs")
+
+
+def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None:
+    """Another version may draw another page: the bytes are not compared, serial and verdict are."""
+    old, good = (replace(d, code_sha256="0" * 64) for d in (certificate_contents(tmp_path), good_content(tmp_path)))
+    report = bench.check(sign(page_over(old, old), bench.technician, WHEN))
+    assert report.outcome is Validity.SIGNED, report.reason
+    assert "page not compared" in report.reason
+    assert "its text says the same" in report.reason
+    refused(bench.check(sign(page_over(old, good), bench.technician, WHEN)), "does not show 'ACCEPTED'")
+
+
+def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
+    refused(bench.check(bench.signed, rejudge=lambda a: result(1.73).to_json()), "findings[sensor_uF].value is 1.72")
+    refused(bench.check(bench.signed, rejudge=lambda a: result(4.99, 365.5).to_json()), "judged again")
+
+
+def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> None:
+    seen: list[Attachments] = []
+
+    def judge(attached: Attachments) -> Mapping[str, Any]:
+        seen.append(attached)
+        unit = attached.unpack(tmp_path / "again")
+        assert (unit / "unit.toml").read_bytes() == UNIT_TOML
+        assert (
+            hashlib.sha256((unit / "raw/stroke.mat").read_bytes()).hexdigest()
+            == attached.result["inputs"]["raw/stroke.mat"]
+        )
+        return result().to_json()
+
+    assert bench.check(bench.signed, rejudge=judge).valid
+    assert 'name = "basic"' in seen[0].spec_text
+
+
+def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
+    def judge(attached: Attachments) -> Mapping[str, Any]:
+        raise OSError("disk\nfull")
+
+    refused(bench.check(bench.signed, rejudge=judge), "judging again cannot be read: OSError: disk full")
+
+
+def test_too_large_records_are_not_judged_but_the_other_sections_are(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An outcome of its own; with the records beside it is judged in full, and only with those records."""
+    small = sign(render(certificate_contents(tmp_path, size_limit=100)), bench.technician, WHEN)
+    refused(bench.check(small), "although there is room for it")
+    monkeypatch.setattr(contents, "SIZE_LIMIT", 100)
+    report = bench.check(small)
+    assert report.outcome is Validity.SIGNED
+    assert "not judged again: stroke (raw/stroke.mat not attached" in report.reason
+    refused(bench.check(small, rejudge=lambda a: result(1.73).to_json()), "sensor_uF")
+    assert bench.check(small, records=tmp_path).valid
+    (tmp_path / "raw/stroke.mat").write_bytes(b"other")
+    refused(bench.check(small, records=tmp_path), "is not the file that was judged")
+
+
+@pytest.mark.parametrize("name", ["../evil", "/etc/passwd", "a/../../b", "c:\\x", "..\\x", ""])
+def test_no_attachment_is_unpacked_outside_its_folder(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InvalidCertificate, match="leads out of its folder"):
+        Attachments({}, "", {name: b"x"}).unpack(tmp_path / "inner")
+    assert list(tmp_path.rglob("*")) == []
+
+
+def test_differences_by_rounding_are_none() -> None:
+    """1e-6 between processors is rounding, one digit of a number is not; verdicts and words are exact."""
+    unit = result().to_json()
+    again = json.loads(json.dumps(unit))
+    again["findings"][0]["value"] *= 1 + 1e-9
+    again["findings"][0]["reason"] = again["findings"][0]["reason"].replace("1.72 ", "1.72000 ")
+    assert differences(unit, again) == []
+    for path, value in (("value", 1.7201), ("verdict", "pass"), ("U", None), ("required", 1), ("reason", "other")):
+        changed = json.loads(json.dumps(unit))
+        changed["findings"][0][path] = value
+        assert len(differences(unit, changed)) == 1, path
+    assert differences({"a": [1, 2]}, {"a": [1]}) == ["a has 2 entries attached, 1 judged again"]
+    assert differences({"a": 1}, {"b": 1}) == ["a is only attached", "b is only judged again"]
+    assert differences({"n": "x 12 y"}, {"n": "x 13 y"}) != []
+
+
+def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
+    assert contents.read(bench.signed).code_sha256 == version.code_sha256()
+
+
+def test_keys_made_by_init_verify_by_the_bench_ca(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
+    keys.init(tmp_path, "correct horse", "A. Technician", "B. Assurance", "battery staple", when=WHEN)
+    pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
+    assert verify(
+        sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
+        [keys.ca(tmp_path)],
+        lambda _: result().to_json(),
+        NOW,
+    ).valid
