@@ -67,3 +67,26 @@ def test_no_page_uses_them(page: Path) -> None:
 )
 def test_the_test_sees_them(sentence: str, wrong: bool) -> None:
     assert bool(FORBIDDEN.search(sentence)) == wrong
+
+
+PRINTS = {  # what prints by itself: the one escaping, a log that cannot be written, what the program itself consists of
+    "accept/base/console.py",
+    "accept/base/fault_log.py",
+    "accept/cli/main.py",
+    "accept/cli/model.py",
+    "accept/cli/reference.py",
+    "accept/commands/units/spec.py",
+}
+
+
+@pytest.mark.parametrize("package", ["accept", "checks", "hw", "specs"])
+def test_words_reach_the_terminal_by_one_way(package: str) -> None:
+    """`say`, `tell` and the console escape what they are given; a bare `print` shows a name's control characters."""
+    found = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in sorted((ROOT / package).rglob("*.py"))
+        if path.relative_to(ROOT).as_posix() not in PRINTS
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("print", "typer.echo", "sys.stdout.write")
+    ]
+    assert not found

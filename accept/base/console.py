@@ -2,11 +2,13 @@
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import wraps
-from typing import ParamSpec
+from typing import Any, ParamSpec
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
+from rich.table import Table
 
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
@@ -20,7 +22,12 @@ P = ParamSpec("P")
 
 
 class PlainConsole(Console):
-    """Shows no control character of what it is given, in no cell of a table; its own colours stay."""
+    """Shows no control character of what it is given, in no cell of a table, and each on a line of its own, so that no
+    name can write a line that looks like an answer; its own colours stay."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """As rich prints."""
+        super().print(*map(_on_one_line, objects), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
         for segment in super().render(renderable, options):
@@ -35,13 +42,21 @@ stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None
 
 
 def say(words: str) -> None:
-    """Talk goes to stderr, so that stdout stays data."""
-    print(lines(words), file=sys.stderr, flush=True)
+    """Talk goes to stderr, so that stdout stays data. What has several lines goes on indented: a line break in a name
+    begins no line that looks like the program's."""
+    print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 
 def tell(*words: str) -> None:
-    """Lines of an answer on stdout, without markup and of any length."""
-    print("\n".join(lines(line) for line in words))
+    """Lines of an answer on stdout, without markup and of any length, each one line."""
+    print("\n".join(map(one_line, words)), flush=True)
+
+
+def _on_one_line(shown: Any) -> Any:
+    """A text, or a table's cells, without line breaks; column titles may have some, they are the program's own."""
+    if isinstance(shown, Table):
+        shown.columns = [replace(c, _cells=[_on_one_line(cell) for cell in c.cells]) for c in shown.columns]
+    return one_line(shown) if isinstance(shown, str) else shown
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:

@@ -1,7 +1,6 @@
 """Judging one unit, here, in a process of its own or on another machine: what goes in and what comes back are plain
 data."""
 
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
@@ -10,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from accept.base.console import say
 from accept.certificate.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
 from accept.units.shared_folder import anywhere, looks_of, not_shared
@@ -34,12 +34,12 @@ def _progress(serial: str) -> Callable[[str], None]:
     """Says on stderr what a unit is waiting for, from a worker too, but no more often than a person reads."""
     said = [time.monotonic()]
 
-    def say(words: str) -> None:
+    def seldom(words: str) -> None:
         if time.monotonic() - said[0] > QUIET_S:
             said[0] = time.monotonic()
-            print(f"{serial}: {words}", file=sys.stderr, flush=True)
+            say(f"{serial}: {words}")
 
-    return say
+    return seldom
 
 
 @dataclass(frozen=True, eq=False)

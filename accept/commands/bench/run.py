@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
+from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
 from accept.commands.bench import web
@@ -21,7 +22,7 @@ def run(wanted: RunOptions) -> Exit:
     """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open. Raises
     SystemExit for a fault of the program, whose traceback stands above."""
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
-        print("accept: run shows screens and needs a terminal; without one: accept run --web", file=sys.stderr)
+        say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
     app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), "" if wanted.folder else wanted.unit or ""))
     try:
@@ -31,10 +32,9 @@ def run(wanted: RunOptions) -> Exit:
         if app.bench is not None:
             app.bench.close()
     for serial, verdict in app.done.verdicts.items():
-        print(f"{serial}: {verdict}", file=sys.stderr)
+        say(f"{serial}: {verdict}")
     if app.return_code:
-        said = "accept: internal error; every saved entry is kept. Please report the lines above"
-        print(said, file=sys.stderr)
+        say("accept: internal error; every saved entry is kept. Please report the lines above")
         raise SystemExit(app.return_code)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 

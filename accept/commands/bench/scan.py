@@ -43,8 +43,8 @@ def scan(resources: Sequence[str]) -> Exit:
     if not seen:
         say("no serial port and no VISA instrument was found")
     entries = [one.entry for one in seen if one.entry]
-    print('# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.\nname = "bench 1"\n')
-    tell(*entries)
+    tell("# Proposed by `accept hw scan`: name it, and say of each serial port what stands there.", 'name = "bench 1"')
+    tell("", *(line for entry in entries for line in entry.splitlines()))
     return Exit.ACCEPTED
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from rich import box
 from rich.table import Table
 
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
@@ -32,7 +32,7 @@ def unit(wanted: SimulateOptions) -> Exit:
     words = ", ".join(hidden) or "as it should be"
     say(f"{order.serial}: a simulated {order.kind} of model '{order.model.name}' ({words})")
     say("the true values are in truth.json")
-    print(folder)
+    tell(str(folder))
     return Exit.ACCEPTED
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-from accept.base.console import clear_errors, say
+from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.simulate.bench_truth import world_of
 from accept.simulate.order import UnitRequestError
@@ -73,8 +73,8 @@ def run(unit: Path, out: Path | None, seed: int, seconds: float | None, faults: 
         for fault in struck:
             fault.strike(bench.servers)
         for name, server in bench.servers.items():
-            print(f"{name}  {server.path}")
-        print(f"bench  {bench.bench_file}", flush=True)
+            tell(f"{name}  {server.path}")
+        tell(f"bench  {bench.bench_file}")
         say(f"simulated bench of {world.serial}: accept hw test --bench {bench.bench_file}; stop with Ctrl-C")
         stop.wait(seconds)
     return Exit.ACCEPTED

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from accept.base.console import say
 from accept.base.exit_codes import Exit
 
 HOST = "127.0.0.1"
@@ -16,18 +17,18 @@ MISSING = "accept: --web needs the extra 'web': pip install 'accept[web]'"
 def run(arguments: Sequence[str], port: int) -> Exit:
     """Serve `accept run` with these arguments until Ctrl+C; every browser window is a program of its own."""
     if find_spec("textual_serve") is None:
-        print(MISSING, file=sys.stderr)
+        say(MISSING)
         return Exit.BAD_INPUT
     from accept.commands.bench.loopback import Loopback, template_without_strangers
 
     with tempfile.TemporaryDirectory(prefix="accept-web-") as folder:
         template_without_strangers(Path(folder))
         server = Loopback(command(arguments), HOST, port, "accept", templates_path=folder)
-        print(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it", file=sys.stderr, flush=True)
+        say(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it")
         try:
             server.serve()
         except OSError as e:
-            print(f"accept: {HOST}:{port}: {e.strerror or e}", file=sys.stderr)
+            say(f"accept: {HOST}:{port}: {e.strerror or e}")
             return Exit.BAD_INPUT
     return Exit.ACCEPTED
 

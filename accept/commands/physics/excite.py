@@ -117,7 +117,8 @@ def _run(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Exit:
     except ValueError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
-    say(summary(excitation, out))
+    for line in summary(excitation, out):
+        say(line)
     return Exit.ACCEPTED
 
 
@@ -140,14 +141,13 @@ def content(excitation: Excitation, out: Path) -> bytes:
     )
 
 
-def summary(excitation: Excitation, out: Path) -> str:
+def summary(excitation: Excitation, out: Path) -> list[str]:
     """What was written, in a few lines."""
     Va = excitation.Va
     rms = float(np.sqrt(np.mean(excitation.proper**2)))
-    lines = [
+    return [
         f"{out}: {excitation.meaning}",
         f"  {Va.size} samples at {excitation.fs:g} Hz, {Va.size / excitation.fs:.1f} s with ramps",
         f"  {Va.min():.3f} to {Va.max():.3f} V at the DAC, mean {excitation.mean_V:g} V, rms about it {rms:.3g} V",
         *(f"  {note}" for note in excitation.notes),
     ]
-    return "\n".join(lines)

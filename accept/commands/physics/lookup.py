@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.table import Table as Rows
 
 from accept.base.cluster.connect import connected
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.commands.physics.model import whole
@@ -24,7 +24,7 @@ def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool, whe
     if not force:
         try:
             read_table(plan)
-            print(f"{plan.path}: there already, of model {model.name} as it is")
+            tell(f"{plan.path}: there already, of model {model.name} as it is")
             return Exit.ACCEPTED
         except FileNotFoundError:
             pass
@@ -34,9 +34,7 @@ def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool, whe
     with connected(where, say) as cluster:
         table = build(plan, say, workers, cluster)
     say(f"{nx} x {ny} places, {table.f.size} frequencies in {time.perf_counter() - start:.1f} s")
-    print(plan.path)
-    for line in dz_words(model):
-        print(line)
+    tell(str(plan.path), *dz_words(model))
     return Exit.ACCEPTED
 
 
@@ -56,8 +54,7 @@ def run_info(name: str | None) -> Exit:
         rows.add_row(path.name, *states[-1])
     stdout.print(rows)
     if model is not None:
-        for line in dz_words(model):
-            print(line)
+        tell(*dz_words(model))
     return Exit.ACCEPTED if model is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Column, Table
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened
@@ -90,7 +90,7 @@ def frf(wanted: FrfOptions) -> Exit:
     if wanted.json is not None:
         _write_json(wanted.json, document)
     elif wanted.csv is None and wanted.plot is None:
-        print(json.dumps(document))
+        tell(json.dumps(document))
     return Exit.ACCEPTED
 
 

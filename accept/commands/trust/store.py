@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, one_line, operator_name, say, stdout
+from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.errors import InvalidCertificate
@@ -26,7 +26,7 @@ def check(head: Path | None = None) -> Exit:
     with open_store(check=False) as store:
         unbroken, lines = check_lines(store, kept)
     for line in lines:
-        (stdout.print if unbroken else say)(one_line(line))
+        (stdout.print if unbroken else say)(line)
     return Exit.ACCEPTED if unbroken else Exit.REJECTED
 
 
@@ -57,7 +57,7 @@ def head(out: Path | None) -> Exit:
         raise StoreError("the store holds no event yet, so it has no head")
     text = json.dumps(signed, indent=1) + "\n"
     if out is None:
-        print(text, end="")
+        tell(*text.splitlines())
     else:
         write_atomic(out, text.encode())
         say(f"event {signed['seq']}: head in {out}; `accept store check --head {out}` holds the store against it")
@@ -96,7 +96,7 @@ def copies() -> Exit:
                 said = copy["resolved"]
                 open_ones += said is None
                 words = "open" if said is None else f"resolved by {said['who']}: {said['reason']}"
-                print(one_line(f"{serial}:{copy['sample']}  same samples as {others}  {words}"))
+                tell(f"{serial}:{copy['sample']}  same samples as {others}  {words}")
     say(f"{open_ones} open; `accept store resolve SERIAL --measured SERIAL --reason WORDS` says whose a recording is")
     return Exit.INCOMPLETE if open_ones else Exit.ACCEPTED
 
@@ -118,16 +118,16 @@ def log(serial: str | None, full: bool = False) -> Exit:
     found = False
     with open_store(check=False) as store:
         if problem := store.check():
-            say(f"warning: the store does not hold: {one_line(str(problem))}")
+            say(f"warning: the store does not hold: {problem}")
         for event in store.events(subject=serial):
             found = True
             spec = event.spec.split("@")[0]
             words = (str(event.seq), event.time[:19], event.who, event.what, event.subject, _verdict(event), spec)
-            print("  ".join(one_line(word) for word in (*words, f"code {event.code[:8]}") if word))
+            tell("  ".join(word for word in (*words, f"code {event.code[:8]}") if word))
             if full:
-                print(f"    spec {one_line(event.spec)}  hash {event.hash}\n    {one_line(event.payload)}")
+                tell(f"    spec {event.spec}  hash {event.hash}", f"    {event.payload}")
     if not found:
-        say("no event yet" if serial is None else f"no event of a unit '{one_line(serial)}'")
+        say("no event yet" if serial is None else f"no event of a unit '{serial}'")
     return Exit.ACCEPTED
 
 

@@ -43,7 +43,7 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
             tell(line)
     else:  # too many for a table, or none
         for verdict, count in sorted(report.verdicts.items()):
-            print(f"{count} {verdict}")
+            tell(f"{count} {verdict}")
     if report.unchanged:
         say(f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again")
     certificates = f", {wanted.out / 'certificates'}" if credential else ""

@@ -51,7 +51,7 @@ def run(out: Path, operator: str | None) -> Exit:
     say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / judge_batch.CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden(units[-1])
-    print(*(_found(strut, truth) for strut in struts), sep="\n")
+    tell(*(_found(strut, truth) for strut in struts))
     named = [[n["effect"] for n in strut["gap"].get("named", [])] for strut in struts]
     return Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED
 

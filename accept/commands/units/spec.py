@@ -35,7 +35,8 @@ def show_list() -> Exit:
 def show(name: str) -> Exit:
     """Print every limit of a spec."""
     spec = load_spec(name)
-    stdout.print(f"{spec.name} ({spec.kind}): {spec.title}\nsha256 {spec.sha256}")
+    for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
+        stdout.print(line)
     table = Table("check", "quantity", "limits", "rule", "source")
     for check, section in spec.checks.items():
         needed = "" if section.required else " (optional)"

@@ -72,6 +72,29 @@ def test_no_cell_of_a_table_and_no_line_of_the_log_is_forged(capsys: pytest.Capt
     assert not [line for line in written.splitlines() if line.startswith("2026-01-01")]
 
 
+def test_a_line_break_in_a_name_begins_no_line_of_an_answer(tmp_path: Path) -> None:
+    """In the name of a record, of a folder and of a file that is no spec: each is shown, none on a line of its own."""
+    from typer.testing import CliRunner
+
+    from accept.cli.main import app
+    from tests.accept.units.units import GOOD, make_unit
+
+    forged = "A-9: accepted"
+    make_unit(
+        tmp_path / "units" / "one",
+        "A-1",
+        GOOD.replace("stroke_um = 373.2", f'one_stack = "x\\n{forged}"\ntwo_stacks = "y"'),
+    )
+    make_unit(tmp_path / "units" / f"two\n{forged}", "A-2!")
+    words = ["batch", str(tmp_path / "units"), "--spec", "apa-basic", "--out", str(tmp_path / "out")]
+    done = [CliRunner().invoke(app, [*words, "--no-certificates"])]
+    done += [CliRunner().invoke(app, ["spec", "validate", str(tmp_path / f"none\n{forged}.toml")])]
+    done += [CliRunner().invoke(app, ["store", "log"])]
+    shown = [line for one in done for line in (*one.stdout.splitlines(), *one.stderr.splitlines())]
+    assert sum(forged in line for line in shown) >= 4
+    assert not [line for line in shown if line.startswith(forged)]
+
+
 def test_serials_that_differ_in_case_only_are_one_on_some_file_systems(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
