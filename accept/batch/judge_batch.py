@@ -143,10 +143,12 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
 def _jobs(order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say) -> Iterator[Job]:
     """What is to be judged, made as it is asked for; what is unchanged is said and marked."""
     head = store.signed_head()
+    stopped = golden.stopped(store) is not None  # asked where a verdict is stored; known before, the work is saved
     for path in roster.folders():
         try:
             folder = roster.unit(path)
-            golden.may_judge(store, folder.serial)
+            if stopped:
+                golden.may_judge(store, folder.serial)
         except (UnitError, golden.BenchStopped) as e:
             roster.refuse(path)
             _refuse(path, str(e), store, order, report, say)
@@ -285,7 +287,12 @@ def _keep(
         _refuse(folder_of(job), judged, store, order, report, say)
         return
     serial, entry = judged.result.serial, judged.result.to_json()
-    event = certify(judged, store, _certificate_path(order, serial), order.credential)
+    try:
+        event = certify(judged, store, _certificate_path(order, serial), order.credential)
+    except golden.BenchStopped as e:  # since this batch began
+        roster.refuse(folder_of(job))
+        _refuse(folder_of(job), str(e), store, order, report, say)
+        return
     if event is not None:
         roster.judged(serial, event.seq)
     report.doubted += withhold_others(store, serial, judged.result.copies, order.operator)

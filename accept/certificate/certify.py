@@ -12,7 +12,6 @@ from accept.base.atomic_files import write_atomic
 from accept.certificate import events
 from accept.certificate.examine import JudgedUnit
 from accept.certificate.trust.keys import Credential
-from accept.fleet import golden
 from accept.store import Event, Store
 from specs.spec import Spec
 
@@ -33,7 +32,6 @@ def certify(
     Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
     event = None
     if not stored:
-        golden.may_judge(store, judged.result.serial)
         event = events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
     if judged.unsigned is not None and credential is None:
         write_atomic(path, judged.unsigned)

@@ -1,6 +1,11 @@
 """Why a certificate does not hold."""
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from specs.errors import AcceptError
+
+T = TypeVar("T")
 
 
 class InvalidCertificate(AcceptError, ValueError):
@@ -14,3 +19,14 @@ def one_line(text: str, longest: int = 300) -> str:
     """Text without line breaks or control characters, cut to a length that a line holds."""
     plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return plain if len(plain) <= longest else plain[: longest - 1] + "…"
+
+
+def guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
+    """The one place where an error on someone else's bytes becomes a reason: parsers of hostile files fail in any way,
+    and whatever they raise, the certificate is not valid."""
+    try:
+        return step(*arguments, **options)
+    except InvalidCertificate:
+        raise
+    except Exception as e:
+        raise InvalidCertificate(f"{what} cannot be read: {type(e).__name__}: {e}") from e

@@ -10,7 +10,12 @@ from specs.spec import Spec
 
 
 def judged(store: Store, folder: Path, entry: dict[str, Any], spec: Spec, who: str) -> Event:
-    """Store a unit's entry of results.json with all that it depends on: inputs, spec, code."""
+    """Store a unit's entry of results.json with all that it depends on: inputs, spec, code.
+
+    Raises BenchStopped where the golden units were missed: no way to a verdict goes round this; StoreError."""
+    from accept.fleet.golden import may_judge  # loads pandas: only when a verdict is there
+
+    may_judge(store, entry["serial"])
     payload = {
         "path": str(folder.resolve()),
         "inputs": entry["inputs"],

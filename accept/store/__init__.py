@@ -4,8 +4,9 @@ from accept.store.chain import ChainBreak, StoreHead
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
 from accept.store.fold import BenchState, Certificate, Signature, UnitState, fold
+from accept.store.opening import open_store
 from accept.store.report import check_lines
-from accept.store.store import Store, open_store
+from accept.store.store import Store
 
 __all__ = [
     "BenchState",

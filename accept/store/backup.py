@@ -15,7 +15,8 @@ from accept.store.chain import START, StoreHead
 from accept.store.engine import appending
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event
-from accept.store.store import Store, open_store
+from accept.store.opening import open_store
+from accept.store.store import Store
 
 _AT_ONCE = 500  # events written in one statement
 

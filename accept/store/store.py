@@ -1,7 +1,5 @@
 """The store: appends events under a lock, reads them back verified, and checks the whole chain."""
 
-import hashlib
-import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
@@ -11,19 +9,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, Row, Select, insert, make_url, select, update
+from sqlalchemy import Connection, Engine, Row, Select, insert, select, update
 
-from accept.base.home import HomeError, home
 from accept.base.version import code_sha256
 from accept.store import sample_index, tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
-from accept.store.engine import appending, make_engine, reconnecting, snapshot
+from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
 from accept.store.seal import Sealer, file_looks, rows_look
 
-BENCH_KEY = "bench.key"  # in the bench's folder
 _PAGE = 500  # events read at once; between pages no lock is held
 
 
@@ -289,36 +285,6 @@ class Store:
         return found
 
 
-def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True) -> Store:
-    """Open the store, made when absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
-
-    url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s].
-    check : the chain must hold (`Store.verify`); without it only to look at what is broken.
-    Raises StoreError when it cannot be opened or made, was written by a newer version, or does not hold.
-    """
-    chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
-    with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
-        parsed = make_url(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
-        where = _where(parsed)
-    with reported(where):
-        engine = make_engine(parsed, timeout_s)
-        try:
-            _prepare(engine, where)
-        except BaseException:
-            engine.dispose()
-            raise
-    anchor = Anchor.beside(parsed)
-    file = Path(str(parsed.database)) if anchor else None
-    store = Store(engine, where, anchor, _sealer(parsed, file), file)
-    if check:
-        try:
-            store.verify()
-        except BaseException:
-            engine.dispose()
-            raise
-    return store
-
-
 def _index_problem(connection: Connection, events: Iterator[Event]) -> ChainBreak | None:
     """Where the index of samples is not what the events give."""
     rows = ((row["seq"], row["key"]) for row in sample_index.rows_of(events))
@@ -329,38 +295,6 @@ def _index_problem(connection: Connection, events: Iterator[Event]) -> ChainBrea
                 seq, f"the index of samples is not that of event {seq}; restore a backup: the index is built again"
             )
     return None
-
-
-def _sealer(url: URL, file: Path | None) -> Sealer | None:
-    """Beside the file of SQLite, in the bench's folder for a server, none for a database in memory."""
-    if file is not None:
-        return Sealer(file.with_suffix(".seal"), home() / BENCH_KEY)
-    if url.get_backend_name() == "sqlite":
-        return None
-    named = hashlib.sha256(f"{url.host}:{url.port}/{url.database}?{url.query}".encode()).hexdigest()[:16]
-    return Sealer(home() / f"store-{named}.seal", home() / BENCH_KEY)
-
-
-def _default_path() -> Path:
-    try:
-        return home() / "store.sqlite"
-    except HomeError as e:
-        raise StoreError(str(e)) from e
-
-
-def _where(url: URL) -> str:
-    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
-
-
-def _prepare(engine: Engine, where: str) -> None:
-    with snapshot(engine) as connection:
-        have = tables.present(connection)
-        schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
-    if schema is not None and schema != tables.SCHEMA:
-        raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
-    if len(have) < len(tables.metadata.tables):
-        with appending(engine) as connection:
-            tables.make_tables(connection)
 
 
 def _wanted(subject: str | None, what: str | None) -> Select[Any]:

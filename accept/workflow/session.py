@@ -245,7 +245,8 @@ class Session:
         return self._append(entries.explained(self.serial, attempt.step("frf").upto, found.gap))
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
-        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, and what `judge` does."""
+        """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped where the
+        golden units were missed, and what `judge` does."""
         given = self._written().given
         result = judge(self.folder, self.spec, self._statement(self.spec))
         if self.gap is not None:

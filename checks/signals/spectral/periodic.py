@@ -1,11 +1,7 @@
-"""Periodic excitation: no leakage, and noise told from nonlinear distortion.
+"""Periodic excitation: no leakage, and the noise from what differs between periods ([PS12] 2.4)."""
 
-[PS12] 2.4 (averages over periods), 4.3.1 (robust method: over periods the noise scatters, over realisations of the
-random phases the distortion does too).
-"""
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
@@ -25,21 +21,6 @@ class PeriodicPart:
     start: int
     count: int
     deviation: float  # rms difference of neighbouring periods over the rms of the signal
-
-
-@dataclass(frozen=True, eq=False)
-class Distortion:
-    """Several realisations of the random phases: what scatters between periods is noise, what only scatters between
-    realisations is nonlinear distortion.
-
-    frf : mean over the realisations, with the total covariance (noise and distortion) and nu = realisations - 1.
-    noise_var : (F, C) variance of that mean by noise alone. distortion_var : (F, C) variance of H of ONE realisation by
-    distortion, not below 0.
-    """
-
-    frf: Frf
-    noise_var: Array
-    distortion_var: Array
 
 
 def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
@@ -144,30 +125,3 @@ def _lines(name: str, x: Array, n: int, period: PeriodicPart, skip: int) -> Comp
     if not np.isfinite(x[first:last]).all():
         raise ValueError(f"channel '{name}' holds NaN or inf between samples {first} and {last}")
     return np.asarray(scipy.fft.rfft(x[first:last].reshape(-1, period.samples), axis=1))
-
-
-def distortion(realisations: Sequence[Frf]) -> Distortion:
-    """Separate noise from nonlinear distortion: `periodic_frf` of records with the same lines and other random phases.
-
-    The mean is the best linear approximation at this level. Raises ValueError for fewer than two, or other lines.
-    """
-    if len(realisations) < 2:
-        raise ValueError(f"{len(realisations)} realisation(s); two or more tell distortion from noise")
-    first = realisations[0]
-    for other in realisations[1:]:
-        if other.channels != first.channels or other.f.shape != first.f.shape or not np.allclose(other.f, first.f):
-            raise ValueError("realisations differ in their channels or excited lines; a scatter needs the same")
-    R = len(realisations)
-    H = np.array([r.H for r in realisations])
-    E = H - H.mean(axis=0)
-    each = np.einsum("rfc,rfd->fcd", E, E.conj()) / (R - 1)  # total covariance of one realisation
-    noise = np.mean([r.var for r in realisations], axis=0)
-    frf = replace(
-        first,
-        H=H.mean(axis=0),
-        coherence=np.mean([r.coherence for r in realisations], axis=0),
-        cov=each / R,
-        nu=np.full(first.f.shape, R - 1.0),
-        notes=(f"{R} realisations of {first.segments} periods",),
-    )
-    return Distortion(frf, noise / R, np.maximum(np.einsum("fcc->fc", each).real - noise, 0.0))

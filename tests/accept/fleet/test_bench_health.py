@@ -62,6 +62,17 @@ def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, cha
     golden.may_judge(store, "A-01")
 
 
+def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, monkeypatch):
+    today(store, sensor_uF=5.1)
+    make_unit(tmp_path / "u", "U-1")
+    asked, now = [], golden.stopped
+    monkeypatch.setattr(golden, "stopped", lambda s: asked.append(s) or (now(s) if len(asked) > 1 else None))
+    done = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
+    assert done.exit_code == 6, done.output
+    assert "U-1: not judged" in done.output
+    assert store.latest("U-1", "unit_judged") is None
+
+
 def test_a_known_bad_unit_that_passes_stops_the_bench_too(store):
     add(store, [judgement("GOLD", GOOD), judgement("BAD", GOOD)])
     assert ask("golden", "check").exit_code == 3

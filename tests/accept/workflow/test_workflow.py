@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
+from accept.fleet import golden
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.units import unit_folder
@@ -170,6 +171,16 @@ def test_a_new_attempt_leaves_the_old_one_alone(session: Session):
     assert session.attempt.reason == "dropped on the floor"
     assert session.folder.name == "attempt-2"
     assert all(session.status(step) is Status.NOT_DONE for step in session.steps)
+
+
+def test_a_bench_that_missed_its_golden_units_stores_no_verdict(session: Session, store: Store):
+    fill(session)
+    store.append(golden.MISSED, "", {"serials": ["GOLD"], "reasons": {"GOLD": ["stroke_um moved"]}}, who="Ann")
+    with pytest.raises(golden.BenchStopped, match="not judged, because the bench missed its golden units"):
+        session.judge()
+    assert session.attempt.verdict is None
+    golden.resolve(store, "the probe was loose", "Ann")
+    assert session.judge().verdict == "accepted"
 
 
 def test_an_entry_after_the_verdict_makes_it_stale(session: Session):

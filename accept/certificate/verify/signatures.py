@@ -1,0 +1,213 @@
+"""The signatures on a certificate: in order, each over all there was, by a key that was valid for its role then."""
+
+import hashlib
+import io
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+
+from asn1crypto import x509 as asn1_x509
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding
+from pyhanko.pdf_utils.reader import PdfFileReader
+from pyhanko.sign.diff_analysis import ModificationLevel
+from pyhanko.sign.fields import MDPPerm, enumerate_sig_fields
+from pyhanko.sign.validation import (
+    EmbeddedPdfSignature,
+    SignatureCoverageLevel,
+    validate_pdf_signature,
+)
+from pyhanko.sign.validation.settings import KeyUsageConstraints
+from pyhanko_certvalidator import ValidationContext
+
+from accept.certificate.errors import InvalidCertificate, guarded
+from accept.certificate.signature import timestamp
+from accept.certificate.signature.timestamp import Stamped
+from accept.certificate.trust import authority
+from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
+from accept.certificate.trust.revocation import Revoked
+from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
+
+_CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
+_USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
+_ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
+# What pyhanko has to say about a broken file ends up in the reason; nobody needs it on stderr too.
+for _library in ("pyhanko", "pyhanko_certvalidator"):
+    logging.getLogger(_library).addHandler(logging.NullHandler())
+
+
+@dataclass(frozen=True)
+class Signed:
+    """One valid signature. doubt: why its time alone does not carry it, None where it does. stamped: the timestamp
+    beside it, None where there is none."""
+
+    role: str
+    person: str
+    when: datetime
+    doubt: str | None = None
+    serial_number: int = 0  # of the signer's certificate
+    stamped: Stamped | None = None
+
+
+def signatures_of(
+    pdf: bytes,
+    trust: Sequence[x509.Certificate],
+    now: datetime,
+    revoked: Sequence[Revoked],
+    stamping: Sequence[x509.Certificate],
+) -> tuple[tuple[Signed, ...], bytes]:
+    """The valid signatures, and the bytes that the first one covers."""
+    if not pdf.startswith(b"%PDF-"):
+        raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
+    embedded = guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
+    places = [guarded("the signature", byte_range, s.byte_range, len(pdf)) for s in embedded]
+    if places[-1][2] != len(pdf):
+        raise InvalidCertificate(f"{len(pdf) - places[-1][2]} bytes follow the part that the last signature covers")
+    # All digests before any chain or difference: what is broken is found at once.
+    certificates = [
+        guarded("the signature", _certificate, pdf, s, p, trust) for s, p in zip(embedded, places, strict=True)
+    ]
+    found = [
+        guarded(
+            f"the signature of the {s.field_name}",
+            _signature,
+            s,
+            c,
+            trust,
+            now,
+            revoked,
+            stamping,
+            covers_all=p[2] == len(pdf),
+        )
+        for s, c, p in zip(embedded, certificates, places, strict=True)
+    ]
+    if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
+        raise InvalidCertificate("the countersignature is older than the technician's signature")
+    return tuple(found), pdf[: places[0][2]]
+
+
+def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
+    """Technician, or technician and QA, each in a revision of its own after the first; nothing else in the file."""
+    if reader.encrypted:
+        raise InvalidCertificate("the file is encrypted")
+    found = list(reader.embedded_signatures)
+    names = tuple(s.field_name for s in found)
+    filled = {name for name, value, _ in enumerate_sig_fields(reader) if value is not None}
+    if not names and not filled:
+        raise InvalidCertificate("it is not signed")
+    if names not in _ORDERS or filled != set(names):
+        raise InvalidCertificate(
+            f"signed by {', '.join(sorted(filled | set(names)))}: expected technician, then at most qa"
+        )
+    revisions = reader.xrefs.total_revisions
+    if revisions != len(found) + 1 or [s.signed_revision for s in found] != list(range(1, revisions)):
+        raise InvalidCertificate(
+            f"the file has {revisions} revisions for {len(found)} signatures: something else was added"
+        )
+    fields = {name for name, _, _ in enumerate_sig_fields(reader)}
+    if fields != set(ROLES):
+        raise InvalidCertificate(f"the signature fields are {', '.join(sorted(fields))}, expected {', '.join(ROLES)}")
+    return found
+
+
+def _certificate(
+    pdf: bytes, embedded: EmbeddedPdfSignature, place: tuple[int, int, int], trust: Sequence[x509.Certificate]
+) -> x509.Certificate:
+    """Certificate of a signature whose hole is canonical and whose digest fits the document."""
+    start, end, last = place
+    content = read_hole(pdf, start, end)
+    if embedded.pkcs7_content != content:
+        raise InvalidCertificate("the signature that was read is not the one in the hole")
+    digest = hashlib.sha256(pdf[:start] + pdf[end:last]).digest()
+    return check_hole(content, digest, trust)
+
+
+def _signature(
+    embedded: EmbeddedPdfSignature,
+    certificate: x509.Certificate,
+    trust: Sequence[x509.Certificate],
+    now: datetime,
+    revoked: Sequence[Revoked],
+    stamping: Sequence[x509.Certificate],
+    covers_all: bool,
+) -> Signed:
+    role = str(embedded.field_name)
+    if authority.role_of(certificate) != role:
+        raise InvalidCertificate(
+            f"the {role}'s field is signed by a certificate for '{authority.role_of(certificate)}'"
+        )
+    when = _time(embedded, certificate, now)
+    _check_by_pyhanko(embedded, trust, when, covers_all)
+    if role == TECHNICIAN and embedded.docmdp_level != MDPPerm.FILL_FORMS:
+        raise InvalidCertificate("the technician's signature does not forbid later changes")
+    stamped = _stamped(embedded, when, stamping)
+    doubt = _doubt(certificate, when, revoked, stamped)
+    return Signed(role, authority.person_of(certificate), when, doubt, certificate.serial_number, stamped)
+
+
+def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:
+    """The timestamp beside a signature. Raises InvalidCertificate for one that is wrong, or says another day than the
+    signer's clock."""
+    token = token_of(embedded.pkcs7_content)
+    if token is None:
+        return None
+    found = timestamp.checked(token, signature_of(embedded.pkcs7_content), roots)
+    if abs(found.when - when) > _CLOCK_SLACK:
+        raise InvalidCertificate(
+            f"it says that it was signed at {when:%Y-%m-%d %H:%M}, its timestamp says {found.when:%Y-%m-%d %H:%M} UTC"
+        )
+    return found
+
+
+def _doubt(
+    certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked], stamped: Stamped | None
+) -> str | None:
+    """Raises InvalidCertificate for a signature made after its key was revoked. One made before holds, unless somebody
+    else may have the key: he could have set the clock back, but not that of a trusted timestamp."""
+    person = authority.person_of(certificate)
+    for entry in revoked:
+        if entry.serial_number != certificate.serial_number:
+            continue
+        if when >= entry.since:
+            raise InvalidCertificate(f"the key of {person} was revoked on {entry.since:%Y-%m-%d}, before it signed")
+        if entry.compromised and not (stamped and stamped.trusted and stamped.when < entry.since):
+            return f"the key of {person} was compromised, and only its owner's clock says that it signed before"
+    return None
+
+
+def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: datetime) -> datetime:
+    when = embedded.self_reported_timestamp
+    if when is None or when.tzinfo is None:
+        raise InvalidCertificate("the signature does not say when it was made")
+    if when > now + _CLOCK_SLACK:
+        raise InvalidCertificate(f"it was signed in the future, at {when.isoformat()}")
+    if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
+        raise InvalidCertificate(
+            f"the certificate of {authority.person_of(certificate)} was not valid at {when.isoformat()}"
+        )
+    return when
+
+
+def _check_by_pyhanko(
+    embedded: EmbeddedPdfSignature, trust: Sequence[x509.Certificate], when: datetime, covers_all: bool
+) -> None:
+    """Digest, signature value, chain, key usage, coverage and what changed since, as pyhanko sees them."""
+    roots = [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in trust]
+    context = ValidationContext(trust_roots=roots, moment=when, allow_fetching=False)
+    status = validate_pdf_signature(embedded, context, key_usage_settings=_USAGE)
+    if not status.intact:
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature does not fit the document: it was changed")
+    if not status.valid:
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature value is wrong")
+    if not status.trusted:
+        raise InvalidCertificate(
+            f"the {embedded.field_name}'s certificate is not trusted: {status.trust_problem_indic}"
+        )
+    expected = SignatureCoverageLevel.ENTIRE_FILE if covers_all else SignatureCoverageLevel.ENTIRE_REVISION
+    level = status.modification_level
+    allowed = ModificationLevel.NONE if covers_all else ModificationLevel.FORM_FILLING
+    if status.coverage != expected or level is None or level > allowed:
+        raise InvalidCertificate(f"the document was changed after the {embedded.field_name} signed it")
+    if not replace(status, timestamp_validity=None).bottom_line:  # `timestamp.checked` looks at that
+        raise InvalidCertificate(f"the {embedded.field_name}'s signature does not hold: {status.summary()}")
