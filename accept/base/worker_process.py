@@ -22,8 +22,6 @@ def begin() -> None:
     """The initializer of a pool of processes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    import numpy  # noqa: F401 - the buffers of its threads are there from now on, and count for nobody
-
     limit_memory(memory_GB())
 
 
@@ -36,16 +34,17 @@ def memory_GB() -> float:
 
 
 def limit_memory(gigabytes: float) -> None:
-    """From here on a demand beyond this fails with MemoryError. Where the system knows no such limit nothing is done:
-    what a file may hold is bounded before it is read."""
+    """From here on a demand beyond this fails with MemoryError; a limit that is there already is never raised. Where
+    the system knows no such limit nothing is done: what a file may hold is bounded before it is read."""
     if sys.platform == "win32":
         return
     import resource
 
-    wanted = _mapped() + int(gigabytes * 1e9)
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+    import numpy  # noqa: F401 - the buffers of its threads are there from now on, and count for nobody
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    set_already = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min([_mapped() + int(gigabytes * 1e9), *set_already]), hard))
 
 
 def _mapped() -> int:

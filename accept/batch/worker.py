@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.console import say
+from accept.base.worker_process import VARIABLE, memory_GB
 from accept.certificate.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
 from accept.units.shared_folder import anywhere, looks_of, not_shared
@@ -28,6 +29,8 @@ def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> JudgedO
         return examine(unit, spec, operator, say=_progress(unit.serial), **wanted)
     except (UnitError, ContentError) as e:
         return str(e)
+    except MemoryError:
+        return f"{unit.path}: judging it takes more than the {memory_GB():g} GB that a worker may take ({VARIABLE})"
 
 
 def _progress(serial: str) -> Callable[[str], None]:

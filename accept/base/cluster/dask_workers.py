@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, WorkerPlugin
 
+from accept.base import worker_process
 from accept.base.cluster.work import ClusterError, WorkerDied, WorkFailed
 from accept.base.version import code_sha256
 
@@ -44,12 +45,14 @@ class _Raised:
 
 
 class Labelled(WorkerPlugin):
-    """Tells the scheduler which code a worker runs. Only its name is sent: the worker runs what its own code has."""
+    """Tells the scheduler which code a worker runs, and gives the worker as much memory as a process of this machine
+    has. Only its name is sent: the worker runs what its own code has."""
 
     name = "accept-code"
     idempotent = True
 
     async def setup(self, worker: Any) -> None:
+        worker_process.limit_memory(worker_process.memory_GB())
         await worker.set_resources(**{code_sha256(): 1.0})
 
 
@@ -205,8 +208,10 @@ def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
 
 
 def _local_workers() -> LocalCluster:
-    count = os.cpu_count()
-    return LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address="127.0.0.1:0")
+    """One a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own, a share of this
+    machine's, would kill here what is judged there."""
+    count, address = os.cpu_count(), "127.0.0.1:0"
+    return LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=address)
 
 
 def _client(scheduler: str | LocalCluster) -> Client:

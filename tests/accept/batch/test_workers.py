@@ -11,11 +11,18 @@ import numpy as np
 import pytest
 
 from accept.base.worker_process import memory_GB
+from accept.batch import worker
 from accept.batch.engines import processes
+from accept.batch.judge_batch import BatchRequest, run
+from accept.certificate.examine import JudgedUnit
+from accept.judging.judge_unit import load_spec
+from accept.store import open_store
+from accept.units.unit_folder import UnitFolder
 from checks.declare import Series
 from checks.errors import RecordError
 from hw.records import read
 from tests.accept.batch.killing import gone, until
+from tests.accept.units.units import make_unit
 
 PARENT = """
 import os, time
@@ -67,6 +74,28 @@ def test_a_worker_has_a_declared_limit_of_memory(monkeypatch: pytest.MonkeyPatch
         with pytest.raises(MemoryError):
             pool.submit(grab, 1.5).result()
         assert pool.submit(grab, 0.1).result() > 0  # the worker lives on
+
+
+def test_a_unit_that_takes_more_is_refused_and_the_others_are_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The limit may be met anywhere: in reading, in the fit of the responses, in drawing."""
+    judged = worker.examine
+
+    def greedy(unit: UnitFolder, *given: object, **wanted: object) -> JudgedUnit:
+        if unit.serial == "A-2":
+            raise MemoryError
+        return judged(unit, *given, **wanted)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(worker, "examine", greedy)
+    for serial in ("A-1", "A-2", "A-3"):
+        make_unit(tmp_path / "units" / serial, serial)
+    order = BatchRequest([tmp_path / "units"], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada", workers=1)
+    with open_store() as store:
+        report = run(order, store, lambda _: None)
+    assert report.judged == 2
+    assert [refused["path"] for refused in report.refused] == [str(tmp_path / "units" / "A-2")]
+    assert "takes more than the 4 GB" in report.refused[0]["reason"]
 
 
 def test_a_bomb_is_refused_by_its_figure(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Gap analysis, tables and judging again on a cluster: the same as on this machine."""
 
+import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
+from accept.base.worker_process import memory_GB
 from accept.batch.judge_batch import BatchRequest, run
 from accept.batch.worker import Errand, Returned, judge, run_errand
 from accept.commands.physics.gap import Answer, GapQuestion, answer
@@ -40,6 +42,18 @@ def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Cl
     with pytest.raises(WorkFailed, match="ZeroDivisionError"):
         list(cluster.unordered(half, range(6)))
     assert sorted(cluster.unordered(half, [4, 5])) == [(4, 4.0), (5, 2.5)]
+
+
+def grab(gigabytes: float) -> int:
+    return int(np.empty(int(gigabytes * 1e9 / 8)).size)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only here the limit is enforced for sure")
+def test_a_worker_has_the_limit_of_memory_of_a_local_one(cluster: Cluster) -> None:
+    """Beyond it a demand fails, however much the machine has; the worker lives on."""
+    with pytest.raises(WorkFailed, match="MemoryError"):
+        list(cluster.unordered(grab, [memory_GB() + 0.5]))
+    assert [size > 0 for _, size in cluster.unordered(grab, [0.1])] == [True]
 
 
 def test_nobody_at_an_address_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
