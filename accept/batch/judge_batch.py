@@ -33,6 +33,7 @@ from accept.judging.calibration import Statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Store, UnitState, fold
+from accept.store.spelling import known_serials, mistaken_for
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.bench import BenchFile
@@ -200,6 +201,10 @@ def _enrol(order: BatchRequest, roster: Roster, store: Store, report: BatchRepor
         where = path / unit_folder.UNIT_FILE
         reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
         _refuse(path, reason, store, order, report, say)
+    for serial, path, known in roster.mistaken(known_serials(store)):
+        if next(store.events(serial), None) is None:  # else both have been here since before this was looked at
+            roster.refuse(path)
+            _refuse(path, f"{path / unit_folder.UNIT_FILE}: {mistaken_for(serial, known)}", store, order, report, say)
 
 
 def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:

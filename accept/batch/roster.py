@@ -1,9 +1,10 @@
 """The units of one batch, in a private file on disk that goes with it: memory stays flat however many there are."""
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from accept.store.spelling import spelling_key
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
 
@@ -36,7 +37,7 @@ class Roster:
         """A folder; named twice it is one."""
         if len(self._held) < HELD:
             self._held.setdefault(unit.path, unit)
-        row = (str(unit.path.resolve()), str(unit.path), unit.serial, unit.serial.casefold())
+        row = (str(unit.path.resolve()), str(unit.path), unit.serial, spelling_key(unit.serial))
         self._file.execute("INSERT OR IGNORE INTO unit (place, path, serial, key) VALUES (?, ?, ?, ?)", row)
 
     def clashes(self) -> Iterator[tuple[str, Path, list[str]]]:
@@ -47,6 +48,12 @@ class Roster:
             others = self._file.execute("SELECT path FROM unit WHERE key = ? AND path != ? ORDER BY path", (key, path))
             yield serial, Path(path), [other for (other,) in others]
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
+
+    def mistaken(self, known: Iterable[str]) -> list[tuple[str, Path, str]]:
+        """(serial, folder, the known serial) of each that differs from a known one in capitals only."""
+        asked = "SELECT serial, path FROM unit WHERE key = ? AND serial != ? AND refused = 0 ORDER BY serial"
+        alike = ((other, self._file.execute(asked, (spelling_key(other), other))) for other in known)
+        return [(serial, Path(path), other) for other, rows in alike for serial, path in rows]
 
     def folders(self) -> Iterator[Path]:
         """Of the units that are not refused, by serial."""

@@ -115,10 +115,8 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
     problems: list[str] = []
     serial = folder_header.string(data, "serial", problems)
-    if serial and not SERIAL.fullmatch(serial):
-        problems.append(f"serial = {serial!r}: expected 1 to 64 letters, digits, '.', '_' or '-', the first not a mark")
-    elif serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
-        problems.append(f"serial = {serial!r}: Windows keeps this name for itself, so no certificate can bear it")
+    if serial and (problem := serial_problem(serial)):
+        problems.append(f"serial = {serial!r}: {problem}")
     kind = folder_header.string(data, "kind", problems)
     if kind and kind not in KINDS:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
@@ -140,6 +138,15 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes, experiments)
+
+
+def serial_problem(serial: str) -> str | None:
+    """Why this cannot be the serial of any unit, None where it can."""
+    if not SERIAL.fullmatch(serial):
+        return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
+    if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
+        return "Windows keeps this name for itself, so no certificate can bear it"
+    return None
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:

@@ -24,6 +24,7 @@ from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.models.model_file import open_model
 from accept.store import fold, open_store
+from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
 from specs.bench import load_bench
 
@@ -41,6 +42,8 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     credential = bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:
+        if (known := other_spelling(store, one.serial)) is not None:
+            raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
         before = fold(store.events(one.serial)).units.get(one.serial)
         approval = approval_of(chosen, home(), credential.ca if credential else None)
         stated_too = provenance_of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))

@@ -4,11 +4,13 @@ import math
 import re
 from collections.abc import Mapping
 
-from accept.units.unit_folder import SERIAL
+from accept.units import unit_folder
 from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured, Scalar, Vector
 from specs.errors import AcceptError
 from specs.spec import Limit, Spec
+
+_ATTEMPT = re.compile(r"_(attempt|superseded)-\d+$", re.IGNORECASE)  # accept.workflow names files so
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
 _ENTRY = re.compile(
@@ -98,8 +100,10 @@ def _number(text: str) -> float:
 
 def serial_problem(serial: str, spec: Spec) -> str | None:
     """Why a serial cannot be that of a unit of this spec, None when it can."""
-    if not SERIAL.fullmatch(serial):
-        return "1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
+    if problem := unit_folder.serial_problem(serial):
+        return problem
+    if _ATTEMPT.search(serial):
+        return "ends as the name of a later attempt's certificate does"
     if not re.fullmatch(spec.serial_pattern, serial):
         return f"does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
     return None

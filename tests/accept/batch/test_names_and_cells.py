@@ -108,6 +108,50 @@ def test_serials_that_differ_in_case_only_are_one_on_some_file_systems(tmp_path:
     assert done.stderr.count("serials must be unique") == 2
 
 
+def test_serials_that_differ_from_a_known_one_in_case_only_are_refused_by_every_way(tmp_path: Path) -> None:
+    """Also days later, by batch, report and workflow: their certificates and folders would overwrite each other. The
+    known one goes on, and so do both where an older store has both."""
+    from typer.testing import CliRunner
+
+    from accept.cli.main import app
+    from accept.store import open_store
+    from accept.workflow.bench import open_bench
+    from accept.workflow.entry.parse_entry import EntryError
+    from tests.accept.units.units import make_unit
+
+    known, other = make_unit(tmp_path / "known", "APA-1"), make_unit(tmp_path / "other", "apa-1")
+    spec, run = ["--spec", "apa-basic", "--out"], CliRunner().invoke
+    batch = [*spec, str(tmp_path / "out"), "--no-certificates"]
+    assert run(app, ["batch", str(known), *batch]).exit_code == 0
+    said = [run(app, ["batch", str(other), *batch]), run(app, ["report", str(other), *spec, str(tmp_path / "a.pdf")])]
+    assert [(d.exit_code, "'apa-1' differs from 'APA-1'" in d.stderr) for d in said] == [(6, True)] * 2, said[0].output
+    assert not (tmp_path / "a.pdf").exists()
+    bench = open_bench("apa-basic")
+    with pytest.raises(EntryError, match="'Apa-1' differs from 'APA-1'"):
+        bench.session("Apa-1", "apa", "Ada")
+    bench.session("APA-1", "apa", "Ada").close()
+    bench.close()
+    assert run(app, ["batch", str(known), *batch]).exit_code == 0
+    with open_store() as store:
+        store.append("unit_judged", "apa-1", store.latest("APA-1", "unit_judged").data, who="Ada")
+    assert "differs from" not in run(app, ["batch", str(other), *batch]).stderr
+
+
+@pytest.mark.parametrize("serial", ["\u00c5-1", "A\u030a-1", "\uff21-1", "A-\u0661", "CON", "A-1."])
+def test_serials_that_file_systems_write_in_two_ways_are_refused_by_folder_and_workflow(
+    tmp_path: Path, serial: str
+) -> None:
+    """Composed and decomposed letters, wide ones, other digits: a serial is ASCII, so none has two forms."""
+    from accept.judging.judge_unit import load_spec
+    from accept.workflow.entry.parse_entry import serial_problem
+
+    (tmp_path / "unit.toml").write_text(f'serial = "{serial}"\nkind = "apa"\n')
+    with pytest.raises(unit_folder.UnitError, match="serial = "):
+        unit_folder.read(tmp_path)
+    assert serial_problem(serial, load_spec("apa-basic")) is not None
+    assert serial_problem("A-1_attempt-2", load_spec("apa-basic")) is not None  # as the second attempt's certificate
+
+
 def test_keys_that_others_can_read_are_warned_of(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from typer.testing import CliRunner
 
