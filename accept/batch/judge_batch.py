@@ -20,7 +20,7 @@ from accept.batch.roster import Roster
 from accept.batch.worker import Job, JudgedOrRefused, judge
 from accept.certificate import events
 from accept.certificate.certify import certify
-from accept.certificate.provenance import provenance_of
+from accept.certificate.provenance import Provenance
 from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.commissioning import commissioned
 from accept.certificate.trust.keys import Credential
@@ -31,17 +31,18 @@ from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
 from accept.judging.copies import copies_of, withhold_others
+from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import Store, UnitState, fold
+from accept.store import SignedHead, Store, UnitState, fold
 from accept.store.spelling import known_serials, mistaken_for
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
+from checks.verdict import Verdict
 from specs.bench import BenchFile
 from specs.files import read_bounded
 from specs.spec import Spec
 
 Say = Callable[[str], None]
-Head = dict[str, Any] | None
 CERTIFICATES = "certificates"
 MAX_CERTIFICATE_BYTES = 200_000_000
 
@@ -256,7 +257,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _job(folder: UnitFolder, order: BatchRequest, before: UnitState | None, head: Head) -> Job:
+def _job(folder: UnitFolder, order: BatchRequest, before: UnitState | None, head: SignedHead | None) -> Job:
     spec = order.specs[folder.kind]
     return partial(
         judge,
@@ -271,12 +272,14 @@ def _job(folder: UnitFolder, order: BatchRequest, before: UnitState | None, head
     )
 
 
-def _provenance(order: BatchRequest, spec: Spec, before: UnitState | None, head: Head) -> dict[str, Any] | None:
+def _provenance(
+    order: BatchRequest, spec: Spec, before: UnitState | None, head: SignedHead | None
+) -> Provenance | None:
     if order.credential is None:
         return None
     approval = approval_of(spec, home(), order.credential.ca)
     crl = revocation.kept(keys.folder(home()) / revocation.FILE)
-    return provenance_of(before, head, approval, demo=order.credential.demo, crl=crl)
+    return Provenance.of(before, head, approval, demo=order.credential.demo, crl=crl)
 
 
 def _keep(
@@ -291,7 +294,7 @@ def _keep(
         roster.refuse(folder_of(job))
         _refuse(folder_of(job), judged, store, order, report, say)
         return
-    serial, entry = judged.result.serial, judged.result.to_json()
+    serial = judged.result.serial
     try:
         event = certify(judged, store, _certificate_path(order, serial), order.credential)
     except golden.BenchStopped as e:  # since this batch began
@@ -301,13 +304,13 @@ def _keep(
     if event is not None:
         roster.judged(serial, event.seq)
     report.doubted += withhold_others(store, serial, judged.result.copies, order.operator)
-    say(f"{serial}: {entry['verdict']}{_why(entry)}")
+    say(f"{serial}: {judged.result.verdict}{_why(judged.result)}")
 
 
-def _why(entry: dict[str, Any]) -> str:
-    bad = [f"{f['quantity']} {f['verdict'].replace('_', ' ')}" for f in entry["findings"] if f["verdict"] != "pass"]
+def _why(result: UnitResult) -> str:
+    bad = [f"{f.quantity} {f.verdict.replace('_', ' ')}" for f in result.findings if f.verdict is not Verdict.PASS]
     because = f" ({', '.join(bad)})" if bad else ""
-    return because + (f"; {one_line(entry['gap'])}" if "gap" in entry else "")
+    return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
 
 
 def _write_results(order: BatchRequest, roster: Roster, store: Store, report: BatchReport) -> None:

@@ -7,7 +7,9 @@ from rich.table import Table
 from rich.text import Text
 
 from accept.gap.text import one_line
+from accept.judging.result import UnitResult
 from accept.pictures import signs
+from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
 
@@ -38,11 +40,21 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
 def reasons(units: list[dict[str, Any]]) -> list[str]:
     """A line per finding that is no pass: unit, quantity, verdict, reason."""
     return [
-        f"{unit['serial']}: {f['quantity']} {f['verdict'].replace('_', ' ')}: {f['reason']}"
+        _reason(unit["serial"], f["quantity"], f["verdict"], f["reason"])
         for unit in units
         for f in unit["findings"]
         if f["verdict"] != "pass"
     ]
+
+
+def reasons_of(result: UnitResult) -> list[str]:
+    """The same for one unit that was just judged."""
+    bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
+    return [_reason(result.serial, f.quantity, f.verdict, f.reason) for f in bad]
+
+
+def _reason(serial: str, quantity: str, verdict: str, reason: str | None) -> str:
+    return f"{serial}: {quantity} {verdict.replace('_', ' ')}: {reason}"
 
 
 def explanations(units: list[dict[str, Any]]) -> list[str]:

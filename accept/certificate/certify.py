@@ -32,7 +32,7 @@ def certify(
     Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
     event = None
     if not stored:
-        event = events.judged(store, judged.folder, judged.result.to_json(), judged.spec, judged.operator)
+        event = events.judged(store, judged.folder, judged.result, judged.spec, judged.operator)
     if judged.unsigned is not None and credential is None:
         write_atomic(path, judged.unsigned)
     elif judged.unsigned is not None and credential is not None:

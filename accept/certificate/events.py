@@ -2,20 +2,21 @@
 
 import hashlib
 from pathlib import Path
-from typing import Any
 
 from accept.base.version import code_sha256
+from accept.judging.result import UnitResult
 from accept.store import Event, Store
 from specs.spec import Spec
 
 
-def judged(store: Store, folder: Path, entry: dict[str, Any], spec: Spec, who: str) -> Event:
-    """Store a unit's entry of results.json with all that it depends on: inputs, spec, code.
+def judged(store: Store, folder: Path, result: UnitResult, spec: Spec, who: str) -> Event:
+    """Store a unit's result, as results.json has it, with all that it depends on: inputs, spec, code.
 
     Raises BenchStopped where the golden units were missed: no way to a verdict goes round this; StoreError."""
     from accept.fleet.golden import may_judge  # loads pandas: only when a verdict is there
 
-    may_judge(store, entry["serial"])
+    may_judge(store, result.serial)
+    entry = result.to_json()
     payload = {
         "path": str(folder.resolve()),
         "inputs": entry["inputs"],
@@ -23,7 +24,7 @@ def judged(store: Store, folder: Path, entry: dict[str, Any], spec: Spec, who: s
         "code_sha256": code_sha256(),
         "result": entry,
     }
-    return store.append("unit_judged", entry["serial"], payload, who=who, spec=_name(spec))
+    return store.append("unit_judged", result.serial, payload, who=who, spec=_name(spec))
 
 
 def refused(store: Store, path: Path, reason: str, who: str) -> Event:

@@ -1,10 +1,10 @@
 """A unit judged, explained and drawn: all that its certificate says, before anything is stored or signed."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
+from accept.certificate.provenance import Provenance
 from accept.gap.attach_to_result import StartModel, explained
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
@@ -39,7 +39,7 @@ def examine(
     out: Path | None = None,
     draw: bool = True,
     copies: Sequence[Copy] = (),
-    provenance: Mapping[str, Any] | None = None,
+    provenance: Provenance | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
@@ -57,7 +57,7 @@ def drawn(
     spec: Spec,
     unit: Path | LoadedUnit,
     operator: str,
-    provenance: Mapping[str, Any] | None = None,
+    provenance: Provenance | None = None,
 ) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.content import content_of

@@ -1,99 +1,47 @@
 """What a certificate states beside its result: which attempt it is, what it replaces, where the bench's store stood,
-who approved the spec, what calibration stands behind it."""
+who approved the spec, whether a demo made it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from accept.certificate.content import CertificateContent
-from accept.store import UnitState
-
-NOT_STATED = "not stated"
+from accept.store import SignedHead, UnitState
 
 
-def provenance_of(
-    before: UnitState | None,
-    head: Mapping[str, Any] | None,
-    approval: Mapping[str, Any],
-    *,
-    attempt: int | None = None,
-    demo: bool = False,
-    crl: str | None = None,
-) -> dict[str, Any]:
-    """What a certificate is to state. before: what the store knows of the unit's last judgement, None for a first one;
-    head: `Store.signed_head` when the unit was judged; attempt: its number, where it is not one more than `before`;
-    crl: the authority's list of revoked keys as it is now, PEM, for whoever verifies when the authority is gone.
+@dataclass(frozen=True)
+class Provenance:
+    """attempt: its number. replaces: verdict, time and certificate of the unit's last judgement, None for a first one.
+    approval: of the spec, as it is attached. head: of the store when the unit was judged. crl: the authority's list of
+    revoked keys as it was then, PEM, for whoever verifies when the authority is gone.
     """
-    replaces = None
-    if before is not None:
+
+    attempt: int
+    replaces: Mapping[str, str | None] | None
+    approval: Mapping[str, Any]
+    head: SignedHead | None = None
+    demo: bool = False
+    crl: str | None = None
+
+    @classmethod
+    def of(
+        cls,
+        before: UnitState | None,
+        head: SignedHead | None,
+        approval: Mapping[str, Any],
+        *,
+        attempt: int | None = None,
+        demo: bool = False,
+        crl: str | None = None,
+    ) -> "Provenance":
+        """before: what the store knows of the unit's last judgement; attempt: where it is not one more than that."""
+        if before is None:
+            return cls(attempt or 1, None, approval, head, demo, crl)
         certificate = before.certificate.sha256 if before.certificate else None
         replaces = {"verdict": before.verdict, "time": before.time, "certificate": certificate}
-    number = attempt or (before.attempts + 1 if before else 1)
-    stated: dict[str, Any] = {"attempt": number, "replaces": replaces, "approval": dict(approval)}
-    if head is not None:
-        stated["head"] = dict(head)
-    if crl is not None:
-        stated["crl"] = crl
-    return stated | ({"demo": True} if demo else {})
+        return cls(attempt or before.attempts + 1, replaces, approval, head, demo, crl)
 
-
-def statements(contents: CertificateContent) -> dict[str, str]:
-    """Name -> sentence, in the order in which page and `accept verify` show them."""
-    return {
-        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
-        "Models": _models(contents),
-        "Attempt": _attempt(contents.provenance),
-        "Calibration": _calibration(contents.result.get("calibration")),
-        "Copies": _copies(contents.result.get("copies") or []),
-        "Store": _head(contents.provenance.get("head")),
-    }
-
-
-def _approved(approval: Mapping[str, Any] | None) -> str:
-    if approval is None:
-        return ""
-    if approval.get("builtin"):
-        return "; comes with the program"
-    if approval.get("person"):
-        return f"; approved by {approval['person']} on {str(approval.get('time', ''))[:10]}"
-    return f"; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
-
-
-def _models(contents: CertificateContent) -> str:
-    named = [f"{n} ({f} {digest[:12]})" for n, m in sorted(contents.models.items()) for f, digest in m.hashes.items()]
-    return "; ".join(named)
-
-
-def _attempt(provenance: Mapping[str, Any]) -> str:
-    number, before = provenance.get("attempt"), provenance.get("replaces")
-    if number is None:
-        return NOT_STATED
-    if before is None:
-        return str(number)
-    certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
-    return f"{number}, replaces '{before['verdict']}' of {str(before['time'])[:19].replace('T', ' ')} UTC{certificate}"
-
-
-def _calibration(given: Mapping[str, Any] | None) -> str:
-    if given is None:
-        return NOT_STATED
-    wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
-    state = f"{len(wrong)} not valid" if wrong else "all valid"
-    return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
-
-
-def _copies(copies: Sequence[Mapping[str, Any]]) -> str:
-    return "; ".join(_one_copy(copy) for copy in copies)
-
-
-def _one_copy(copy: Mapping[str, Any]) -> str:
-    others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
-    same = f"{copy['sample']} holds the samples of {others}"
-    said = copy.get("resolved")
-    if said is None:
-        return f"{same}: without a result until somebody says whose it is"
-    whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
-    return f"{same}: measured at {whose}, said {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
-
-
-def _head(head: Mapping[str, Any] | None) -> str:
-    return NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}"
+    def to_json(self) -> dict[str, Any]:
+        """As it stands in the certificate's manifest."""
+        more = {"head": self.head and self.head.to_json(), "crl": self.crl, "demo": self.demo or None}
+        stated = {"attempt": self.attempt, "replaces": self.replaces, "approval": dict(self.approval)}
+        return stated | {key: value for key, value in more.items() if value is not None}

@@ -6,6 +6,7 @@ from accept.store.event import Event, NewEvent
 from accept.store.fold import BenchState, Certificate, Signature, UnitState, fold
 from accept.store.opening import open_store
 from accept.store.report import check_lines
+from accept.store.seal import SignedHead
 from accept.store.store import Store
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "Event",
     "NewEvent",
     "Signature",
+    "SignedHead",
     "Store",
     "StoreError",
     "StoreHead",

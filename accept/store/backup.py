@@ -38,7 +38,8 @@ def back_up(store: Store, file: Path) -> StoreHead:
     with reported(str(file)):
         os.replace(part, file)
         signed = store.signed_head()
-        write_atomic(file.with_name(f"{file.name}.head.json"), json.dumps(signed, indent=1).encode() + b"\n")
+        stated = signed and signed.to_json()
+        write_atomic(file.with_name(f"{file.name}.head.json"), json.dumps(stated, indent=1).encode() + b"\n")
     return head
 
 

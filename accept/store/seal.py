@@ -39,6 +39,18 @@ class Seal:
 
 
 @dataclass(frozen=True)
+class SignedHead:
+    """A head with the bench's signature, both hexadecimal: what certificates state and `accept store head` exports."""
+
+    head: StoreHead
+    bench: str  # its public key
+    signature: str
+
+    def to_json(self) -> dict[str, Any]:
+        return {"seq": self.head.seq, "hash": self.head.hash, "bench": self.bench, "signature": self.signature}
+
+
+@dataclass(frozen=True)
 class Sealer:
     """Reads and writes one seal. file: where it lies; key_file: the bench's own key, made when there is none. It is no
     person's and has no passphrase, so that a bench can work unattended: whoever may read it can seal."""
@@ -66,13 +78,11 @@ class Sealer:
         except (OSError, ValueError):
             self.file.unlink(missing_ok=True)
 
-    def signed_head(self, head: StoreHead) -> dict[str, Any]:
-        """A head with the bench's signature: what certificates state and `accept store head` exports.
-
-        Raises OSError."""
+    def signed_head(self, head: StoreHead) -> SignedHead:
+        """Raises OSError."""
         key = self._key()
         public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
-        return {"seq": head.seq, "hash": head.hash, "bench": public, "signature": key.sign(_said(head)).hex()}
+        return SignedHead(head, public, key.sign(_said(head)).hex())
 
     def _key(self) -> Ed25519PrivateKey:
         try:

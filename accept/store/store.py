@@ -18,7 +18,7 @@ from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misf
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
-from accept.store.seal import Sealer, file_looks, rows_look
+from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 
 _PAGE = 500  # events read at once; between pages no lock is held
 
@@ -108,7 +108,7 @@ class Store:
         ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
 
-    def signed_head(self) -> dict[str, Any] | None:
+    def signed_head(self) -> SignedHead | None:
         """The last event with the bench's signature, for certificates and `accept store head`; None for an empty store
         or one in memory. Raises StoreError."""
         head = self.head()

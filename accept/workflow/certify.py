@@ -3,11 +3,10 @@
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from accept.certificate.certify import certify, sign_into
 from accept.certificate.examine import drawn
-from accept.certificate.provenance import provenance_of
+from accept.certificate.provenance import Provenance
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
@@ -84,10 +83,10 @@ def _verified(session: Session, path: Path, credential: Credential) -> Verificat
     return verify_file(path, [credential.ca], records=session.folder)
 
 
-def _provenance(session: Session, credential: Credential) -> dict[str, Any]:
+def _provenance(session: Session, credential: Credential) -> Provenance:
     """This attempt's number, and what was judged before it began."""
     approval = approval_of(session.spec, session.home, credential.ca)
     before = fold(session.before_attempt()).units.get(session.serial)
     number = session.attempt.number
     crl = kept(keys.folder(session.home) / FILE)
-    return provenance_of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo, crl=crl)
+    return Provenance.of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo, crl=crl)

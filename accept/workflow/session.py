@@ -259,7 +259,7 @@ class Session:
         with self._mutex:
             copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)
             result = withheld(result, copies)
-            events.judged(self.store, self.folder, result.to_json(), self.spec, self.operator)
+            events.judged(self.store, self.folder, result, self.spec, self.operator)
             withhold_others(self.store, self.serial, copies, self.operator)
             self._catch_up()
             self._result = given, result

@@ -11,7 +11,7 @@ from cryptography import x509
 
 from accept.certificate.content import CertificateContent
 from accept.certificate.errors import InvalidCertificate, guarded, one_line
-from accept.certificate.provenance import statements
+from accept.certificate.statements import statements
 from accept.certificate.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import same_person

@@ -37,7 +37,7 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
-    tell(*words(document))
+    tell(*words(folder.serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say(f"dx, dy: {found.meaning}")
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
@@ -88,11 +88,10 @@ def as_document(serial: str, found: MisalignmentEstimate | Reason) -> dict[str, 
     return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": words}
 
 
-def words(document: dict[str, Any]) -> list[str]:
+def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:
     """A few lines for a person."""
-    if document["verdict"] != Verdict.PASS:
-        return [f"{document['serial']}: no result: {document['reason']}"]
-    return [
-        f"{document['serial']}: {axis} = {document[f'{axis}_um']['value']:.1f} ± {document[f'{axis}_um']['U']:.1f} um"
-        for axis in ("dx", "dy")
-    ]
+    reason = found if isinstance(found, Reason) else found.reason
+    if isinstance(found, Reason) or reason is not None:
+        return [f"{serial}: no result: {reason}"]
+    along = {"dx": found.dx, "dy": found.dy}
+    return [f"{serial}: {axis} = {one.value:.1f} ± {one.U:.1f} um" for axis, one in along.items()]

@@ -55,12 +55,12 @@ def head(out: Path | None) -> Exit:
         signed = store.signed_head()
     if signed is None:
         raise StoreError("the store holds no event yet, so it has no head")
-    text = json.dumps(signed, indent=1) + "\n"
+    text = json.dumps(signed.to_json(), indent=1) + "\n"
     if out is None:
         tell(*text.splitlines())
     else:
         write_atomic(out, text.encode())
-        say(f"event {signed['seq']}: head in {out}; `accept store check --head {out}` holds the store against it")
+        say(f"event {signed.head.seq}: head in {out}; `accept store check --head {out}` holds the store against it")
     return Exit.ACCEPTED
 
 

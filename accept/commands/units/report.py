@@ -9,10 +9,10 @@ from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.batch import judge_batch
-from accept.batch.table import reasons
+from accept.batch.table import reasons_of
 from accept.certificate.certify import certify
 from accept.certificate.examine import examine
-from accept.certificate.provenance import provenance_of
+from accept.certificate.provenance import Provenance
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import FILE, kept
 from accept.certificate.trust.spec_approval import approval_of
@@ -46,7 +46,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
             raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
         before = fold(store.events(one.serial)).units.get(one.serial)
         approval = approval_of(chosen, home(), credential.ca if credential else None)
-        stated_too = provenance_of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
+        stated_too = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
         start = StartModel.of(chosen, wanted.model)
         examined = partial(examine, one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
         judged = examined()
@@ -56,7 +56,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         for other in withhold_others(store, one.serial, copies, who):
             say(f"warning: {other} was judged with a recording of {one.serial}; its result counts no more")
     result = judged.result
-    for line in reasons([result.to_json()]):
+    for line in reasons_of(result):
         say(line)
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])

@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from accept.base.home import home
 from accept.certificate.content import CertificateContent, content_of
 from accept.certificate.page.document import render
-from accept.certificate.provenance import provenance_of
+from accept.certificate.provenance import Provenance
 from accept.certificate.signature.signing import _metadata, _signer, sign
 from accept.certificate.trust import authority, encrypted_key, key_changes, keys, revocation
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
@@ -74,7 +74,7 @@ def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> Certi
     chosen = judge_unit.load_spec(spec)
     return content_of(
         judge_unit.judge_unit(unit, chosen), chosen, folder, "M. Keller",
-        provenance=provenance_of(None, None, {"builtin": True}),
+        provenance=Provenance.of(None, None, {"builtin": True}).to_json(),
     )  # fmt: skip
 
 

@@ -1,0 +1,71 @@
+"""The sentences that page and `accept verify` show beside the result, made from what the certificate states."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from accept.certificate.content import CertificateContent
+
+NOT_STATED = "not stated"
+
+
+def statements(contents: CertificateContent) -> dict[str, str]:
+    """Name -> sentence, in the order in which page and `accept verify` show them."""
+    return {
+        "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
+        "Models": _models(contents),
+        "Attempt": _attempt(contents.provenance),
+        "Calibration": _calibration(contents.result.get("calibration")),
+        "Copies": _copies(contents.result.get("copies") or []),
+        "Store": _head(contents.provenance.get("head")),
+    }
+
+
+def _approved(approval: Mapping[str, Any] | None) -> str:
+    if approval is None:
+        return ""
+    if approval.get("builtin"):
+        return "; comes with the program"
+    if approval.get("person"):
+        return f"; approved by {approval['person']} on {str(approval.get('time', ''))[:10]}"
+    return f"; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
+
+
+def _models(contents: CertificateContent) -> str:
+    named = [f"{n} ({f} {digest[:12]})" for n, m in sorted(contents.models.items()) for f, digest in m.hashes.items()]
+    return "; ".join(named)
+
+
+def _attempt(provenance: Mapping[str, Any]) -> str:
+    number, before = provenance.get("attempt"), provenance.get("replaces")
+    if number is None:
+        return NOT_STATED
+    if before is None:
+        return str(number)
+    certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
+    return f"{number}, replaces '{before['verdict']}' of {str(before['time'])[:19].replace('T', ' ')} UTC{certificate}"
+
+
+def _calibration(given: Mapping[str, Any] | None) -> str:
+    if given is None:
+        return NOT_STATED
+    wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
+    state = f"{len(wrong)} not valid" if wrong else "all valid"
+    return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
+
+
+def _copies(copies: Sequence[Mapping[str, Any]]) -> str:
+    return "; ".join(_one_copy(copy) for copy in copies)
+
+
+def _one_copy(copy: Mapping[str, Any]) -> str:
+    others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
+    same = f"{copy['sample']} holds the samples of {others}"
+    said = copy.get("resolved")
+    if said is None:
+        return f"{same}: without a result until somebody says whose it is"
+    whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
+    return f"{same}: measured at {whose}, said {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
+
+
+def _head(head: Mapping[str, Any] | None) -> str:
+    return NOT_STATED if head is None else f"event {head['seq']}, {head['hash']}"
