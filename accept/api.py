@@ -28,7 +28,8 @@ from accept.simulate import UnitRequest
 from accept.simulate import simulate as _simulate
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.fitting.dataset import F_HI, F_LO
-from checks.gap.decision.panels import panels as gap_panels
+from checks.gap.decision.bode_panels import bode_panels
+from checks.gap.decision.panels import disagreement
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels as misalignment_panels
 from checks.model.model import Model
@@ -178,7 +179,7 @@ def plot(what: Drawable) -> Plot:
         case FittedModel():
             return Plot(pictures(what), what.measured.serial)
         case GapAnalysis():
-            return Plot(gap_panels(what.result), what.measured.serial)
+            return Plot({"map": disagreement(what.result), **bode_panels(what.result)}, what.measured.serial)
         case _:
             return Plot(what)
 

@@ -45,12 +45,13 @@ def gap(
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
     without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
     empirical: Annotated[bool, typer.Option("--empirical", help="Add unidentified effects to the model.")] = False,
+    html: Annotated[bool, typer.Option("--html", help="Also write gap.html, plots to zoom in.")] = False,
     cluster: ClusterAt = None,
 ) -> None:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
     from accept.commands.physics import gap as command
 
-    raise typer.Exit(command.run(units, model, out, fleet, without or [], cluster, empirical))
+    raise typer.Exit(command.run(units, model, out, fleet, without or [], cluster, empirical, html))
 
 
 @lookup_app.command()

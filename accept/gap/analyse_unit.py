@@ -89,9 +89,9 @@ def analyse(
         raise GapRefused(f"{CONTRADICTION}; {e}") from e
 
 
-def write(done: GapAnalysis, out: Path, empirical: bool = False) -> tuple[Added, ...]:
+def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[Added, ...]:
     """gap.json, gap.pdf and model.toml into a folder; empirical: what has no name is added to the model, and what that
-    was comes back."""
+    was comes back; html: gap.html as well. Raises PictureError where that needs what is not installed."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
     model = out / "model.toml"
@@ -102,7 +102,11 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False) -> tuple[Added,
         write_improved(model, done.model, done.measured, done.result)
     document = done.document | ({"empirical": [a.document for a in added]} if empirical else {})
     write_atomic(out / "gap.json", json.dumps(document, indent=1, allow_nan=False).encode())
-    write_atomic(out / "gap.pdf", render(done.measured.serial, done.result))
+    write_atomic(out / "gap.pdf", render(done.measured.serial, done.result, added))
+    if html:
+        from accept.gap.report_html import render_html
+
+        write_atomic(out / "gap.html", render_html(done.measured.serial, done.result, added))
     return added
 
 

@@ -1,6 +1,7 @@
 """`accept gap --empirical`: what has no name goes into the improved model as an element that is labelled so, where the
 file as it is written then explains unseen records at least as well in every channel."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from checks.gap.decision.result import Result
 from checks.gap.empirical import Fitted, fitted
 from checks.gap.inputs import Inputs
 from checks.model.model import Model
+from checks.model.unidentified import Element
 
 AGREES = 1.0  # G of a channel up to which there is nothing to add
 
@@ -76,6 +78,11 @@ def _reason(channel: str, before: float, found: dict[str, Fitted | None], worse:
 def _G(model: Model, data: Dataset) -> dict[str, float]:
     H = model.frf(data.f, channels=data.channels)
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}
+
+
+def elements_of(added: Sequence[Added]) -> dict[str, Element]:
+    """What was added, by channel."""
+    return {a.channel: a.fitted.element for a in added if a.fitted is not None}
 
 
 def lines(added: tuple[Added, ...]) -> list[str]:

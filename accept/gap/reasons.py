@@ -11,6 +11,7 @@ from checks.gap.decision.result import Result, Tried
 SHOWN = 8  # of each: what follows says less
 ALIKE = 3.0  # in ln L: less does not distinguish two explanations
 POOR = 1e-3  # probability of the rest below which an explanation leaves something over
+NOT_KNOWN = "not named: would explain it, but no effect of the library is behind it"
 FAR = 2.0  # of a prior's sd: a value that moved so far is worth a second look
 
 
@@ -44,7 +45,7 @@ def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) ->
     if not tried.names:
         return "leaves the gap as it is"
     if chosen is None:
-        return f"not named: leaves something over (p {chance(tried.p)})" if tried.p < POOR else "not named"
+        return f"not named: leaves something over (p {chance(tried.p)})" if tried.p < POOR else NOT_KNOWN
     behind = chosen.delta_lnL - tried.delta_lnL
     if set(tried.names) > named and -behind < ALIKE:
         return "not named: the additional effect gains nothing"
@@ -52,7 +53,9 @@ def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) ->
         return f"not named: fits worse, by {behind:.0f} in ln L"
     if set(tried.names) < named:
         return "not named: part of what was named, and not enough alone"
-    return f"not named: needs {len(tried.names)} effects for the same gain"
+    if len(tried.names) > len(named):
+        return f"not named: needs {len(tried.names)} effects for the same gain"
+    return "not named: explains no more than what was named"
 
 
 def moved(result: Result) -> list[Moved]:

@@ -2,60 +2,67 @@
 
 import io
 from collections.abc import Sequence
-from typing import Any
 
-import numpy as np
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageBreak, PageTemplate, Spacer, Table, TableStyle
+from reportlab.platypus import (
+    BaseDocTemplate,
+    Flowable,
+    Frame,
+    KeepTogether,
+    PageBreak,
+    PageTemplate,
+    Spacer,
+    Table,
+    TableStyle,
+)
 
-from accept.gap.reasons import candidates, moved, shift_words
+from accept.gap.empirical import Added, elements_of
+from accept.gap.report_tables import tables
 from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, number
+from accept.pictures.interactive import PageTable
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
-from accept.pictures.pdf.figure_row import FigureRow
+from accept.pictures.pdf.figure_row import FigureRow, FigureStack
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
 from accept.pictures.reduce import reduced
-from checks.gap.decision.panels import errors, panels, responses
+from checks.gap.decision.bode_panels import bode_panels
+from checks.gap.decision.panels import disagreement
 from checks.gap.decision.result import NO_MISSING, Result
-from checks.picture import Line, Panel
 
 HEAD = 20 * mm
-CANDIDATES = 6
-PARAMETERS = 16
+BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
 BEFORE = (
     "Before: the model with its uncertain values fitted, without the effects; after: with the effects named. Both on "
     "records that were not fitted."
 )
+BANDS = (
+    "Bands hold 95 % at each frequency: of the measurement by its noise; of the model after by its stated tolerance "
+    "and the covariance of its fitted values, the scatter of the APA's modes among them; of units as the model's file "
+    "describes them, drawn from its priors and scatter."
+)
 
 
-def render(serial: str, result: Result) -> bytes:
-    """The report as a PDF."""
+def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
+    """The report as a PDF. added: what was added to the improved model without a name."""
     register()
-    drawn = panels(result)
-    channels = result.before.data.channels
-    rows = [
-        FigureRow([reduced(drawn["map"])], 36.0),
-        FigureRow([reduced(drawn[f"{c} residual"]) for c in channels], 54.0),
-        FigureRow([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
-    ]
+    shown = tables(result, added)
     story: list[Flowable] = [
         *_found(result),
-        words("Residual before and after", page_style.HEADING),
+        words("Where model and data disagree", page_style.HEADING),
         words(BEFORE, page_style.QUIET),
-        *rows[:2],
-        words("Model against data", page_style.HEADING),
-        rows[2],
-        *_gap_table(result),
-        *_candidates(result),
+        FigureRow([reduced(disagreement(result))], 40.0),
+        *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28)),
         *_remarks(result),
+        *_table(shown.get("reasons"), (66, 22, 24, 70)),
+        *_limits(result),
+        *_table(shown.get("added"), (18, 20, 20, 18, 56, 50)),
+        *_table(shown.get("fitted"), (62, 36, 36, 48)),
         PageBreak(),
-        words("Magnitude and phase, one frequency axis", page_style.HEADING),
-        FigureRow([reduced(drawn[f"{c} magnitude"]) for c in channels], 54.0),
-        FigureRow([reduced(panel) for panel in phases(result)], 42.0),
-        *_reasons(result),
-        *_moved(result),
+        words("Bode plots, on records that were not fitted", page_style.HEADING),
+        words(BANDS, page_style.QUIET),
+        *_bode(result, added),
     ]
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
@@ -81,7 +88,8 @@ def _head(canvas: Canvas, serial: str, result: Result) -> None:
     sign = page_style.GAP_SIGNS[result.verdict]
     left, width, height = page_style.WIDTH - page_style.MARGIN - 100 * mm, 100 * mm, 13 * mm
     canvas.setFillColor(sign.fill)
-    canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=0, fill=1)
+    canvas.setStrokeColor(page_style.GREY_COLOUR)
+    canvas.roundRect(left, top - height, width, height, 2 * mm, stroke=int(sign.fill == page_style.WHITE), fill=1)
     canvas.setFillColor(sign.ink)
     line = headline_of(result.verdict, [n.effect for n in result.named])
     canvas.setFont(BOLD, fitted(line, BOLD, 15, width - 8 * mm))
@@ -118,72 +126,13 @@ def _found(result: Result) -> list[Flowable]:
     return story
 
 
-def _gap_table(result: Result) -> list[Flowable]:
-    head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
-    cells: list[list[Any]] = [[words(h, page_style.TABLE_HEAD) for h in head]]
-    off = errors(result)
-    for c, before in result.gap_before.channels.items():
-        dB, deg, dB_after, deg_after = off[c]
-        row = [c, gap_number(before.G), gap_number(result.gap_after.channels[c].G)]
-        row += [f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"]
-        cells.append([words(v, page_style.BODY) for v in row])
-    title = "The gap: squared residual over noise variance plus squared tolerance (1 or less is agreement)"
-    return [words(title, page_style.HEADING), _table(cells, [24, 24, 24, 28, 24, 30, 28])]
-
-
-def _candidates(result: Result) -> list[Flowable]:
-    if not result.tried:
-        return _limits(result)
-    cells: list[list[Any]] = [
-        [words(h, page_style.TABLE_HEAD) for h in ("Explanation tried", "gain in ln L", "p of the rest")]
-    ]
-    for t in result.tried[:CANDIDATES]:
-        row = (", ".join(t.names) or "none", f"{t.delta_lnL:.0f}", chance(t.p))
-        cells.append([words(v, page_style.SMALL) for v in row])
-    return [words("Candidates, on records that were not fitted", page_style.HEADING), _table(cells, [110, 36, 36])]
-
-
-def _reasons(result: Result) -> list[Flowable]:
-    """Every explanation that was tried, and why it was named or not."""
-    rows = list(candidates(result))
-    if not rows:
-        return []
-    head = ("Explanation tried", "gain in ln L", "p of the rest", "decision")
-    cells = [[words(h, page_style.TABLE_HEAD) for h in head]]
-    cells += [[words(v, page_style.SMALL) for v in row] for row in rows]
-    return [words("Why this cause, and why not another", page_style.HEADING), _table(cells, [62, 24, 24, 72])]
-
-
-def _moved(result: Result) -> list[Flowable]:
-    """The model's uncertain values after the fit, beside what its file says."""
-    found = moved(result)
-    if not found:
-        return []
-    head = ("Model value", "in its file", "fitted", "moved by")
-    cells = [[words(h, page_style.TABLE_HEAD) for h in head]]
-    for one in found[:PARAMETERS]:
-        row = (one.name, f"{number(one.prior)} ± {one.prior_sd:.2g}", f"{number(one.value)} ± {one.sd:.2g}")
-        cells.append([words(v, page_style.SMALL) for v in (*row, shift_words(one))])
-    rest = len(found) - PARAMETERS
-    more = f" The other {rest} moved less." if rest > 0 else ""
-    title = words("Fitted values against their priors", page_style.HEADING)
-    note = words(f"One standard deviation each, those that moved furthest first.{more}", page_style.QUIET)
-    return [title, note, _table(cells, [72, 36, 36, 38])]
-
-
-def phases(result: Result) -> list[Panel]:
-    """Phase of every channel, measured and by the model before and after, over the bins of its magnitude."""
-    data, out = result.before.data, []
-    before, after = responses(result)
-    for c in range(len(data.channels)):
-        measured, was, now = (np.degrees(np.angle(H[:, c])) for H in (data.H, before, after))
-        lines = (
-            Line(data.f, measured, "", "points", "data"),
-            Line(data.f, was, "", "points", "before"),
-            Line(data.f, now, "", "points", "model"),
-        )
-        out.append(Panel("", "frequency [Hz]", "phase [deg]", lines, x_log=True, y_range=(-190.0, 190.0)))
-    return out
+def _bode(result: Result, added: Sequence[Added]) -> list[Flowable]:
+    """Magnitude, phase and what is left of every channel, on one frequency axis each."""
+    channels = result.before.data.channels
+    drawn = bode_panels(result, elements_of(added))
+    heights = [h * min(3.0 / len(channels), 1.6) for h in BODE]
+    kinds = ("magnitude", "phase", "deviation")
+    return [FigureStack([reduced(drawn[f"{c} {kind}"]) for kind in kinds], heights) for c in channels]
 
 
 def _limits(result: Result) -> list[Flowable]:
@@ -206,17 +155,23 @@ def _remarks(result: Result) -> list[Flowable]:
     return [Spacer(1, 4), *(words(line, page_style.SMALL) for line in lines)]
 
 
-def _table(cells: list[list[Any]], widths_mm: Sequence[float]) -> Table:
-    table = Table(cells, colWidths=[w * mm for w in widths_mm], hAlign="LEFT")
+def _table(table: PageTable | None, widths_mm: Sequence[float]) -> list[Flowable]:
+    if table is None:
+        return []
+    cells = [[words(h, page_style.TABLE_HEAD) for h in table.head]]
+    cells += [[words(value, page_style.SMALL) for value in row] for row in table.rows]
+    drawn = Table(cells, colWidths=[w * mm for w in widths_mm], hAlign="LEFT")
     every = ((0, 0), (-1, -1))
-    table.setStyle(
+    drawn.setStyle(
         TableStyle(
             [
                 ("LINEBELOW", (0, 0), (-1, 0), 0.6, page_style.GREY_COLOUR),
+                ("LINEBELOW", (0, 1), (-1, -1), 0.25, page_style.PALE_COLOUR),
+                ("VALIGN", *every, "TOP"),
                 ("TOPPADDING", *every, 0.8),
-                ("BOTTOMPADDING", *every, 0.8),
+                ("BOTTOMPADDING", *every, 1.2),
                 ("LEFTPADDING", *every, 2),
             ]
         )
     )
-    return table
+    return [KeepTogether([words(table.title, page_style.HEADING), words(table.note, page_style.QUIET), drawn])]

@@ -59,13 +59,13 @@ def summary(serial: str, r: Result) -> list[str]:
     gaps = ["  gap on unseen records, before -> after:"]
     for c, before in r.gap_before.channels.items():
         gaps.append(f"    {c}: G {gap_number(before.G)} -> {gap_number(r.gap_after.channels[c].G)}")
-    more = [line for words, indent in _told(r) for line in _wrapped(words, indent)]
+    more = [line for words, indent in told(r) for line in _wrapped(words, indent)]
     room = LINES - len(lines) - len(gaps)
     cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
     return [*lines, *more[: room - len(cut)], *cut, *gaps]
 
 
-def _told(r: Result) -> Iterator[tuple[str, str]]:
+def told(r: Result) -> Iterator[tuple[str, str]]:
     """What is to be said besides the gap, the most important first, each with its indent."""
     for n in r.named:
         yield n.sentence, "  "

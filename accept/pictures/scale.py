@@ -40,7 +40,8 @@ class Scale:
     def ticks(self, most: int) -> list[tuple[float, str]]:
         """(value, words) of at most `most` ticks within the limits."""
         if self.names:
-            return [(float(n), name) for n, name in enumerate(self.names) if self.lo <= n <= self.hi]
+            low, high = sorted((self.lo, self.hi))  # an axis of names may begin at the top
+            return [(float(n), name) for n, name in enumerate(self.names) if low <= n <= high]
         if self.log and self.hi / self.lo > 10.0**0.9:
             return [(v, number(v)) for v in self._decades(most)]
         step = self._step(most)

@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
 from accept.models.model_file import DEFAULT_MODEL, moved
+from accept.pictures.formats import PictureError
+from accept.pictures.interactive import MISSING
 from accept.units.shared_folder import anywhere, looks_of, not_shared
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
@@ -33,6 +36,7 @@ class GapQuestion:
     model: str
     without: Sequence[str]
     empirical: bool = False
+    html: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,7 @@ def run(
     without: Sequence[str],
     where: str | None = None,
     empirical: bool = False,
+    html: bool = False,
 ) -> Exit:
     """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well.
     where: a cluster that does the work."""
@@ -62,10 +67,13 @@ def run(
     if unknown:
         say(f"accept: --without {', '.join(unknown)}: no such effect (are: {', '.join(EFFECTS)})")
         return Exit.BAD_INPUT
+    if html and find_spec("plotly") is None:
+        raise PictureError(MISSING)
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
     asked = [
-        GapQuestion(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical) for u in map(anywhere, units)
+        GapQuestion(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical, html)
+        for u in map(anywhere, units)
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
@@ -108,7 +116,7 @@ def answer(question: GapQuestion) -> Answer:
     except (GapRefused, ModelError, RecordError, UnitError) as e:
         return Answer(None, [str(e)], {})
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
-        added = analyse_unit.write(done, Path(place), question.empirical)
+        added = analyse_unit.write(done, Path(place), question.empirical, question.html)
         files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
         here = Path(place).resolve()
     return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files, here)
@@ -126,5 +134,5 @@ def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, 
         own = moved(content, given.place, place) if Path(name).suffix == ".toml" else content
         write_atomic(place / Path(name).name, own)
     tell(*given.words)
-    say(f"{place}: gap.json, gap.pdf and model.toml written")
+    say(f"{place}: {', '.join(sorted(given.files))} written")
     return given.document

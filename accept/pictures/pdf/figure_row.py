@@ -1,12 +1,13 @@
-"""A row of pictures in a flow of text, drawn onto the page as vectors where it comes to stand."""
+"""Pictures in a flow of text, beside or below each other, drawn onto the page as vectors where they come to stand."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable
 
 from accept.pictures.pdf import page_style
-from accept.pictures.pdf.panel_drawing import draw_panel
+from accept.pictures.pdf.panel_drawing import BOTTOM, TOP, Room, draw_panel
 from checks.picture import Panel
 
 
@@ -31,3 +32,31 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         width, height = self.size[0] / self.columns, self.size[1]
         for nth, panel in enumerate(self.panels):
             draw_panel(self.canv, panel, nth * width, 0.0, width, height)
+
+
+LEGEND = 38.0 * mm  # beside the axes
+BETWEEN = 2.2 * mm  # two panels on one axis
+
+
+class FigureStack(Flowable):  # type: ignore[misc]
+    """Panels below each other on one horizontal axis, whose numbers stand once, under the last; legends at the right.
+    heights_mm: of the axes of each. The first has a title."""
+
+    def __init__(self, panels: Sequence[Panel], heights_mm: Sequence[float]) -> None:
+        super().__init__()
+        self.panels, self.heights = panels, [h * mm for h in heights_mm]
+        self.size = (page_style.INNER, TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM)
+
+    def wrap(self, *_: float) -> tuple[float, float]:
+        """Width and height [pt]."""
+        return self.size
+
+    def draw(self) -> None:
+        """Every panel over the width, the first on top."""
+        top = self.size[1] - TOP
+        for nth, (panel, height) in enumerate(zip(self.panels, self.heights, strict=True)):
+            shown = panel if nth == 0 else replace(panel, title="")
+            last = nth == len(self.panels) - 1
+            room = Room(right=LEGEND, bottom=BOTTOM, top=TOP, x_words=last, legend_right=True)
+            draw_panel(self.canv, shown, 0.0, top - height - BOTTOM, self.size[0], height + BOTTOM + TOP, room)
+            top -= height + BETWEEN

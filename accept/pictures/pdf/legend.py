@@ -1,4 +1,4 @@
-"""The legend of a panel, in the corner where it hides least."""
+"""The legend of a panel, in the corner where it hides least, or beside the axes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,14 +27,14 @@ class LegendEntry:
     dash: tuple[float, float] | None = None
 
 
-def legend(area: Area, entries: Sequence[LegendEntry], items: Sequence[Item]) -> None:
-    """Draw it, where there is anything to explain."""
+def legend(area: Area, entries: Sequence[LegendEntry], items: Sequence[Item], *, beside: bool = False) -> None:
+    """Draw it, where there is anything to explain; beside: at the right of the axes, where nothing is hidden."""
     if not entries:
         return
     canvas = area.canvas
     width = _HANDLE + _GAP + max(stringWidth(e.words, REGULAR, _SIZE) for e in entries) + 2 * _EDGE
     height = len(entries) * _LEADING + 2 * _EDGE - 1.5
-    left, bottom = _place(area, width, height, items)
+    left, bottom = (area.right + _GAP, area.top - height) if beside else _place(area, width, height, items)
     canvas.saveState()
     canvas.setFillColor(HexColor("#ffffff"))
     canvas.setFillAlpha(0.85)

@@ -3,6 +3,8 @@
 The look is that of `accept.pictures`, which draws panels into files of their own.
 """
 
+from dataclasses import dataclass
+
 from reportlab.lib.colors import HexColor
 from reportlab.lib.units import mm
 from reportlab.pdfbase.pdfmetrics import stringWidth
@@ -24,21 +26,36 @@ _TICK_LENGTH, _PAD = 2.0, 2.0
 _X_TICK_ROOM, _Y_TICK_ROOM = 19.0, 13.0  # pt of the axis for each tick, at least
 
 
-def draw_panel(canvas: Canvas, panel: Panel, x: float, y: float, width: float, height: float) -> None:
+@dataclass(frozen=True)
+class Room:
+    """Margins [pt] about the axes of a panel. x_words: numbers and label under the axis, which the lowest of several
+    panels that stand on one axis has for all. legend_right: in the margin instead of over the curves."""
+
+    right: float = RIGHT
+    bottom: float = BOTTOM
+    top: float = TOP
+    x_words: bool = True
+    legend_right: bool = False
+
+
+def draw_panel(
+    canvas: Canvas, panel: Panel, x: float, y: float, width: float, height: float, room: Room | None = None
+) -> None:
     """Draw a panel into the rectangle with its lower left corner at x, y [pt]."""
-    right = _MAP_RIGHT if any(isinstance(item, Heights | Image) for item in panel.items) else RIGHT
-    wide, tall = max(width - LEFT - right, 3.0), max(height - BOTTOM - TOP, 3.0)
-    area = Area(canvas, x + LEFT, y + BOTTOM, wide, tall, *scales(panel, wide, tall))
+    has_bar = any(isinstance(item, Heights | Image) for item in panel.items)
+    around = room or Room(right=_MAP_RIGHT if has_bar else RIGHT)
+    wide, tall = max(width - LEFT - around.right, 3.0), max(height - around.bottom - around.top, 3.0)
+    area = Area(canvas, x + LEFT, y + around.bottom, wide, tall, *scales(panel, wide, tall))
     canvas.saveState()
     canvas.setLineJoin(1)
-    numbers = _axes(area, grid=not any(isinstance(item, Image) for item in panel.items))
+    numbers = _axes(area, not any(isinstance(item, Image) for item in panel.items), around.x_words)
     entries = panel_items.draw_items(area, panel.items)
-    _words(area, panel, numbers)
-    legend(area, entries, panel.items)
+    _words(area, panel, numbers, around.x_words)
+    legend(area, entries, panel.items, beside=around.legend_right)
     canvas.restoreState()
 
 
-def _axes(area: Area, grid: bool) -> float:
+def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
     """Grid, both axes, ticks and their numbers; the width [pt] of those at the left."""
     canvas = area.canvas
     x_ticks = area.x_scale.ticks(max(2, int(area.width / _X_TICK_ROOM)))
@@ -59,7 +76,7 @@ def _axes(area: Area, grid: bool) -> float:
     canvas.setFillColor(HexColor(INK))
     canvas.setFont(REGULAR, _TICK)
     end = -1e9  # where the number before ends: one that would touch it is left out
-    for x, words in xs:
+    for x, words in xs if x_numbers else ():
         half = stringWidth(words, REGULAR, _TICK) / 2
         if x - half > end + 3.0:
             canvas.drawCentredString(x, area.bottom - _TICK_LENGTH - _PAD - 4.6, words)
@@ -73,15 +90,16 @@ def _axes(area: Area, grid: bool) -> float:
     return widest
 
 
-def _words(area: Area, panel: Panel, numbers: float) -> None:
+def _words(area: Area, panel: Panel, numbers: float, x_words: bool) -> None:
     """Title and labels, smaller where they would leave the panel. numbers: width of those at the left axis."""
     canvas = area.canvas
     canvas.setFillColor(HexColor(INK))
     title, x_label, y_label = (pretty(text) for text in (panel.title, panel.x_label, panel.y_label))
     canvas.setFont(BOLD, fitted(title, BOLD, _TITLE, area.width + 8.0))
     canvas.drawString(area.left, area.top + 5.0, title)
-    canvas.setFont(REGULAR, fitted(x_label, REGULAR, _LABEL, area.width + 8.0))
-    canvas.drawCentredString(area.left + area.width / 2, area.bottom - BOTTOM + 5.0, x_label)
+    if x_words:
+        canvas.setFont(REGULAR, fitted(x_label, REGULAR, _LABEL, area.width + 8.0))
+        canvas.drawCentredString(area.left + area.width / 2, area.bottom - BOTTOM + 5.0, x_label)
     canvas.setFont(REGULAR, fitted(y_label, REGULAR, _LABEL, area.height + 20.0))
     canvas.saveState()
     canvas.translate(

@@ -7,6 +7,7 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.fitting.fit_panels import UNITS
 from checks.gap.decision.result import Result
+from checks.gap.statistics.projected_residual import Projected
 from checks.picture import Band, Image, Item, Line, Mark, Panel, Span
 
 CELLS = 120  # of the map along log f
@@ -28,7 +29,12 @@ def panels(result: Result) -> dict[str, Panel]:
 def responses(result: Result) -> tuple[Complex, Complex]:
     """(F, C) of the model before and after at the bins of the unseen records."""
     data = result.before.data
-    return tuple(p.response.frf(data.f, p.at, data.channels) for p in (result.before, result.after))  # type: ignore[return-value]
+    return tuple(p.response.frf(data.f, p.at, data.channels) for p in shown(result))  # type: ignore[return-value]
+
+
+def shown(result: Result) -> tuple[Projected, Projected]:
+    """The models before and after; the same where nothing was named: then G before and after are alike too."""
+    return (result.before, result.after) if result.named else (result.after, result.after)
 
 
 def disagreement(result: Result) -> Panel:
@@ -79,14 +85,14 @@ def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:
     ]
     items += [
         Band(data.f, np.full(data.f.size, 1e-4), np.maximum(allowed, 1e-4), "95 % of noise and tolerance", "quiet"),
-        Line(*_smooth(data.f, np.abs(data.H[:, c] - before) / size), "before", "solid", "before"),
-        Line(*_smooth(data.f, np.abs(data.H[:, c] - after) / size), "after", "solid", "model"),
+        Line(*smooth(data.f, np.abs(data.H[:, c] - before) / size), "before", "solid", "before"),
+        Line(*smooth(data.f, np.abs(data.H[:, c] - after) / size), "after", "solid", "model"),
     ]
     items += [Mark(f, label=f"pole {f:.1f} Hz") for u in result.unnamed if u.channel == name for f in u.poles_Hz[:1]]
     return Panel(f"{name}: what is left", "frequency [Hz]", "|data - model| / |data|", tuple(items), True, True)
 
 
-def _smooth(f: Array, x: Array) -> tuple[Array, Array]:
+def smooth(f: Array, x: Array) -> tuple[Array, Array]:
     """Root mean square within cells of 1 % of f: what the eye would see of the noise."""
     place = np.floor(np.log(f / f[0]) / 0.01).astype(int)
     _, inverse, counts = np.unique(place, return_inverse=True, return_counts=True)

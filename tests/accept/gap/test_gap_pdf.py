@@ -4,14 +4,18 @@ import io
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from pypdf import PdfReader
 
 from accept.gap import analyse_unit
+from accept.gap.empirical import Added
 from accept.gap.reasons import moved
 from accept.gap.report_pdf import render
 from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
+from checks.gap.empirical import Fitted
+from checks.model.unidentified import Element
 from tests.checks.gap.gap_units import HIGHPASS, make_strut
 
 AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
@@ -41,15 +45,17 @@ def text_of(pdf: bytes) -> str:
     return " ".join(" ".join(page.extract_text() for page in PdfReader(io.BytesIO(pdf)).pages).split())
 
 
-def test_the_first_page_has_sentence_and_numbers_the_second_the_reasons(result: Result) -> None:
+def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plots(result: Result) -> None:
     pdf = render("X-1", result)
     pages = [" ".join(page.extract_text().split()) for page in PdfReader(io.BytesIO(pdf)).pages]
     assert len(pages) == 2
     text = pages[0]
-    assert "named" in pages[1]
-    assert "fits worse, by" in pages[1]  # why another explanation was not named
-    assert "Fitted values against their priors" in pages[1]
-    assert f"{moved(result)[0].shift:+.1f} sd" in pages[1]
+    assert "fits worse, by" in text  # why another explanation was not named
+    assert "Fitted values against their priors" in text
+    assert f"{moved(result)[0].shift:+.1f} sd" in text
+    for words in ("measured", "model before", "model after", "95 % of the measurement", "95 % of the model after"):
+        assert pages[1].count(words) >= 3  # of every channel
+    assert pages[1].count("frequency [Hz]") == 3  # one axis for magnitude, phase and what is left
     document = analyse_unit.to_json("X-1", result)
     assert document["named"][0]["sentence"] in text
     for key in ("gap_before", "gap_after"):
@@ -58,8 +64,23 @@ def test_the_first_page_has_sentence_and_numbers_the_second_the_reasons(result: 
     found = document["named"][0]["parameters"]["f_Hz"]
     for value in (found["value"], *found["ci95"]):
         assert f"{value:.4g}" in text
-    assert result.tried[0].names[0] in text  # the candidates, the best first
+    assert result.tried[0].names[0].replace("_", " ") in text  # the candidates, the best first
     assert "Cause found" in text
+
+
+def test_an_element_without_a_name_stands_in_the_report(result: Result) -> None:
+    element = Element("Vs", 1.034, ((750.4, 0.01),), ((762.8, 0.0098),))
+    added = (
+        Added("Vs", Fitted(element, np.eye(5)), 329.0, 0.4),
+        Added("de", None, 0.17, 0.17, "agrees as it is"),
+    )
+    text = text_of(render("X-1", result, added))
+    assert "Unidentified elements in the improved model" in text
+    assert "750.4 Hz, 0.01" in text
+    assert "762.8 Hz, 0.0098" in text
+    assert "nothing added: agrees as it is" in text
+    assert "with the unidentified element" in text  # a curve of its own
+    assert "Unidentified elements" not in text_of(render("X-1", result))
 
 
 def test_equal_answers_give_equal_bytes(result: Result) -> None:

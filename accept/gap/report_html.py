@@ -1,0 +1,23 @@
+"""gap.html: the report to zoom in. One file that opens without a network."""
+
+from collections.abc import Sequence
+
+from accept.gap.empirical import Added, elements_of
+from accept.gap.report_tables import tables
+from accept.gap.text import headline_of, told
+from accept.pictures.interactive import page
+from checks.gap.decision.bode_panels import bode_panels
+from checks.gap.decision.panels import disagreement
+from checks.gap.decision.result import Result
+
+
+def render_html(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
+    """The page. Raises PictureError where plotly is not installed."""
+    named = [n.effect for n in result.named]
+    panels = {"map": disagreement(result), **bode_panels(result, elements_of(added))}
+    return page(
+        panels,
+        f"{serial}: {headline_of(result.verdict, named)}",
+        [f"Model {result.model}, damping {result.damping}.", *(words for words, _ in told(result))],
+        list(tables(result, added).values()),
+    )

@@ -1,0 +1,81 @@
+"""Tables of the gap report: the gap by channel, what was tried and why it was named or not, fitted values, what was
+added. gap.pdf and gap.html show the same."""
+
+from collections.abc import Sequence
+
+from accept.gap.empirical import Added
+from accept.gap.reasons import candidates, moved, shift_words
+from accept.gap.text import gap_number, number
+from accept.pictures.interactive import PageTable
+from checks.gap.decision.panels import errors
+from checks.gap.decision.result import Result
+from checks.model.unidentified import Pair
+
+PARAMETERS = 16
+
+
+def tables(result: Result, added: Sequence[Added] = ()) -> dict[str, PageTable]:
+    """By subject, in order: "gap", "reasons", "added", "fitted"; those that have something to say."""
+    found = {
+        "gap": _gap(result),
+        "reasons": _reasons(result),
+        "added": _added(added),
+        "fitted": _fitted(result),
+    }
+    return {name: table for name, table in found.items() if table.rows}
+
+
+def _gap(result: Result) -> PageTable:
+    off = errors(result)
+    rows = []
+    for c, before in result.gap_before.channels.items():
+        dB, deg, dB_after, deg_after = off[c]
+        row = (c, gap_number(before.G), gap_number(result.gap_after.channels[c].G))
+        rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
+    note = (
+        "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is "
+        "agreement. Level and phase: rms of what is left over."
+    )
+    head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
+    return PageTable("The gap by channel", note, head, tuple(rows))
+
+
+def _reasons(result: Result) -> PageTable:
+    note = "On records that were not fitted. p of the rest: the chance that noise and tolerance leave as much over."
+    head = ("Explanation tried", "gain in ln L", "p of the rest", "decision")
+    return PageTable("Why this cause, and why not another", note, head, tuple(candidates(result)))
+
+
+def _added(added: Sequence[Added]) -> PageTable:
+    rows = []
+    for one in added:
+        gain, poles, zeros = "", f"nothing added: {one.reason}", ""
+        if one.fitted is not None:
+            element = one.fitted.element
+            gain, poles, zeros = number(element.gain), _pairs(element.poles), _pairs(element.zeros)
+        rows.append((one.channel, gap_number(one.before), gap_number(one.after), gain, poles, zeros))
+    note = (
+        "A factor of the channel with these poles and zeros (frequency, damping ratio). It makes the improved model "
+        "usable; it has no physical name and is no cause. G on records that were not fitted."
+    )
+    head = ("Channel", "G without", "G with", "gain", "poles", "zeros")
+    return PageTable("Unidentified elements in the improved model", note, head, tuple(rows))
+
+
+def _fitted(result: Result) -> PageTable:
+    found = moved(result)
+    rows = tuple(
+        (one.name, f"{number(one.prior)} ± {one.prior_sd:.2g}", f"{number(one.value)} ± {one.sd:.2g}", shift_words(one))
+        for one in found[:PARAMETERS]
+    )
+    rest = len(found) - PARAMETERS
+    more = f" The other {rest} moved less." if rest > 0 else ""
+    note = f"± is one standard deviation. Those that moved furthest come first.{more}"
+    return PageTable(
+        "Fitted values against their priors", note, ("Model value", "in its file", "fitted", "moved by"), rows
+    )
+
+
+def _pairs(of: Sequence[Pair]) -> str:
+    """`750.4 Hz, 0.01; 5999 Hz, 0.7`."""
+    return "; ".join(f"{number(f)} Hz, {ratio:.2g}" for f, ratio in of)
