@@ -13,6 +13,7 @@ from typing import Any
 from accept.base.cluster.work import Cluster
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
+from accept.base.progress import steps
 from accept.base.version import code_sha256
 from accept.batch.engines import folder_of, judge_far, judge_here
 from accept.batch.results import WHOLE, Results, check_room
@@ -131,7 +132,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
         else:
             jobs = list(jobs)
             judged, of = judge_here(jobs, order.workers, order.pool), len(jobs)
-        for number, (job, outcome) in enumerate(judged, 1):
+        for number, (job, outcome) in enumerate(steps(judged, "units judged", of), 1):
             _keep(job, outcome, order, roster, store, report, _numbered(say, number, of))
         _doubted_again(order, roster, store, report, say)
         report.unchanged = roster.count("unchanged")

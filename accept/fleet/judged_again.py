@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.cluster.work import Cluster, WorkerDied
+from accept.base.progress import steps
 from accept.judging.judge_unit import judge_unit
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
@@ -43,13 +44,13 @@ def judged_again(
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
     state = fold(store.events(what="unit_judged"))
-    asked = ((u, specs[u.result["kind"]], from_records) for u in state.units.values() if u.result["kind"] in specs)
+    asked = [(u, specs[u.result["kind"]], from_records) for u in state.units.values() if u.result["kind"] in specs]
     if cluster is None:
-        return sorted(map(again, asked), key=lambda one: one.serial)
+        return sorted(map(again, steps(asked, "units judged again")), key=lambda one: one.serial)
     # A worker that died over the records leaves the stored values, as where the records are gone.
     back = (
         again((*item[:2], False)) if isinstance(found, WorkerDied) else found
-        for item, found in cluster.unordered(again, asked)
+        for item, found in steps(cluster.unordered(again, asked), "units judged again", len(asked))
     )
     return sorted(back, key=lambda one: one.serial)
 

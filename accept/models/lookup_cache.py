@@ -25,6 +25,7 @@ from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
 from accept.base.cluster.work import Cluster, WorkerDied
 from accept.base.home import home
+from accept.base.progress import steps
 from checks.arrays import Array
 from checks.fitting.calibrate import of_damping
 from checks.misalignment.table import MisalignmentTable, check_tabulated, grid, ratios, table_frequencies
@@ -112,7 +113,7 @@ def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | 
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
         say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows are there, going on")
-    for i, row in _from(cluster, plan, missing, workers):
+    for i, row in steps(_from(cluster, plan, missing, workers), "rows of the table", len(missing)):
         write_atomic(_row_file(plan, i), _bytes(row=row))
         ready[i] = row
         if len(ready) % 5 == 0 or len(ready) == plan.dx.size:

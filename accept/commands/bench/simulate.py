@@ -7,6 +7,7 @@ from rich.table import Table
 
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
+from accept.base.progress import busy
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
@@ -24,7 +25,8 @@ def unit(wanted: SimulateOptions) -> Exit:
     """Simulate a unit and write its folder."""
     try:
         order = order_of(wanted)
-        folder = write(simulate(order), wanted.out)
+        with busy(f"{order.serial}: simulating its records"):
+            folder = write(simulate(order), wanted.out)
     except (UnitRequestError, ExcitationError) as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
+from accept.base.progress import busy
 from accept.commands.units.compare import measured
 from accept.fleet.site.page_data import curves, document
 from accept.fleet.site.write_site import write_site
@@ -15,7 +16,7 @@ from accept.store import open_store
 def run(out: Path, units: Sequence[Path]) -> Exit:
     """Write the page into `out`. units: folders whose curves it shows over each other."""
     panels = {result.serial: result.panels for result in measured(units, None)} if units else {}
-    with open_store() as store:
+    with busy("writing the page"), open_store() as store:
         content = document(store.events(what="unit_judged"), curves(panels))
     write_site(out, content)
     say(f"{len(content['judgements'])} judgements: open {out / 'index.html'}")

@@ -13,6 +13,7 @@ from accept.base.cluster.connect import connected
 from accept.base.cluster.work import WorkerDied
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
+from accept.base.progress import steps
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
@@ -77,7 +78,8 @@ def run(
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
-        for question, given in cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked):
+        answers = cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked)
+        for question, given in steps(answers, "gap analysis", len(asked)):
             serial = question.unit.serial
             found[serial] = _kept(serial, given, out if len(units) == 1 else out / serial)
     done = [document for unit in units if (document := found[unit.serial]) is not None]

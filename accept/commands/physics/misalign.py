@@ -7,6 +7,7 @@ from typing import Any, cast
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
+from accept.base.progress import busy
 from accept.commands.physics.model import draw_to
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
@@ -31,7 +32,8 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     folder = read(unit)
     if folder.kind != "strut":
         raise UnitError(unit / UNIT_FILE, [f"kind = '{folder.kind}': only a strut has joints to be misaligned from"])
-    found = _found(folder, model)
+    with busy(f"{folder.serial}: misalignment"):
+        found = _found(folder, model)
     document = as_document(folder.serial, found)
     if as_json is not None:
         write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")

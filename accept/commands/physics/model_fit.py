@@ -11,6 +11,7 @@ from rich.table import Table
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.base.progress import busy
 from accept.commands.physics.model import draw_to, grid, model_for, whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.gap.responses import Responses, responses
@@ -57,7 +58,8 @@ def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
     check_places(write, plot, as_json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
-    fitted = fit_unit(folder, wanted)
+    with busy("fitting the model"):
+        fitted = fit_unit(folder, wanted)
     _print(fitted)
     if write is not None:
         write_fitted(write, fitted)

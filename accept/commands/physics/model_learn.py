@@ -8,6 +8,7 @@ from typing import Any
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
+from accept.base.progress import busy
 from accept.commands.physics.model import model_for
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
@@ -29,7 +30,8 @@ def run(units: Sequence[Path], model: str | None, out: Path) -> Exit:
     def ask(i: int) -> Mapping[str, Any]:
         return run_gap(units[i], model or DEFAULT_MODEL[kind])
 
-    found = learn_population(measured_units(units, given), given, say, ask)
+    with busy("learning the batch"):
+        found = learn_population(measured_units(units, given), given, say, ask)
     write_population(places[0], found)
     write_atomic(places[1], render(found))
     write_atomic(places[2], json.dumps(document(found), indent=1, allow_nan=False).encode() + b"\n")

@@ -7,6 +7,7 @@ from pathlib import Path
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.progress import busy
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import beside, revoked_in
 from accept.certificate.verify.against_store import check_copies, store_is_there
@@ -45,7 +46,8 @@ def run(path: Path, options: VerifyOptions) -> Exit:
     if unknown:
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {', '.join(REQUIREMENTS)}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
-    report = verify_here(read_certificate(path), options)
+    with busy(f"{path.name}: judging again"):
+        report = verify_here(read_certificate(path), options)
     for line in report.details:
         say(f"  {line}")
     missing = _unfulfilled(report, options.require, wanted_spec)

@@ -18,6 +18,7 @@ from rich.text import Text
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
+from accept.base.progress import steps
 from accept.batch import fleet_comparison, judge_batch
 from accept.batch.fleet_comparison import Comparison, Fleet, Member
 from accept.commands.units.batch import specs_for
@@ -56,7 +57,7 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
     specs = specs_for(spec)
     folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))
     results: dict[str, UnitResult] = {}
-    for folder in folders:
+    for folder in steps(folders, "units measured"):
         one = unit_folder.read(folder)
         if one.serial in results:
             raise UnitError(folder / unit_folder.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])

@@ -11,6 +11,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.progress import steps
 from accept.batch import engines, judge_batch
 from accept.batch.table import reasons, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
@@ -43,7 +44,7 @@ def run(out: Path, operator: str | None) -> Exit:
         files = {u["serial"]: out / u["certificate"] for u in report.units}
         pending = [elsewhere.submit(is_valid_demo, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
         valid = [is_valid_demo(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]
-        valid += [answer.result() for answer in pending]
+        valid += [answer.result() for answer in steps(pending, "certificates verified")]
     apas, struts = ([u for u in report.units if u["kind"] == kind] for kind in ("apa", "strut"))
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))

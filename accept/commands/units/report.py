@@ -8,6 +8,7 @@ from accept.base.atomic_files import check_place
 from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
+from accept.base.progress import busy
 from accept.batch import judge_batch
 from accept.batch.table import reasons_of
 from accept.certificate.certify import certify
@@ -49,10 +50,11 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         stated_too = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
         start = StartModel.of(chosen, wanted.model)
         examined = partial(examine, one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
-        judged = examined()
-        if copies := copies_of(store, one.serial, str(folder.resolve()), judged.result.samples):
-            judged = examined(copies=copies)
-        certify(judged, store, wanted.out, credential)
+        with busy(f"{one.serial}: judging and signing"):
+            judged = examined()
+            if copies := copies_of(store, one.serial, str(folder.resolve()), judged.result.samples):
+                judged = examined(copies=copies)
+            certify(judged, store, wanted.out, credential)
         for other in withhold_others(store, one.serial, copies, who):
             say(f"warning: {other} was judged with a recording of {one.serial}; its result counts no more")
     result = judged.result

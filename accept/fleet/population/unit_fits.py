@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from accept.base.progress import steps
 from accept.gap.responses import Responses
 from accept.models.model_file import Opened, as_weighed
 from checks.arrays import Array
@@ -52,7 +53,7 @@ class UnitFit:
 
 def fit_all(measured: Sequence[Responses], given: Opened, say: Say) -> list[UnitFit]:
     """Every unit for itself; those that lost their way once more from the middle of the others."""
-    fits = [_said(fit_unit(given, m), say) for m in measured]
+    fits = [_said(fit_unit(given, m), say) for m in steps(measured, "units fitted")]
     good = [f for f in fits if f.fits]
     if not good or len(good) == len(fits):
         return fits

@@ -1,0 +1,79 @@
+"""A bar at the bottom of the terminal while something takes its time: how many of how many are done, and since when.
+
+It is drawn on stderr, and only where that is a terminal that can redraw a line: files, pipes and workers get the lines
+of talk alone. Bars can stand in each other (units, and the rows of a table that one of them needs); what is said
+meanwhile goes on above them, and nothing of them stays.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from multiprocessing import parent_process
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+T = TypeVar("T")
+_bars: Progress | None = None  # of this process; a terminal has one bottom
+
+
+def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
+    """The items as they come, beside a bar. of: how many there will be, where they do not know it themselves."""
+    known = len(items) if of is None and hasattr(items, "__len__") else of  # type: ignore[arg-type]
+    with _bar(words, known if known != 1 else None) as advance:
+        for item in items:
+            yield item
+            advance()
+
+
+@contextmanager
+def busy(words: str) -> Iterator[None]:
+    """A bar that only moves: nobody knows how much there is to do."""
+    with _bar(words, None):
+        yield
+
+
+@contextmanager
+def _bar(words: str, of: int | None) -> Iterator[Callable[[], None]]:
+    global _bars
+    if not _can_redraw():
+        yield lambda: None
+        return
+    outermost = _bars is None
+    bars = _bars = _bars or _begun()
+    row = bars.add_task(words, total=of)
+    try:
+        yield lambda: bars.advance(row)
+    finally:
+        bars.remove_task(row)
+        if outermost:
+            _bars = None
+            bars.stop()
+
+
+def _can_redraw() -> bool:
+    if parent_process() is not None or os.environ.get("TERM", "") in ("", "dumb", "unknown"):
+        return False
+    try:  # asked of the system: the screens put something in the place of stderr that says it were a terminal
+        return os.isatty(sys.stderr.fileno())
+    except (AttributeError, OSError, ValueError):
+        return False
+
+
+def _begun() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    bars = Progress(
+        *columns,
+        console=Console(stderr=True, highlight=False, markup=False),
+        transient=True,
+        redirect_stdout=sys.stdout.isatty(),  # else it is data on its way to a file
+    )
+    bars.start()
+    return bars
