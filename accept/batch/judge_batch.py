@@ -19,7 +19,7 @@ from accept.batch.engines import folder_of, judge_far, judge_here
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.batch.worker import Job, JudgedOrRefused, judge
-from accept.certificate import events
+from accept.certificate import events, uncertified
 from accept.certificate.certify import certify
 from accept.certificate.provenance import Provenance
 from accept.certificate.trust import keys, revocation
@@ -156,14 +156,20 @@ def _jobs(order: BatchRequest, roster: Roster, store: Store, report: BatchReport
             roster.refuse(path)
             _refuse(path, str(e), store, order, report, say)
             continue
-        before = fold(store.events(folder.serial)).units.get(folder.serial)  # of the others the store may hold many
+        past = list(store.events(folder.serial))  # of the others the store may hold many
+        before = fold(past).units.get(folder.serial)
         if before is not None and _unchanged(folder, order, before, store):
             roster.judged(folder.serial, before.seq, unchanged=True)
             # Said again: the run that judged it may have been killed before it could.
             report.doubted += withhold_others(store, folder.serial, before.result.get("copies", []), order.operator)
             say(f"{folder.serial}: unchanged, {before.verdict}")
-        else:
-            yield _job(folder, order, before, head)
+            continue
+        due = None
+        if order.credential is not None and before is not None:
+            due = uncertified.last_of(past, folder, order.specs[folder.kind], order.operator)
+        if due is not None:
+            roster.expect(folder.serial, due.seq)
+        yield _job(folder, order, due.before if due else before, head)
 
 
 def _doubted_again(order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say) -> None:
@@ -296,14 +302,21 @@ def _keep(
         _refuse(folder_of(job), judged, store, order, report, say)
         return
     serial = judged.result.serial
+    due = roster.expected(serial)
+    if due is not None and not uncertified.repeats(store, serial, due, judged.result):
+        roster.expect(serial, None)
+        before = fold(store.events(serial)).units[serial]
+        other = _job(roster.unit(folder_of(job)), order, before, store.signed_head())
+        _keep(other, other(), order, roster, store, report, say)
+        return
     try:
-        event = certify(judged, store, _certificate_path(order, serial), order.credential)
+        event = certify(judged, store, _certificate_path(order, serial), order.credential, stored=due is not None)
     except golden.BenchStopped as e:  # since this batch began
         roster.refuse(folder_of(job))
         _refuse(folder_of(job), str(e), store, order, report, say)
         return
-    if event is not None:
-        roster.judged(serial, event.seq)
+    roster.judged(serial, event.seq if event is not None else due)
+    roster.expect(serial, None)
     report.doubted += withhold_others(store, serial, judged.result.copies, order.operator)
     say(f"{serial}: {judged.result.verdict}{_why(judged.result)}")
 

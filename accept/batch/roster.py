@@ -21,7 +21,7 @@ class Roster:
         self._file = sqlite3.connect("")  # in memory while it is small, else in a temporary file without a name
         self._file.execute(
             "CREATE TABLE unit (place TEXT PRIMARY KEY, path TEXT, serial TEXT, key TEXT, "
-            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER)"
+            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, uncertified INTEGER)"
         )
         self._held: dict[Path, UnitFolder] = {}
         self._file.execute("CREATE INDEX by_key ON unit (key)")
@@ -72,10 +72,19 @@ class Roster:
     def refuse(self, path: Path) -> None:
         self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
 
-    def judged(self, serial: str, seq: int, unchanged: bool = False) -> None:
+    def judged(self, serial: str, seq: int | None, unchanged: bool = False) -> None:
         """The event that holds the unit's result; a later one replaces an earlier one."""
         row = (seq, int(unchanged), serial)
         self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
+
+    def expect(self, serial: str, seq: int | None) -> None:
+        """The event of a judgement that only wants its certificate; None: this will be another attempt."""
+        self._file.execute("UPDATE unit SET uncertified = ? WHERE serial = ? AND refused = 0", (seq, serial))
+
+    def expected(self, serial: str) -> int | None:
+        """As `expect` had it."""
+        row = self._file.execute("SELECT uncertified FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else row[0]
 
     def results(self) -> Iterator[tuple[str, int]]:
         """(serial, number of its event), by serial."""

@@ -10,13 +10,14 @@ from accept.store import SignedHead, UnitState
 
 @dataclass(frozen=True)
 class Provenance:
-    """attempt: its number. replaces: verdict, time and certificate of the unit's last judgement, None for a first one.
+    """attempt: its number. replaces: verdict, time and certificate of the unit's last judgement, None for a first one;
+    where that had no certificate, the last one that there was, of which attempt.
     approval: of the spec, as it is attached. head: of the store when the unit was judged. crl: the authority's list of
     revoked keys as it was then, PEM, for whoever verifies when the authority is gone.
     """
 
     attempt: int
-    replaces: Mapping[str, str | None] | None
+    replaces: Mapping[str, str | int | None] | None
     approval: Mapping[str, Any]
     head: SignedHead | None = None
     demo: bool = False
@@ -37,7 +38,13 @@ class Provenance:
         if before is None:
             return cls(attempt or 1, None, approval, head, demo, crl)
         certificate = before.certificate.sha256 if before.certificate else None
-        replaces = {"verdict": before.verdict, "time": before.time, "certificate": certificate}
+        replaces: dict[str, str | int | None] = {
+            "verdict": before.verdict,
+            "time": before.time,
+            "certificate": certificate,
+        }
+        if certificate is None and before.handed_out is not None:
+            replaces["earlier_attempt"], replaces["earlier_certificate"] = before.handed_out
         return cls(attempt or before.attempts + 1, replaces, approval, head, demo, crl)
 
     def to_json(self) -> dict[str, Any]:

@@ -42,6 +42,9 @@ def _attempt(provenance: Mapping[str, Any]) -> str:
     if before is None:
         return str(number)
     certificate = f", certificate sha256 {str(before['certificate'])[:12]}" if before.get("certificate") else ""
+    if before.get("earlier_certificate"):
+        digest, earlier = str(before["earlier_certificate"])[:12], before.get("earlier_attempt")
+        certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {earlier}"
     return f"{number}, replaces '{before['verdict']}' of {str(before['time'])[:19].replace('T', ' ')} UTC{certificate}"
 
 

@@ -32,7 +32,8 @@ class Certificate:
 
 @dataclass(frozen=True)
 class UnitState:
-    """What is known of one serial: its last judgement, how many there were, the certificate of the last one."""
+    """What is known of one serial: its last judgement, how many there were, the certificate of the last one, and of
+    which attempt the last certificate is that there ever was, with its hash."""
 
     serial: str
     path: str
@@ -43,6 +44,7 @@ class UnitState:
     verdict: str
     attempts: int = 1
     certificate: Certificate | None = None
+    handed_out: tuple[int, str] | None = None
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
 
@@ -87,7 +89,13 @@ def _judged(units: dict[str, UnitState], refused: dict[str, str], event: Event) 
     verdict, attempts = str(data["result"]["verdict"]), before.attempts + 1 if before else 1
     # Without a certificate: the old one certifies an old result.
     units[event.subject] = UnitState(
-        event.subject, **judgement, verdict=verdict, attempts=attempts, seq=event.seq, time=event.time
+        event.subject,
+        **judgement,
+        verdict=verdict,
+        attempts=attempts,
+        handed_out=before.handed_out if before else None,
+        seq=event.seq,
+        time=event.time,
     )
     refused.pop(data["path"], None)
 
@@ -98,7 +106,7 @@ def _refused(_: dict[str, UnitState], refused: dict[str, str], event: Event) -> 
 
 def _written(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
     certificate = Certificate(event.data["path"], event.data["sha256"])
-    units[event.subject] = replace(units[event.subject], certificate=certificate)
+    units[event.subject] = _certified(units[event.subject], certificate)
 
 
 def _signed(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
@@ -107,7 +115,11 @@ def _signed(units: dict[str, UnitState], _: dict[str, str], event: Event) -> Non
     before = unit.certificate.signatures if unit.certificate else ()
     signature = Signature(event.who, data["role"], event.time)
     certificate = Certificate(data["path"], data["sha256"], (*before, signature))
-    units[event.subject] = replace(unit, certificate=certificate)
+    units[event.subject] = _certified(unit, certificate)
+
+
+def _certified(unit: UnitState, certificate: Certificate) -> UnitState:
+    return replace(unit, certificate=certificate, handed_out=(unit.attempts, certificate.sha256))
 
 
 _STEPS: Mapping[str, _Step] = {

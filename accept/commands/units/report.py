@@ -11,10 +11,12 @@ from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch import judge_batch
 from accept.batch.table import reasons_of
+from accept.certificate import uncertified
 from accept.certificate.certify import certify
-from accept.certificate.examine import examine
+from accept.certificate.examine import JudgedUnit, examine
 from accept.certificate.provenance import Provenance
 from accept.certificate.trust import keys
+from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation import FILE, kept
 from accept.certificate.trust.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
@@ -24,7 +26,7 @@ from accept.gap.attach_to_result import StartModel
 from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.models.model_file import open_model
-from accept.store import fold, open_store
+from accept.store import Store, UnitState, fold, open_store
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
 from specs.bench import load_bench
@@ -45,20 +47,32 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     with open_store() as store:
         if (known := other_spelling(store, one.serial)) is not None:
             raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
-        before = fold(store.events(one.serial)).units.get(one.serial)
-        approval = approval_of(chosen, home(), credential.ca if credential else None)
-        stated_too = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
+        past = list(store.events(one.serial))
+        before = fold(past).units.get(one.serial)
+        due = uncertified.last_of(past, one, chosen, who) if credential else None
         start = StartModel.of(chosen, wanted.model)
-        examined = partial(examine, one, chosen, who, stated=stated, start=start, provenance=stated_too, say=say)
+        examined = partial(examine, one, chosen, who, stated=stated, start=start, say=say)
         with busy(f"{one.serial}: judging and signing"):
-            judged = examined()
-            if copies := copies_of(store, one.serial, str(folder.resolve()), judged.result.samples):
-                judged = examined(copies=copies)
-            certify(judged, store, wanted.out, credential)
-        for other in withhold_others(store, one.serial, copies, who):
+            judged = _judged(store, examined, due.before if due else before, credential)
+            if due and not uncertified.repeats(store, one.serial, due.seq, judged.result):
+                due, judged = None, _judged(store, examined, before, credential)
+            certify(judged, store, wanted.out, credential, stored=due is not None)
+        for other in withhold_others(store, one.serial, judged.result.copies, who):
             say(f"warning: {other} was judged with a recording of {one.serial}; its result counts no more")
     result = judged.result
     for line in reasons_of(result):
         say(line)
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])
+
+
+def _judged(
+    store: Store, examined: "partial[JudgedUnit]", before: UnitState | None, credential: Credential | None
+) -> JudgedUnit:
+    """The unit as an attempt that follows `before`, drawn again where its recordings stand elsewhere too."""
+    unit, spec = examined.args[:2]
+    approval = approval_of(spec, home(), credential.ca if credential else None)
+    stated = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
+    judged = examined(provenance=stated)
+    copies = copies_of(store, unit.serial, str(unit.path.resolve()), judged.result.samples)
+    return examined(provenance=stated, copies=copies) if copies else judged

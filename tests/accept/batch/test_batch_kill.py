@@ -90,6 +90,8 @@ def assert_goes_on(bench: Path, folder: Path, expected: bytes) -> None:
     assert (folder / "out" / "results.json").read_bytes() == expected
     ca = [keys.ca(bench)]
     assert all(verify_file(folder / "out" / "certificates" / f"{s}.pdf", ca).valid for s in SERIALS)
+    with open_store(f"sqlite:///{folder / 'store.sqlite'}") as store:  # what was judged and not signed was not doubled
+        assert [e.subject for e in store.events(what="unit_judged")] == list(SERIALS)
 
 
 @pytest.fixture(scope="module")

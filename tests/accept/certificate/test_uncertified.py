@@ -1,0 +1,91 @@
+"""A judgement that was stored and not certified: its certificate is made up for as the same attempt, whatever came
+between; anything else is another attempt, which names the certificate that is still about."""
+
+import hashlib
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from accept.certificate import certify, uncertified
+from accept.certificate.trust import encrypted_key
+from accept.cli.main import app
+from accept.store import open_store
+from tests.accept.units.units import GOOD, make_unit
+
+
+@pytest.fixture(autouse=True)
+def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    return make_unit(tmp_path / "u", "A-1")
+
+
+def accept(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def certify_by(command: str, unit: Path, *more: object) -> Path:
+    """The certificate of `accept batch` or `accept report`."""
+    out = unit.parent / "out"
+    place = out if command == "batch" else out / "certificates" / "A-1.pdf"
+    done = accept(command, unit, "--spec", "apa-basic", "--out", place, *more)
+    assert done.exit_code == 0, done.output
+    return out / "certificates" / "A-1.pdf"
+
+
+def attempt_on(pdf: Path) -> str:
+    done = accept("verify", pdf)
+    assert done.exit_code == 0, done.output
+    return next(line.strip() for line in done.stderr.splitlines() if line.strip().startswith("attempt:"))
+
+
+def judgements() -> int:
+    with open_store() as store:
+        return len(list(store.events("A-1", "unit_judged")))
+
+
+@pytest.mark.parametrize("command", ["batch", "report"])
+def test_stopped_after_the_file_and_before_its_event(command: str, unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The signed file lies there and nobody was told of it: the next run makes it again, as the first attempt."""
+
+    def stopped(*_: object, **__: object) -> None:
+        raise OSError("stopped here")
+
+    with monkeypatch.context() as cut:
+        cut.setattr(certify.events, "signed", stopped)
+        with pytest.raises(AssertionError, match="stopped here"):
+            certify_by(command, unit)
+    assert attempt_on(unit.parent / "out" / "certificates" / "A-1.pdf") == "attempt: 1"
+    assert attempt_on(certify_by(command, unit)) == "attempt: 1"
+    assert judgements() == 1
+
+
+def test_a_certificate_that_is_wanted_later_is_of_the_same_attempt(unit: Path) -> None:
+    certify_by("batch", unit, "--no-certificates")
+    assert attempt_on(certify_by("batch", unit)) == "attempt: 1"
+    assert judgements() == 1
+
+
+def test_another_person_or_another_result_is_another_attempt(unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    certify_by("batch", unit, "--no-certificates", "--operator", "Grace")
+    assert attempt_on(certify_by("batch", unit)).startswith("attempt: 2, replaces 'accepted' of")
+    unit.joinpath("unit.toml").write_text(GOOD.format(serial="A-1").replace("5.10", "5.09"))
+    certify_by("batch", unit, "--no-certificates")
+    monkeypatch.setattr(uncertified, "repeats", lambda *_: False)  # e.g. its recording stands elsewhere too by now
+    assert attempt_on(certify_by("batch", unit)).startswith("attempt: 4, replaces 'accepted' of")
+    assert judgements() == 4
+
+
+def test_the_certificate_that_is_still_about_is_named(unit: Path) -> None:
+    """Between it and this one stands a judgement without a certificate."""
+    first = hashlib.sha256(certify_by("batch", unit).read_bytes()).hexdigest()[:12]
+    for sensor, more in (("5.09", ["--no-certificates"]), ("5.08", [])):
+        unit.joinpath("unit.toml").write_text(GOOD.format(serial="A-1").replace("5.10", sensor))
+        pdf = certify_by("batch", unit, *more)
+    said = attempt_on(pdf)
+    assert said.startswith("attempt: 3, replaces 'accepted' of")
+    assert said.endswith(f"which had no certificate, and certificate sha256 {first} of attempt 1")
