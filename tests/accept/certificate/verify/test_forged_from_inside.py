@@ -74,7 +74,7 @@ def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> Certi
     chosen = judge_unit.load_spec(spec)
     return content_of(
         judge_unit.judge_unit(unit, chosen), chosen, folder, "M. Keller",
-        provenance=Provenance.of(None, None, {"builtin": True}).to_json(),
+        provenance=Provenance.of(None, None, {"builtin": True}),
     )  # fmt: skip
 
 
