@@ -2,11 +2,14 @@
 needs beside the program is said by a mark, and the test is skipped where that is not there."""
 
 import shutil
+from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
+from accept.certificate.trust import encrypted_key
 from tests.demo_run import demo_run
 from tests.soak import SOAK
 
@@ -29,9 +32,27 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
             pytest.skip(reason)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def rounds() -> Iterator[int]:
+    """Keys that tests make open at once: a passphrase that stands in a test is worth no 600 000 rounds. Gives the
+    number of the product; what runs in a process of its own takes that."""
+    with pytest.MonkeyPatch.context() as patch:
+        product = encrypted_key.ITERATIONS
+        patch.setattr(encrypted_key, "ITERATIONS", 1000)
+        yield product
+
+
+@pytest.fixture(scope="session")
+def homes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Where no folder is yet. (`mktemp` reads all names each time, and there are thousands.)"""
+    place = tmp_path_factory.mktemp("homes")
+    return (place / str(n) for n in count())
+
+
 @pytest.fixture(autouse=True)
-def bench_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    home = tmp_path_factory.mktemp("home")
+def bench_home(homes: Iterator[Path], monkeypatch: pytest.MonkeyPatch) -> Path:
+    home = next(homes)
+    home.mkdir()
     monkeypatch.setenv("ACCEPT_HOME", str(home))
     monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
     monkeypatch.setenv("ACCEPT_OPERATOR", "Test Technician")

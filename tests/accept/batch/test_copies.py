@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.trust import keys
 from accept.cli.main import app
 from accept.store import fold, open_store
 from hw.records import csv_bytes
@@ -46,11 +46,6 @@ source = "test"
 AMPLITUDES = (0.5, 4.0)
 DRIVE = np.concatenate([a * np.sin(2 * np.pi * np.arange(3000) / 1000) for a in AMPLITUDES])
 MOTION = Plays.of(gain=24e-6, share=0.15, largest=4.5, count=60).response(DRIVE)
-
-
-@pytest.fixture(autouse=True)
-def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
 
 
 @pytest.fixture

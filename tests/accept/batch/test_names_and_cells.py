@@ -156,11 +156,10 @@ def test_keys_that_others_can_read_are_warned_of(tmp_path: Path, monkeypatch: py
     from typer.testing import CliRunner
 
     from accept.base.home import home
-    from accept.certificate.trust import encrypted_key, keys
+    from accept.certificate.trust import keys
     from accept.cli.main import app
     from tests.accept.units.units import make_unit
 
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     unit, out = make_unit(tmp_path / "u", "A-1"), tmp_path / "a.pdf"
     words = ["report", str(unit), "--spec", "apa-basic", "--out", str(out)]
     assert "can be read by others" not in CliRunner().invoke(app, words).stderr

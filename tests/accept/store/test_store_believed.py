@@ -11,16 +11,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.certificate.trust import encrypted_key
 from accept.cli.main import app
 from accept.store import NewEvent, StoreError, open_store
 from accept.store.event import Event, digest
 from tests.accept.units.units import make_unit
-
-
-@pytest.fixture(autouse=True)
-def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
 
 
 def accept(*words: object) -> Result:

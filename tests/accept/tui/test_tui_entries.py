@@ -40,7 +40,7 @@ async def burst(pilot: Pilot[None], text: str, pauses: list[int]) -> None:
             await asyncio.sleep(0)
 
 
-@settings(max_examples=40 if SOAK else 3, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40 if SOAK else 2, deadline=None, suppress_health_check=list(HealthCheck))
 @given(values=ENTRIES, pauses=PAUSES, delays=DELAYS, comma=st.booleans())
 def test_what_is_typed_is_stored_in_order_however_fast_the_keys_and_slow_the_store(values, pauses, delays, comma):
     asyncio.run(_typed_ahead(values, pauses, delays, comma))

@@ -15,7 +15,7 @@ from accept.tui.widgets.text_entry import TextEntry
 from tests.accept.tui.tui_help import loader, press, running, settled
 from tests.soak import SOAK
 
-COUNT = 20_000 if SOAK else 1_000
+COUNT = 20_000 if SOAK else 400
 BATCH = 20
 TURNS = 50  # of the event loop for a key to bubble up from the line to the screen, which is five widgets away
 NAMED = (

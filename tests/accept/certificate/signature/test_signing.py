@@ -52,7 +52,12 @@ def test_keys_are_listed_without_a_passphrase(home: Path) -> None:
     assert keys.exist(home)
 
 
-def test_private_keys_are_encrypted_and_only_for_the_owner(home: Path) -> None:
+def test_private_keys_are_encrypted_and_only_for_the_owner(
+    tmp_path: Path, rounds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(encrypted_key, "ITERATIONS", rounds)
+    home = tmp_path
+    keys.init(home, "correct horse", "Ann Müller", "Dr. A. Åström", "battery staple")
     for name in ("ca", TECHNICIAN, QA):
         box = keys.folder(home) / f"{name}.key.pem"
         assert stat.S_IMODE(box.stat().st_mode) == 0o600
@@ -110,7 +115,6 @@ def test_existing_keys_are_never_replaced(home: Path) -> None:
 
 def test_all_keys_or_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk is full at any one of the files: nothing is left, and a second try works."""
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     real = os.fsync
     for good in range(6):
         left = iter([True] * good)

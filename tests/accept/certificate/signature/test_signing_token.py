@@ -13,7 +13,7 @@ from cryptography.hazmat.primitives.serialization import load_der_public_key
 
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import SigningRefused, sign
-from accept.certificate.trust import encrypted_key, key_changes, keys
+from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents
@@ -33,7 +33,6 @@ MISSING = [
 
 @pytest.fixture
 def bench(bench_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     keys.init(bench_home, "correct horse", "T", authority_passphrase="battery staple", when=WHEN)
     return bench_home
 

@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate.signature.signing import SigningRefused, sign
-from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.verification import Validity
 from accept.cli.main import app
@@ -157,7 +157,6 @@ def test_a_trusted_timestamp_outlives_a_compromised_key(bench: Bench, stamped: b
 
 
 def test_commands_ask_and_say(tmp_path: Path, server: str, tsa: Authority, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     pdf, unit, run = tmp_path / "a.pdf", make_unit(tmp_path / "u", "A-1"), CliRunner().invoke
     words = ["report", str(unit), "--spec", "apa-basic", "--out", str(pdf)]
     assert run(app, [*words, "--tsa", server]).exit_code == 0
@@ -181,7 +180,6 @@ def test_the_list_of_revoked_keys_is_kept_with_the_certificate(tmp_path: Path, m
     from accept.certificate.trust import key_changes
     from accept.certificate.verify.attachments import read
 
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple", authority_passphrase="the office")
     office = keys.folder(home())
     key_changes.revoke(home(), office, "Grace", "left", "the office", datetime.now(UTC))

@@ -20,7 +20,7 @@ from accept.certificate.content import CertificateContent, content_of
 from accept.certificate.page.document import render
 from accept.certificate.provenance import Provenance
 from accept.certificate.signature.signing import _metadata, _signer, sign
-from accept.certificate.trust import authority, encrypted_key, key_changes, keys, revocation
+from accept.certificate.trust import authority, key_changes, keys, revocation
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
 from accept.certificate.verify.rejudge import rejudge, verify_file
 from accept.certificate.verify.verification import Validity, verify
@@ -54,11 +54,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return made_bench(tmp_path_factory.mktemp("unit"))
 
 
-@pytest.fixture
-def quick_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
-
-
 def accept(*words: object) -> Result:
     return CliRunner().invoke(app, [str(w) for w in words])
 
@@ -81,7 +76,7 @@ def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> Certi
 # --- 1: the authority of the demo ------------------------------------------------------------------------------------
 
 
-def test_the_demo_signs_nothing_that_counts(tmp_path: Path, quick_keys: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_demo_signs_nothing_that_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Everything that opens with the passphrase in the source, and a bad unit with a good one's findings pasted in."""
     from accept.commands.trust.bench_keys import _DEMO_PASSPHRASE, demo_credential
 
@@ -153,7 +148,7 @@ def test_a_verdict_that_does_not_follow_from_its_numbers_is_found(bench: Bench, 
 
 
 def test_countersigning_waits_until_it_was_judged_again(
-    tmp_path: Path, quick_keys: None, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from accept.certificate import content
     from accept.certificate.verify import attachments
@@ -178,7 +173,7 @@ def test_countersigning_waits_until_it_was_judged_again(
     assert accept("verify", pdf, "--records", unit, "--require", "countersigned").exit_code == 0
 
 
-def test_what_is_required_beside_validity(tmp_path: Path, quick_keys: None) -> None:
+def test_what_is_required_beside_validity(tmp_path: Path) -> None:
     pdf = tmp_path / "a.pdf"
     accept("report", written(tmp_path / "bad", 1.72), "--spec", "apa-basic", "--out", pdf)
     assert accept("verify", pdf).exit_code == 0
@@ -192,7 +187,7 @@ def test_what_is_required_beside_validity(tmp_path: Path, quick_keys: None) -> N
 # --- 4: four eyes are those of two persons ---------------------------------------------------------------------------
 
 
-def test_one_person_never_has_both_roles(tmp_path: Path, quick_keys: None) -> None:
+def test_one_person_never_has_both_roles(tmp_path: Path) -> None:
     with pytest.raises(KeysError, match="cannot be both"):
         keys.init(tmp_path, "correct horse", "Ada  Lovelace", "ada lovelace", "battery staple")
     with pytest.raises(KeysError, match="passphrase of its own"):
@@ -218,7 +213,7 @@ def test_signatures_of_one_person_in_two_roles_are_not_valid(bench: Bench) -> No
     refused(verify(pdf, [technician.ca], lambda _: result().to_json(), NOW), "as technician and as quality assurance")
 
 
-def test_a_fresh_bench_has_no_qa_key(tmp_path: Path, quick_keys: None) -> None:
+def test_a_fresh_bench_has_no_qa_key(tmp_path: Path) -> None:
     done = accept("report", written(tmp_path / "u", 4.99), "--spec", "apa-basic", "--out", tmp_path / "a.pdf")
     assert done.exit_code == 0
     left = keys.folder(home()) / keys.AUTHORITY_PASSPHRASE
@@ -243,7 +238,7 @@ def test_a_revoked_key_is_honoured_by_date(bench: Bench) -> None:
     assert bench.check(bench.signed, revoked=[entry]).valid
 
 
-def test_a_list_of_revoked_keys_counts_only_with_its_signature(tmp_path: Path, quick_keys: None) -> None:
+def test_a_list_of_revoked_keys_counts_only_with_its_signature(tmp_path: Path) -> None:
     keys.init(tmp_path, "correct horse", "Ada", "Grace", "battery staple", authority_passphrase="authority phrase")
     office = keys.folder(tmp_path)
     key_changes.revoke(tmp_path, office, "Ada", "left", "authority phrase", datetime.now(UTC))
@@ -256,7 +251,7 @@ def test_a_list_of_revoked_keys_counts_only_with_its_signature(tmp_path: Path, q
         keys.unlock(tmp_path, TECHNICIAN, "correct horse")
 
 
-def test_keys_run_out_are_renewed_and_have_another_passphrase(tmp_path: Path, quick_keys: None) -> None:
+def test_keys_run_out_are_renewed_and_have_another_passphrase(tmp_path: Path) -> None:
     long_ago = datetime.now(UTC) - timedelta(days=365 * 5 - 30)
     keys.init(tmp_path, "correct horse", "Ada", when=long_ago, authority_passphrase="authority phrase")
     office, now = keys.folder(tmp_path), datetime.now(UTC)
@@ -319,7 +314,7 @@ def test_a_page_that_adds_a_verdict_is_not_valid_in_any_version(bench: Bench, tm
 # --- 6: any spec -----------------------------------------------------------------------------------------------------
 
 
-def test_a_spec_of_ones_own_is_named_and_said_not_to_be_approved(tmp_path: Path, quick_keys: None) -> None:
+def test_a_spec_of_ones_own_is_named_and_said_not_to_be_approved(tmp_path: Path) -> None:
     own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
     assert accept("spec", "copy", "apa-basic", own).exit_code == 0
@@ -337,7 +332,7 @@ def test_a_spec_of_ones_own_is_named_and_said_not_to_be_approved(tmp_path: Path,
     assert (done.exit_code, "approved by Grace" in done.stderr) == (0, True), done.output
 
 
-def test_a_spec_with_the_name_of_a_built_in_one_is_not_plainly_valid(tmp_path: Path, quick_keys: None) -> None:
+def test_a_spec_with_the_name_of_a_built_in_one_is_not_plainly_valid(tmp_path: Path) -> None:
     own, pdf = tmp_path / "apa-basic.toml", tmp_path / "a.pdf"
     own.write_text(builtin()["apa-basic"].read_text().replace("lower = 4.4", "lower = 0.1"))
     accept("report", written(tmp_path / "u", 1.72), "--spec", own, "--out", pdf)
@@ -359,7 +354,7 @@ def test_a_certificate_from_before_still_has_an_answer() -> None:
     assert sum("not stated" in line for line in report.details) >= 3
 
 
-def test_the_manifest_says_what_replaces_what(bench: Bench, tmp_path: Path, quick_keys: None) -> None:
+def test_the_manifest_says_what_replaces_what(bench: Bench, tmp_path: Path) -> None:
     unit, pdf = written(tmp_path / "u", 1.72), tmp_path / "a.pdf"
     accept("report", unit, "--spec", "apa-basic", "--out", pdf)
     (unit / "unit.toml").write_text(APA_02.format(sensor=4.99))
@@ -373,7 +368,7 @@ def test_the_manifest_says_what_replaces_what(bench: Bench, tmp_path: Path, quic
 # --- 9: a model file that a spec names -------------------------------------------------------------------------------
 
 
-def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path, quick_keys: None) -> None:
+def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path) -> None:
     """Named by a check's setting, without [gap]: it is judged again, not 'unchanged', and its file is in the
     certificate, so that another one in its place is not valid."""
     from accept.certificate.verify.attachments import read

@@ -18,7 +18,7 @@ from accept.certificate.errors import InvalidCertificate
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
-from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import Attachments
@@ -192,7 +192,6 @@ def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
 def test_keys_made_by_init_verify_by_the_bench_ca(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(encrypted_key, "ITERATIONS", 10)
     keys.init(tmp_path, "correct horse", "A. Technician", "B. Assurance", "battery staple", when=WHEN)
     pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
