@@ -1,7 +1,6 @@
 """From a judged unit to a signed certificate that is verified on the spot."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 
 from accept.certificate.certify import certify, sign_into
@@ -65,7 +64,7 @@ def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
         raise keys.KeysError("no passphrase was typed; nothing was signed")
     several = role == TECHNICIAN and len(list(keys.person_files(session.home, role))) > 1
     credential = keys.unlock(session.home, role, passphrase, session.operator if several else None)
-    return replace(credential, tsa=os.environ.get(VARIABLE) or None)
+    return keys.stamping(credential, os.environ.get(VARIABLE), session.home)
 
 
 def _keep_older(path: Path) -> None:

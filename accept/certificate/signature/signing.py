@@ -22,6 +22,7 @@ from pyhanko_certvalidator.registry import SimpleCertificateStore
 
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature import stamp, timestamp
+from accept.certificate.signature.long_term import AuthorityRevoked, RevocationData, revocation_data
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from specs.errors import AcceptError
 
@@ -78,10 +79,13 @@ def sign(
     try:
         _check_order(pdf, credential.role)
         asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
+        kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
         moment = when.replace(microsecond=0)
-        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked))
+        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked, kept))
     except (TimestampRequestError, OSError) as e:
         raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
+    except AuthorityRevoked as e:
+        raise SigningRefused(f"{e}; nothing was signed") from e
     except (PdfError, SigningError) as e:
         raise SigningRefused(f"cannot be signed as {credential.role}: {e}") from e
 
@@ -96,7 +100,12 @@ def _check_order(pdf: bytes, role: str) -> None:
 
 
 async def _append(
-    pdf: bytes, credential: Credential, when: datetime, by: Signer, stamping: TimeStamper | None = None
+    pdf: bytes,
+    credential: Credential,
+    when: datetime,
+    by: Signer,
+    stamping: TimeStamper | None,
+    kept: RevocationData,
 ) -> bytes:
     room = RESERVED + (timestamp.LARGEST if stamping else 0)
     left, bottom, right, top = field_rectangles()[credential.role]
@@ -106,7 +115,9 @@ async def _append(
         timestamper=stamping,
         stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
     )
-    session = signer.init_signing_session(IncrementalPdfFileWriter(io.BytesIO(pdf)), existing_fields_only=True)
+    writer = IncrementalPdfFileWriter(io.BytesIO(pdf))
+    kept.write(writer)
+    session = signer.init_signing_session(writer, existing_fields_only=True)
     session.system_time = when
     document = session.prepare_tbs_document(validation_info=None, bytes_reserved=2 * room)
     out = io.BytesIO()

@@ -8,31 +8,39 @@ import asyncio
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
+from typing import Any
 
 from asn1crypto import cms
-from asn1crypto import x509 as asn1_x509
 from cryptography import x509
-from cryptography.hazmat.primitives.serialization import Encoding
+from pyhanko.sign.ades.report import AdESIndeterminate
 from pyhanko.sign.timestamps import TimeStamper
+from pyhanko.sign.validation.dss import DocumentSecurityStore
 from pyhanko.sign.validation.generic_cms import validate_tst_signed_data
 from pyhanko_certvalidator import ValidationContext
 
 from accept.certificate.errors import InvalidCertificate
+from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
 
 VARIABLE = "ACCEPT_TSA"
 TIMEOUT_S = 20.0
+_CLOCKS = timedelta(minutes=5)  # between the servers of one authority
+_REVOKED = (AdESIndeterminate.REVOKED_NO_POE, AdESIndeterminate.REVOKED_CA_NO_POE)
 LARGEST = 24_000  # bytes of a token; with a chain of RSA certificates it takes some 6,000
 
 
 @dataclass(frozen=True)
 class Stamped:
-    """When a signature was there, as a time stamping authority says; trusted: its authority is one of those named."""
+    """When a signature was there, as a time stamping authority says; trusted: its authority is one of those named.
+    revoked: the authority's certificate had been, then. proven: that it had not been can be seen from what the document
+    keeps."""
 
     when: datetime
     by: str
     trusted: bool
+    revoked: bool = False
+    proven: bool = False
 
 
 def stamper(url: str) -> TimeStamper:
@@ -42,9 +50,12 @@ def stamper(url: str) -> TimeStamper:
     return RequestsHTTPTimeStamper(url, timeout=TIMEOUT_S)  # type: ignore[no-untyped-call]
 
 
-def checked(token: bytes, signature: bytes, roots: Sequence[x509.Certificate]) -> Stamped:
+def checked(
+    token: bytes, signature: bytes, roots: Sequence[x509.Certificate], kept: DocumentSecurityStore | None = None
+) -> Stamped:
     """What a token says of a signature value. Raises InvalidCertificate for one that is damaged, of another signature,
-    or carries what its authority did not sign. roots: of the time stamping authorities that are trusted."""
+    or carries what its authority did not sign. roots: of the time stamping authorities that are trusted. kept: what the
+    document keeps of whose certificates were revoked."""
     content = cms.ContentInfo.load(token)
     if content.dump(force=True) != token or content["content_type"].native != "signed_data":
         raise InvalidCertificate("the timestamp is not encoded canonically")
@@ -54,16 +65,36 @@ def checked(token: bytes, signature: bytes, roots: Sequence[x509.Certificate]) -
         raise InvalidCertificate("the timestamp carries more than its authority signed")
     moment: datetime = signed["encap_content_info"]["content"].parsed["gen_time"].native
     carried = [x509.load_der_x509_certificate(choice.chosen.dump()) for choice in signed["certificates"]]
-    context = ValidationContext(
-        trust_roots=[asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in roots],
-        other_certs=[choice.chosen for choice in signed["certificates"]],
-        moment=moment,
-        allow_fetching=False,
-    )
-    status = asyncio.run(validate_tst_signed_data(signed, context, lambda name: hashlib.new(name, signature).digest()))
+    status = _status(signed, signature, roots, moment)
     if not (status["intact"] and status["valid"]):
         raise InvalidCertificate("the timestamp is not of this signature, or was changed")
     if not all(any(issued_by(c, issuer) for issuer in (*carried, *roots)) for c in carried):
         raise InvalidCertificate("the timestamp carries a certificate that nobody vouches for")
     by = str(status["signing_cert"].subject.human_friendly)
-    return Stamped(moment, by, trusted=status["trust_problem_indic"] is None)
+    if status["trust_problem_indic"] is not None or kept is None:
+        return Stamped(moment, by, trusted=status["trust_problem_indic"] is None)
+    problem = _status(signed, signature, roots, moment, kept)["trust_problem_indic"]
+    revoked = problem in _REVOKED  # anything else: what is kept says nothing of this certificate at that moment
+    return Stamped(moment, by, trusted=not revoked, revoked=revoked, proven=problem is None)
+
+
+def _status(
+    signed: cms.SignedData,
+    signature: bytes,
+    roots: Sequence[x509.Certificate],
+    moment: datetime,
+    kept: DocumentSecurityStore | None = None,
+) -> dict[str, Any]:
+    """What pyhanko says of a token as things stood at a moment: whether it is its authority's, and where something is
+    kept, whether that shows that no certificate above it was revoked."""
+    settings: dict[str, Any] = {
+        "trust_roots": loaded(roots),
+        "other_certs": [choice.chosen for choice in signed["certificates"]],
+        "moment": moment,
+        "allow_fetching": False,
+        "revocation_mode": "soft-fail" if kept is None else "require",
+        "time_tolerance": _CLOCKS,
+    }
+    context = ValidationContext(**settings) if kept is None else kept.as_validation_context(settings)
+    found = validate_tst_signed_data(signed, context, lambda name: hashlib.new(name, signature).digest())
+    return dict(asyncio.run(found))

@@ -9,8 +9,8 @@ import re
 import secrets
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -52,13 +52,15 @@ class KeyInfo:
 class Credential:
     """An opened key with its certificate and that of the bench's CA; no key where a token holds it.
 
-    tsa: URL of the time stamping authority that is asked about what it signs, None for none."""
+    tsa: URL of the time stamping authority that is asked about what it signs, None for none; tsa_roots: of those that
+    the bench trusts."""
 
     role: str
     key: ec.EllipticCurvePrivateKey | None
     certificate: x509.Certificate
     ca: x509.Certificate
     tsa: str | None = None
+    tsa_roots: Sequence[x509.Certificate] = ()
 
     @property
     def person(self) -> str:
@@ -190,6 +192,16 @@ def _chosen(home: Path, role: str, person: str | None) -> Path:
 def ca(home: Path) -> x509.Certificate:
     """The bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
     return certificate_of(folder(home) / f"{CA}.pem")
+
+
+def stamping_roots(home: Path) -> list[x509.Certificate]:
+    """Of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem. Raises KeysError."""
+    return [certificate_of(path) for path in sorted(folder(home).glob("tsa*.pem"))]
+
+
+def stamping(credential: Credential, url: str | None, home: Path) -> Credential:
+    """The credential, with an authority that is asked about what it signs where one is named. Raises KeysError."""
+    return replace(credential, tsa=url, tsa_roots=stamping_roots(home)) if url else credential
 
 
 def revoked(home: Path) -> list[revocation.Revoked]:

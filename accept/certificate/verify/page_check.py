@@ -19,7 +19,7 @@ from accept.certificate.step import Step
 
 _WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|PASS|FAIL|NO RESULT|DEMO)\b")
 _SHOWN = 3
-_CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version"}  # what signing changes of it
+_CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
 
 
 def check_page(signed: bytes, contents: CertificateContent) -> Step:

@@ -23,6 +23,7 @@ from pyhanko_certvalidator import ValidationContext
 
 from accept.certificate.errors import InvalidCertificate, guarded
 from accept.certificate.signature import timestamp
+from accept.certificate.signature.long_term import kept_in
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
@@ -152,7 +153,8 @@ def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x50
     token = token_of(embedded.pkcs7_content)
     if token is None:
         return None
-    found = timestamp.checked(token, signature_of(embedded.pkcs7_content), roots)
+    kept = kept_in(embedded.reader)
+    found = timestamp.checked(token, signature_of(embedded.pkcs7_content), roots, kept)
     if abs(found.when - when) > _CLOCK_SLACK:
         raise InvalidCertificate(
             f"it says that it was signed at {when:%Y-%m-%d %H:%M}, its timestamp says {found.when:%Y-%m-%d %H:%M} UTC"

@@ -11,6 +11,7 @@ from cryptography import x509
 
 from accept.certificate.content import CertificateContent
 from accept.certificate.errors import InvalidCertificate, guarded, one_line
+from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.statements import statements
 from accept.certificate.step import Step
 from accept.certificate.trust import authority
@@ -168,8 +169,17 @@ def _words_of_time(signed: Signed) -> str:
         return f"time of the {signed.role}: {by_heads}"
     at = f"timestamp of {signed.stamped.when:%Y-%m-%d %H:%M:%S} UTC by {one_line(signed.stamped.by)}"
     if signed.stamped.trusted:
-        return f"time of the {signed.role}: trusted {at}"
+        return f"time of the {signed.role}: trusted {at}{_words_of_revocation(signed.stamped)}"
+    if signed.stamped.revoked:
+        return f"time of the {signed.role}: {by_heads}; a {at}, whose certificate had been revoked"
     return f"time of the {signed.role}: {by_heads}; a {at}, who is not trusted here (--tsa-trust)"
+
+
+def _words_of_revocation(stamped: Stamped) -> str:
+    """Whether it can be seen, without asking anybody, that the authority's certificate was good."""
+    if stamped.proven:
+        return ", whose certificate was not revoked then, by what its servers answered and this document keeps"
+    return "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
 
 
 def _words(signed: Signed) -> str:

@@ -3,7 +3,6 @@
 import getpass
 import os
 import sys
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -67,7 +66,7 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
     for words in (credential.warning(datetime.now(UTC)), *_exposed(home)):
         if words:
             say(f"warning: {words}")
-    return replace(credential, tsa=tsa)
+    return keys.stamping(credential, tsa, home)
 
 
 def _known(home: Path, operator: str | None) -> str | None:

@@ -1,6 +1,5 @@
 """`accept countersign`."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from accept.base.console import clear_errors, say
@@ -28,7 +27,7 @@ def run(path: Path, passphrase_file: Path | None, records: Path | None = None, t
         say(f"not countersigned: {before.reason}")
         return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
-    credential = replace(credential, tsa=tsa)
+    credential = keys.stamping(credential, tsa, home())
     with open_store() as store:
         sign_into(path, content, credential, store, before.serial, credential.person)
     say(f"{before.serial} {before.verdict}: countersigned by {credential.person}")

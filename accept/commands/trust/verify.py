@@ -83,12 +83,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
     known = check_copies if not options.demo and store_is_there(home()) else None
-    stamping = [keys.certificate_of(path) for path in options.stamping or _kept_roots(place)]
+    stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     return verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
     )
-
-
-def _kept_roots(place: Path) -> list[Path]:
-    """Of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem among its keys."""
-    return sorted(keys.folder(place).glob("tsa*.pem"))

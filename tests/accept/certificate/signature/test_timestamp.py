@@ -1,75 +1,34 @@
 """Trusted timestamps: asked for over HTTP of a local authority, looked at by verify, refused where they are wrong."""
 
-import threading
+import io
 from collections.abc import Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 
 import pytest
-from asn1crypto import keys as asn1_keys
-from asn1crypto import tsp
-from asn1crypto import x509 as asn1_x509
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import rsa
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
-from pyhanko.sign.timestamps.dummy_client import DummyTimeStamper
+from asn1crypto import crl
+from cryptography.hazmat.primitives import serialization
+from pyhanko.sign.validation.dss import DocumentSecurityStore
 from typer.testing import CliRunner
 
 from accept.base.home import home
+from accept.certificate.signature import long_term, signing
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import SigningRefused, sign
+from accept.certificate.signature.timestamp import stamper
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.verification import Validity
 from accept.cli.main import app
 from tests.accept.certificate.certificate_help import WHEN
+from tests.accept.certificate.signature.time_authority import Authority, made_authority, responder
 from tests.accept.certificate.verify.verify_help import LATER, Bench, hole_of, made_bench, refused, with_cms
 from tests.accept.units.units import make_unit
 
 
-@dataclass(frozen=True)
-class Authority:
-    """A time stamping authority of its own root."""
-
-    root: x509.Certificate
-    leaf: x509.Certificate
-    key: rsa.RSAPrivateKey
-
-    def at(self, when: datetime | None = None) -> DummyTimeStamper:
-        plain = self.key.private_bytes(
-            serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-        )
-        root = asn1_x509.Certificate.load(self.root.public_bytes(serialization.Encoding.DER))
-        leaf = asn1_x509.Certificate.load(self.leaf.public_bytes(serialization.Encoding.DER))
-        return DummyTimeStamper(leaf, asn1_keys.PrivateKeyInfo.load(plain), [root], fixed_dt=when)
-
-
-def certified(
-    name: str, key: rsa.RSAPrivateKey, issuer: x509.Name, by: rsa.RSAPrivateKey, ca: bool
-) -> x509.Certificate:
-    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-    builder = (
-        x509.CertificateBuilder()
-        .subject_name(subject)
-        .issuer_name(issuer if not ca else subject)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(datetime(2020, 1, 1, tzinfo=UTC))
-        .not_valid_after(datetime(2050, 1, 1, tzinfo=UTC))
-        .add_extension(x509.BasicConstraints(ca, None), critical=True)
-    )
-    if not ca:
-        usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.TIME_STAMPING])
-        builder = builder.add_extension(usage, critical=True)
-    return builder.sign(by, hashes.SHA256())
-
-
-def made_authority(name: str) -> Authority:
-    root_key, key = (rsa.generate_private_key(65537, 2048) for _ in range(2))
-    root = certified(f"{name} root", root_key, x509.Name([]), root_key, ca=True)
-    return Authority(root, certified(name, key, root.subject, root_key, ca=False), key)
+@pytest.fixture(autouse=True)
+def nothing_asked_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(long_term, "_asked", {})  # a port may come again
 
 
 @pytest.fixture(scope="module")
@@ -89,28 +48,18 @@ def stamped(bench: Bench, tsa: Authority) -> bytes:
 
 @pytest.fixture
 def server(tsa: Authority) -> Iterator[str]:
-    """A responder on a port of this machine."""
+    """A responder on a port of this machine, for an authority without a list."""
+    with responder([tsa]) as url:
+        yield url
 
-    class Handler(BaseHTTPRequestHandler):
-        def do_POST(self) -> None:
-            asked = tsp.TimeStampReq.load(self.rfile.read(int(self.headers["Content-Length"])))
-            answer = tsa.at().request_tsa_response(asked).dump()
-            self.send_response(200)
-            self.send_header("Content-Type", "application/timestamp-reply")
-            self.send_header("Content-Length", str(len(answer)))
-            self.end_headers()
-            self.wfile.write(answer)
 
-        def log_message(self, *_: object) -> None:
-            pass
-
-    running = HTTPServer(("127.0.0.1", 0), Handler)
-    thread = threading.Thread(target=running.serve_forever, daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{running.server_port}/"
-    running.shutdown()
-    running.server_close()
-    thread.join()
+@pytest.fixture
+def listed() -> Iterator[tuple[str, Authority]]:
+    """One whose certificate names the place of its issuer's list."""
+    asked: list[Authority] = []
+    with responder(asked) as url:
+        asked.append(made_authority("Listed time", f"{url}crl"))
+        yield url, asked[0]
 
 
 def test_verify_says_which_time_it_had(bench: Bench, stamped: bytes, tsa: Authority) -> None:
@@ -168,8 +117,6 @@ def test_commands_ask_and_say(tmp_path: Path, server: str, tsa: Authority, monke
 
 
 def test_without_an_answer_nothing_is_signed(bench: Bench) -> None:
-    from accept.certificate.signature.timestamp import stamper
-
     with pytest.raises(SigningRefused, match="nothing was signed"):
         sign(bench.unsigned, bench.technician, WHEN, stamping=stamper("http://127.0.0.1:9/"))
 
@@ -190,3 +137,79 @@ def test_the_list_of_revoked_keys_is_kept_with_the_certificate(tmp_path: Path, m
     assert run(app, ["verify", str(pdf)]).exit_code == 0
     other = keys.init(tmp_path / "other", "correct horse", "Eve", authority_passphrase="the office") / "ca.pem"
     assert run(app, ["verify", str(pdf), "--trust", str(other)]).exit_code == 3
+
+
+def test_the_answers_of_the_authoritys_servers_are_kept(bench: Bench, listed: tuple[str, Authority]) -> None:
+    """Also beside the countersignature's, and after the servers are gone: nothing is asked in verifying."""
+    url, authority = listed
+    now = datetime.now(UTC)
+    signed = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    both = sign(signed, bench.qa, now, stamping=stamper(url))
+    for pdf, count in ((signed, 1), (both, 2)):
+        found = bench.check(pdf, stamping=[authority.root], now=now)
+        assert found.valid, found.reason
+        assert sum("was not revoked then, by what its servers answered" in line for line in found.details) == count
+    assert not any("not revoked then" in line for line in bench.check(both, now=now).details)  # nobody trusts it here
+
+
+def test_an_authority_without_a_list_is_said(bench: Bench, stamped: bytes, tsa: Authority) -> None:
+    details = bench.check(stamped, stamping=[tsa.root]).details
+    assert any("this document keeps no answer of its servers" in line for line in details)
+
+
+def test_a_revoked_authority_stamps_nothing(
+    bench: Bench, listed: tuple[str, Authority], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not asked where its list says so; a stamp that was made all the same is not a trusted time."""
+    url, authority = listed
+    now = datetime.now(UTC)
+    authority.revoked.append(now - timedelta(days=1))
+    with pytest.raises(SigningRefused, match=r"certificate is revoked.*nothing was signed"):
+        sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    old = crl.CertificateList.load(authority.crl(now - timedelta(minutes=1)))
+
+    async def careless(*_: object) -> RevocationData:
+        return RevocationData((), [old], ())
+
+    monkeypatch.setattr(signing, "revocation_data", careless)
+    pdf = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    lost = Revoked(bench.technician.certificate.serial_number, now + timedelta(days=10), True)
+    found = bench.check(pdf, stamping=[authority.root], now=now, revoked=[lost])
+    assert found.outcome is Validity.SIGNED, found.reason
+    assert any("whose certificate had been revoked" in line for line in found.details)
+
+
+@pytest.mark.parametrize("what", ["old", "foreign"])
+def test_a_list_that_says_nothing_of_that_moment_proves_nothing(
+    what: str, bench: Bench, listed: tuple[str, Authority], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a month before, or signed by somebody else under the same name: not a reason to refuse, but no proof."""
+    url, authority = listed
+    now = datetime.now(UTC)
+    signer = authority if what == "old" else made_authority("Listed time")
+    given = crl.CertificateList.load(signer.crl(now - timedelta(days=30 if what == "old" else 0)))
+
+    async def careless(*_: object) -> RevocationData:
+        return RevocationData((), [given], ())
+
+    monkeypatch.setattr(signing, "revocation_data", careless)
+    pdf = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    found = bench.check(pdf, stamping=[authority.root], now=now)
+    assert any("time of the technician" in line and "is not seen here" in line for line in found.details), found.details
+
+
+def test_what_is_kept_is_covered_by_the_signature(bench: Bench, listed: tuple[str, Authority]) -> None:
+    url, authority = listed
+    now = datetime.now(UTC)
+    pdf = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    start, end = hole_of(pdf, 0)
+    kept = pdf.index(b"/DSS")
+    assert len(bench.unsigned) < kept
+    assert not start <= kept < end
+    for place in (kept + 1, pdf.index(b"/CRLs") + 1):
+        changed = bytearray(pdf)
+        changed[place] ^= 1
+        refused(bench.check(bytes(changed), stamping=[authority.root], now=now))
+    later = io.BytesIO(pdf)
+    DocumentSecurityStore.add_dss(later, None, crls=[crl.CertificateList.load(authority.crl(now))])
+    refused(bench.check(later.getvalue(), stamping=[authority.root], now=now), "revisions")

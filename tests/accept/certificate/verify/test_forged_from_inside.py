@@ -147,9 +147,7 @@ def test_a_verdict_that_does_not_follow_from_its_numbers_is_found(bench: Bench, 
     refused(verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW), "contradicts itself")
 
 
-def test_countersigning_waits_until_it_was_judged_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_countersigning_waits_until_it_was_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from accept.certificate import content
     from accept.certificate.verify import attachments
 

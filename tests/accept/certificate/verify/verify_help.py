@@ -39,7 +39,7 @@ class Bench:
 
     def check(self, pdf: bytes, **more: Any) -> Verification:
         """By who judges it again as it was judged, if no other judge is named."""
-        return verify(pdf, self.trust, more.pop("rejudge", lambda _: result().to_json()), now=NOW, **more)
+        return verify(pdf, self.trust, more.pop("rejudge", lambda _: result().to_json()), **({"now": NOW} | more))
 
 
 def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> tuple[Credential, Credential]:
