@@ -1,5 +1,5 @@
-"""Whether a time stamping authority's own certificates were revoked when it stamped ([PADES], level B-LT): the answers of its
-servers are kept in the document, so that it can be seen when these servers are gone.
+"""Whether a time stamping authority's own certificates were revoked when it stamped ([PADES], level B-LT): the answers
+of its servers are kept in the document, so that it can be seen when these servers are gone.
 
 They are asked before the signature is made and written with it, so it covers them too.
 """
