@@ -78,6 +78,7 @@ pictures: $(DEV)
 	mkdir -p docs/img
 	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
 	$(BIN)/python tests/accept/tui/picture_screens.py docs/img
+	$(BIN)/python tests/explanation_figures.py docs/img
 
 # Renew the locks after a change of pyproject.toml (needs uv): what runs, and what develops, at the same versions.
 lock:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import wraps
 from typing import Any, ParamSpec
 
-from rich.console import Console, ConsoleOptions, RenderableType
+from rich.console import Console, ConsoleOptions, OverflowMethod, RenderableType
 from rich.segment import Segment
 from rich.table import Table
 
@@ -53,10 +53,18 @@ def tell(*words: str) -> None:
 
 
 def _on_one_line(shown: Any) -> Any:
-    """A text, or a table's cells, without line breaks; column titles may have some, they are the program's own."""
+    """A text, or a table's cells, without line breaks; column titles may have some, they are the program's own. On a
+    narrow terminal a long word goes on in the next line of its cell: rich would put dots for its end."""
     if isinstance(shown, Table):
-        shown.columns = [replace(c, _cells=[_on_one_line(cell) for cell in c.cells]) for c in shown.columns]
+        shown.columns = [
+            replace(c, _cells=[_on_one_line(cell) for cell in c.cells], overflow=_unless_dots(c.overflow))
+            for c in shown.columns
+        ]
     return one_line(shown) if isinstance(shown, str) else shown
+
+
+def _unless_dots(overflow: OverflowMethod) -> OverflowMethod:
+    return "fold" if overflow == "ellipsis" else overflow
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:

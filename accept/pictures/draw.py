@@ -53,9 +53,13 @@ def draw(
 
 
 def picture(
-    panels: Sequence[Panel], format: str, size_mm: tuple[float, float] | None = None, columns: int | None = None
+    panels: Sequence[Panel],
+    format: str,
+    size_mm: tuple[float, float] | None = None,
+    columns: int | None = None,
+    dots: float = _PNG_DPI,
 ) -> bytes:
-    """The bytes that `draw` writes."""
+    """The bytes that `draw` writes. dots: per inch, of a PNG."""
     if format not in _CANVAS:
         raise PictureError(f"pictures are written as {', '.join(FORMATS)}, not as '{format}'")
     if not panels:
@@ -64,6 +68,7 @@ def picture(
     with mpl.rc_context():
         mpl.rcParams.update(settings())
         figure = _figure(panels, size_mm, columns or min(len(panels), 3))
+        figure.set_dpi(dots)
         canvas: Any = _CANVAS[format](figure)
         getattr(canvas, f"print_{format}")(buffer, metadata=_METADATA[format])
     return buffer.getvalue()

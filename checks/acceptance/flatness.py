@@ -169,14 +169,14 @@ def _panels(x: Array, y: Array, residual: Array, half_width: float) -> dict[str,
 
 
 PICTURE = """\
-   y          seen from above
-   │   ┌───────┐       ┌───────┐
- +9┤   │ 1   2 │       │ 5   6 │
-   │   │       │  APA  │       │
- -9┤   │ 4   3 │       │ 8   7 │
-   │   └───────┘       └───────┘
-   └────┬───┬───────────┬───┬── x
-      -29.5 -16 mm     16 29.5"""
+   y         seen from above
+   │   ┌───────┐     ┌───────┐
+ +9┤   │ 1   2 │     │ 5   6 │
+   │   │       │ APA │       │
+ -9┤   │ 4   3 │     │ 8   7 │
+   │   └───────┘     └───────┘
+   └────┬───┬─────────┬───┬─ x
+      -29.5 -16 mm   16 29.5"""
 
 CHECK = Check(
     name="flatness",

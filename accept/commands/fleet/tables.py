@@ -11,6 +11,7 @@ from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import stdout
 from accept.commands.fleet.options import Outputs
 
+WHOLE = ("serial", "time")  # columns that are looked for by eye
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
 
@@ -40,6 +41,8 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
     """Print rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut into pieces."""
     table = Table(*map(str, frame.columns), title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     table.title_justify = "left"
+    for column in table.columns:
+        column.no_wrap = column.header in WHOLE
     given = formats or {}
     for row in frame.itertuples(index=False):
         table.add_row(*(Text(_shown(v, given.get(str(name)))) for name, v in zip(frame.columns, row, strict=True)))

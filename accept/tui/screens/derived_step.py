@@ -31,7 +31,7 @@ class DerivedScreen(StepView):
 
     def lacking(self) -> str:
         other = CHECKS[self.step.check.reads]
-        return "" if self.complete else f"Load the records of '{other.title}' first"
+        return "" if self.complete else f"Load the records of '{other.short or other.title}' first"
 
     def action_compare(self) -> None:
         if self.stop is not None:

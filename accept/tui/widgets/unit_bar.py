@@ -8,7 +8,8 @@ from accept.workflow.status import Status
 
 
 class UnitBar(Static):
-    """One line; what is longer than the screen is cut behind the operator's name."""
+    """One line. Where the spec's title does not fit, its name stands there; what is still longer than the screen is cut
+    at the end."""
 
     def __init__(self, session: Session, where: str = "") -> None:
         super().__init__("", id="unit", markup=False)
@@ -17,12 +18,20 @@ class UnitBar(Static):
     def on_mount(self) -> None:
         self.show()
 
+    def on_resize(self) -> None:
+        self.show()
+
     def show(self) -> None:
         """As it is now."""
+        spec = self._session.spec
+        whole = self._line(spec.title)
+        self.update(whole if whole.cell_len <= self.size.width else self._line(f"spec {spec.name}"))
+
+    def _line(self, spec: str) -> Text:
         session = self._session
         done = sum(session.status(step) not in (Status.NOT_DONE, Status.TAKEN) for step in session.steps)
         text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
-        for words in (self._where, f"{done} of {len(session.steps)} steps", session.operator, session.spec.title):
+        for words in (self._where, f"{done} of {len(session.steps)} steps", session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None
         text.no_wrap, text.overflow = True, "ellipsis"
-        self.update(text)
+        return text

@@ -1,14 +1,18 @@
 """What every command has: `-h`, completion in three shells; and that options are declared once."""
 
+import io
 import os
+import re
 import subprocess
 import sys
 from dataclasses import fields, is_dataclass
 from inspect import signature
 
 import pytest
+from rich.table import Table
 from typer.testing import CliRunner
 
+from accept.base.console import PlainConsole
 from accept.cli.main import app
 from accept.cli.options import spread
 from accept.commands.bench.simulate_options import SimulateOptions
@@ -59,3 +63,30 @@ def test_a_group_of_options_stands_as_its_fields() -> None:
     seen = signature(spread(command)).parameters
     assert list(seen) == [f.name for f in fields(SimulateOptions)]
     assert all(seen[f.name].default is f.default for f in fields(SimulateOptions) if f.name != "out")
+
+
+@pytest.mark.parametrize("columns", [30, 80])
+def test_a_table_on_a_narrow_terminal_loses_no_letter(columns: int) -> None:
+    out = io.StringIO()
+    words = ["sensor_highpass_Hz,actuator_uF", "2026-11-22", "incomplete"]
+    table = Table("causes", "unit_verdict", "quantity")
+    table.add_row(*words)
+    PlainConsole(file=out, width=columns).print(table)
+    shown = out.getvalue()
+    assert "…" not in shown
+    assert max(map(len, shown.splitlines())) <= columns
+    for n in range(3):  # every cell, put together again
+        parts = [re.split("[│┃]", line)[1 + n].strip() for line in shown.splitlines() if line.startswith("│")]
+        assert "".join(parts) == words[n]
+
+
+def test_a_pipe_has_no_width() -> None:
+    """80 columns would cut what a script looks for."""
+    run = "from accept.cli.main import main; import sys; sys.argv = ['accept', 'spec', 'show', 'strut']; main()"
+    env = os.environ | {"COLUMNS": "40"}
+    done = subprocess.run([sys.executable, "-c", run], env=env, capture_output=True, text=True, check=True)
+    rows = [line for line in done.stdout.splitlines() if line.startswith("│")]
+    assert rows
+    assert all(line.count("│") == 6 and line.split("│")[2].strip() for line in rows)  # a row a limit, nothing wrapped
+    assert any("effect on the 200 Hz mode studied from 100 um on" in line for line in rows)
+    assert "…" not in done.stdout

@@ -8,10 +8,14 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from accept.commands.physics import model_fit
+from accept.commands.physics.model_options import FitOptions
 from accept.gap.responses import responses
-from accept.models.model_file import open_model, opened, write_model
+from accept.models.model_file import AS_BUILT, open_model, opened, write_model
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.model.model import Model
 from hw.records.writers import mat_bytes
 from specs.model import load_model
 from specs.model_sections import FitRecord
@@ -209,3 +213,36 @@ def test_a_damaged_file_or_effect_is_refused(tmp_path: Path) -> None:
     path.write_text(text + "\n[surprise]\nx = 1\n")
     with pytest.raises(SpecError, match="surprise"):
         open_model(path)
+
+
+def test_a_strut_is_fitted_with_the_modes_of_its_misalignment_as_far_as_they_hold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With exact modes and to 2 kHz a sound strut's kRy came out five standard deviations off."""
+    seen = []
+
+    def stop(model: Model, data: Dataset, *_: object, **__: object) -> None:
+        seen.append((model.name, float(data.f[-1])))
+        raise ModelError("seen enough")
+
+    monkeypatch.setattr(model_fit, "calibrate", stop)
+    folder = unit_folder(tmp_path, "strut", {})
+    toml = folder / "unit.toml"
+    toml.write_text(
+        toml.read_text().replace('"apa"', '"strut"\n[parts]\napa = "A"\njoint_bottom = "B"\njoint_top = "C"')
+    )
+    code, _, err = run("fit", folder)
+    assert code == 6
+    assert "fitted to 700 Hz only" in err
+    ((name, f_hi),) = seen
+    assert name == AS_BUILT
+    assert 650.0 < f_hi <= 700.0
+
+
+@needs_data
+@pytest.mark.soak
+def test_fit_of_a_recorded_strut_holds_the_truth() -> None:
+    fitted = model_fit.fit_unit(DATA / "units" / "S-01", FitOptions())
+    kR = true_values("S-01")["joint.kRy_Nm_per_rad"]
+    assert abs(fitted.fit.at["joint.kRy_Nm_per_rad"] - kR) < 2.0 * fitted.fit.sds["joint.kRy_Nm_per_rad"]
+    assert max(g.G for g in fitted.held_out.values()) < 1.1

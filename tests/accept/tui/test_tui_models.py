@@ -99,7 +99,7 @@ async def test_a_step_without_records_says_which(tmp_path: Path):
         for _ in range(5):
             await press(pilot, "enter")
         await open_row(pilot, "misalignment")
-        assert "Load the records of 'Frequency responses" in words(pilot, "#status")
+        assert "Load the records of 'Responses' first" in words(pilot, "#status")
         await press(pilot, "f3")
         assert pilot.app.session.judgement("misalignment") is None
         await press(pilot, "escape")
