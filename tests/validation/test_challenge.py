@@ -4,7 +4,8 @@ just that; then a few blind units through the real workflow. `make challenge` ru
 import copy
 import json
 import math
-from collections.abc import Callable, Sequence
+import shutil
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 
 from tests.soak import SOAK
 from validation import challenge
-from validation.cases import counts, draw_cases, seal
+from validation.cases import Case, counts, draw_cases, seal
 from validation.challenge import Job, control_jobs, run_all
 from validation.effects import LIBRARY, OUTSIDE
 from validation.report import report_of_set
@@ -23,6 +24,7 @@ from validation.results_store import Mixed, Store, stamp
 from validation.scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
 
 Json = dict[str, Any]
+BLIND = 24 if SOAK else 5
 SEED = 7  # of development: what `make challenge` reports is drawn from another
 needs_data = pytest.mark.needs_data
 
@@ -277,8 +279,29 @@ def not_json(folder: Path, model: Path, out: Path | None, without: Sequence[str]
     return {"verdict": "no_missing_effect", "named": [], "flag": np.bool_(True)}
 
 
-def jobs(number: int, workflow: str, seed: int = SEED) -> list[Job]:
-    cases = draw_cases(number, seed)
+@pytest.fixture(scope="module", autouse=True)
+def written_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A unit is recorded once for all tests here, and each workflow is given its own copy."""
+    place, made, seen = tmp_path_factory.mktemp("recorded"), {}, {}
+    write, detectability = Case.write, Case.detectability
+
+    def copy_of(case: Case, parent: Path) -> Path:
+        if case.serial not in made:
+            made[case.serial] = write(case, place)
+        return Path(shutil.copytree(made[case.serial], parent / made[case.serial].name))
+
+    def seen_once(case: Case) -> float:
+        return seen[case.serial] if case.serial in seen else seen.setdefault(case.serial, detectability(case))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Case, "write", copy_of)
+        patch.setattr(Case, "detectability", seen_once)
+        yield
+
+
+def jobs(number: int, workflow: str) -> list[Job]:
+    """The first of those that are drawn for all tests here."""
+    cases = draw_cases(BLIND, SEED)[:number]
     truth = json.loads(seal(cases)[0])
     return [Job(case, truth[case.serial], workflow) for case in cases]
 
@@ -338,8 +361,8 @@ def test_reported_and_development_seeds_differ() -> None:
 
 @pytest.fixture(scope="module")
 def blind() -> list[Outcome]:
-    """Units of the mix through the real workflow: eight, every kind at least once; with ACCEPT_SOAK=1 twenty-four."""
-    return run_all(jobs(24 if SOAK else 8, challenge.WORKFLOW), workers=0)
+    """Units of the mix through the real workflow: five, every kind at least once; with ACCEPT_SOAK=1 twenty-four."""
+    return run_all(jobs(BLIND, challenge.WORKFLOW), workers=0)
 
 
 @needs_data
