@@ -15,7 +15,6 @@ from checks.acceptance.responses import panels as draw
 from checks.acceptance.responses.consistency import held_against_gain, vet_bands, vet_copies, vet_pole, vet_repeat
 from checks.acceptance.responses.modes import (
     SPURIOUS,
-    Axial,
     axial,
     axial_damping,
     axial_resonance,
@@ -69,9 +68,11 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class ResponseFits:
-    """All that local fits found. repeat: the axial resonance of the second realisation; zero: or why there is none."""
+    """All that local fits found. axial: the resonance, beside: a second pole where two fit better than one, repeat: the
+    resonance of the second realisation; zero: or why there is none."""
 
-    axial: Axial
+    axial: Resonance
+    beside: Resonance | None
     repeat: Resonance | None
     zero: Zero | Reason
     spurious: Mapping[str, Resonance | Reason]
@@ -87,7 +88,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
     _vet_repeats(records, curves, rules)
     found = _found(records, curves, rules)
-    resonance_Hz = found.axial.first.f_Hz
+    resonance_Hz = found.axial.f_Hz
     vet_pole(curves.low, resonance_Hz)
     zero_Hz = found.zero.f_Hz if isinstance(found.zero, Zero) else dip_Hz(curves.low, rules)
     allowed = gains.excused(resonance_Hz, zero_Hz)
@@ -106,7 +107,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
     quantities += gains.constants(curves.whole, mass, rules, spec)
     without = _without(records, curves, rules)
-    panels = draw.curves(curves.whole, curves.merge_Hz) | draw.zoom(records["low"], found.axial)
+    panels = draw.curves(curves.whole, curves.merge_Hz) | draw.zoom(records["low"], found.axial, found.beside)
     if isinstance(found.zero, Zero):
         panels |= draw.zero(records["low"], found.zero)
     if isinstance(without, Frf):
@@ -166,7 +167,7 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseS
 def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
     low = Transforms.of(records["low"], "Va", OUTPUTS)
     near_Hz = peak_Hz(curves.low, "de", *rules.resonance_Hz)
-    first = axial(low, near_Hz, rules)
+    first, beside = axial(low, near_Hz, rules)
     modes: dict[str, Resonance | Reason] = {}
     if rules.spurious_Hz:
         high = Transforms.of(records["high"], "Va", OUTPUTS)
@@ -174,7 +175,7 @@ def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSetting
             modes[name] = spurious(low if f < curves.merge_Hz else high, f, rules.spurious_within)
         _refuse_exchanged(modes)
     zero = vs_zero(low, dip_Hz(curves.low, rules))
-    return ResponseFits(first, _repeat(records, first.first.f_Hz), zero, modes)
+    return ResponseFits(first, beside, _repeat(records, first.f_Hz), zero, modes)
 
 
 def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
@@ -207,7 +208,7 @@ def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
 
 def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
     """Of the local fits, but for the axial resonance itself."""
-    quantities = [axial_damping(found.axial, found.repeat), second_resonance(found.axial, spec)]
+    quantities = [axial_damping(found.axial, found.repeat), second_resonance(found.beside, spec)]
     if isinstance(found.zero, Zero):
         quantities.append(zero_quantity(found.zero, spec))
     else:
@@ -235,13 +236,13 @@ def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSetti
 
 def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | str | None) -> list[str]:
     notes = [d.words for d in curves.delays if abs(d.samples) > 0.5]
-    if found.axial.second is not None:
-        one, two = found.axial.first, found.axial.second
+    if found.beside is not None:
+        one, two = found.axial, found.beside
         notes.append(f"double resonance: {one.f_Hz:.4g} and {two.f_Hz:.4g} Hz (two poles fit better, p = {two.p:.1g})")
     if found.repeat is not None:
         notes.append(f"second realisation: axial resonance {found.repeat.f_Hz:.5g} Hz")
     if "first" in values:
-        notes.append(first_record(values["first"], found.axial.first.f_Hz))
+        notes.append(first_record(values["first"], found.axial.f_Hz))
     if isinstance(without, str):
         notes.append(without)
     if isinstance(without, Frf):

@@ -1,6 +1,5 @@
 """Resonances and the zero in the frequency responses of a unit, as quantities."""
 
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,14 +20,6 @@ AROUND_ZERO = 0.2
 SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
 
 
-@dataclass(frozen=True, eq=False)
-class Axial:
-    """The axial resonance, and the second one where two poles fit better than one."""
-
-    first: Resonance
-    second: Resonance | None
-
-
 def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
     """Frequency of the largest response of a band. Raises NoResult when the band was not measured."""
     part = frf.band(f_lo, f_hi)
@@ -37,8 +28,9 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
     return float(part.f[np.argmax(np.abs(part.H[:, part.index(channel)]))])
 
 
-def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> Axial:
-    """Axial resonance of a record from all channels, next to near_Hz. Raises NoResult when none is seen."""
+def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> tuple[Resonance, Resonance | None]:
+    """Axial resonance of a record from all channels, next to near_Hz, and the second one where two poles fit better
+    than one. Raises NoResult when none is seen."""
     lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
     inner = lo + INNER * near_Hz, hi - INNER * near_Hz
     try:
@@ -46,7 +38,7 @@ def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> Axial:
         both = find_beside(low.window(lo, hi), first, *inner, rules.second_share)
     except ValueError as e:
         raise NoResult(Cause.CANNOT_ESTIMATE, record="low", detail=f"about {near_Hz:.4g} Hz: {e}") from e
-    return Axial(first, None) if both is None else Axial(*both)
+    return (first, None) if both is None else both
 
 
 def main_mode(low: Transforms, near_Hz: float) -> Resonance:
@@ -58,25 +50,24 @@ def main_mode(low: Transforms, near_Hz: float) -> Resonance:
     return found
 
 
-def axial_resonance(found: Axial, again: Resonance | None, spec: CheckSpec) -> Quantity:
+def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
     """axial_resonance_Hz; again: of the second realisation."""
-    spread_Hz = None if again is None else abs(again.f_Hz - found.first.f_Hz) / 2
-    return resonance_quantity("axial_resonance_Hz", found.first, spec, spread_Hz)
+    spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
+    return resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz)
 
 
-def axial_damping(found: Axial, again: Resonance | None) -> Quantity:
+def axial_damping(first: Resonance, again: Resonance | None) -> Quantity:
     """axial_damping_percent."""
-    first = found.first
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     return Quantity.of("axial_damping_percent", 100 * first.damping_ratio, *budget)
 
 
-def second_resonance(found: Axial, spec: CheckSpec) -> Quantity:
+def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:
     """second_resonance_Hz."""
-    if found.second is None:
+    if second is None:
         return Quantity.missing("second_resonance_Hz", Cause.NO_SECOND_POLE)
-    return resonance_quantity("second_resonance_Hz", found.second, spec)
+    return resonance_quantity("second_resonance_Hz", second, spec)
 
 
 def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from checks.acceptance.responses.modes import Axial
 from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
 from checks.record import Record
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import lpm_record
+from checks.signals.spectral.resonance import Resonance
 from checks.signals.spectral.zeros import Zero
 
 UNITS = {"Vs": "V/V", "de": "m/V", "da": "m/V"}
@@ -29,9 +29,8 @@ def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
     return panels | {"phase": replace(one, title=f"phase against {frf.input}", items=(*lines, *marks))}
 
 
-def zoom(low: Record, found: Axial) -> dict[str, Panel]:
+def zoom(low: Record, first: Resonance, second: Resonance | None) -> dict[str, Panel]:
     """de and da around the resonance, free of leakage, with the fit and the 95 % region of the measured response."""
-    first, second = found.first, found.second
     reach = SHOWN if second is None else max(SHOWN, 1.15 * abs(second.f_Hz / first.f_Hz - 1))
     part = _near(low, ("de", "da"), (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
     items: list[Item] = []
