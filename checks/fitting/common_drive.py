@@ -39,8 +39,8 @@ class Driven:
         """(P, F, C) per unit of each name."""
         own, drive = _split(changes)
         factor = _factor(f, drive)[:, None]
-        mechanics = [n for n in names if n not in _LOGS]
-        D = dict(zip(mechanics, self.model.jacobian(f, mechanics, own, channels) * factor, strict=True))
+        moving = [n for n in names if n not in _LOGS]
+        D = dict(zip(moving, self.model.jacobian(f, moving, own, channels) * factor, strict=True))
         H = self.model.frf(f, own, channels) * factor
         D |= {n: H * _LOGS[n](f)[:, None] for n in names if n in _LOGS}
         return np.array([D[n] for n in names])
@@ -53,9 +53,13 @@ _LOGS: dict[str, Callable[[Array], NDArray[np.complexfloating]]] = {
 }
 
 
+def mechanics(changes: Values) -> dict[str, float]:
+    """Of all values, those that are the model's own."""
+    return {n: v for n, v in changes.items() if n not in _LOGS}
+
+
 def _split(changes: Values) -> tuple[dict[str, float], dict[str, float]]:
-    own = {n: v for n, v in changes.items() if n not in _LOGS}
-    return own, {n: v for n, v in changes.items() if n in _LOGS}
+    return mechanics(changes), {n: v for n, v in changes.items() if n in _LOGS}
 
 
 def _factor(f: Array, drive: Values) -> Complex:

@@ -19,22 +19,24 @@ from checks.cause import Cause, NoResult
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
 from checks.fitting.calibrate import Calibration, better_damped, of_damping, refined
-from checks.fitting.common_drive import DRIVE, Driven
+from checks.fitting.common_drive import DRIVE, Driven, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, Led, finish, free_of, lead
 from checks.fitting.goodness import gaps
+from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, Along, MisalignmentEstimate
 from checks.misalignment.gates import data_reasons, reason
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
 from checks.model.model import Model
 
 RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
-F_LO, F_HI = 10.0, 1000.0  # [Hz] da is lost in its noise above
-# [Hz] with uncertain modes: two at 834 and 843 Hz may change places in a search, for a tenth of U
-F_HI_SCATTERED = 700.0
+# [Hz] da is lost in its noise above. Two modes from 830 Hz on may change places in a search; but without them dy and
+# the encoder's masses have several values that explain as much.
+F_LO, F_HI = 10.0, 1000.0
 COVERAGE = 2.0  # U = 2 u
 PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a fit that has lost its way
+BOTH_WAYS = 2  # fits that begin with a mode in another place
 DRAWS = 3  # more starts, where one is not enough
 NEAR_UM = 5.0  # places no further apart are one
 WORTH_A_FIT = 50.0  # of log likelihood on few bins behind the best start
@@ -72,8 +74,7 @@ def estimate(
 
 
 def _prepared(data: Dataset, model: Model, channels: tuple[str, ...]) -> Dataset:
-    f_hi = min(F_HI_SCATTERED if model.scatters else F_HI, model.up_to_Hz)
-    return replace(data.select(channels).band(F_LO, f_hi), tolerance=model.tolerance)
+    return replace(data.select(channels).band(F_LO, min(F_HI, model.up_to_Hz)), tolerance=model.tolerance)
 
 
 def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:
@@ -123,33 +124,54 @@ def _found(
 
 def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Calibration]:
     """Fits from the starts that lead to different places, the best first, each with the form of damping that the data
-    ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, from draws
-    of its parameters."""
+    ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, with a mode
+    in another place, and from draws of its parameters."""
     free = [free_parameters(model, dx, dy, data.channels) for dx, dy in starts]
-    found = [c for led in _places(_leads(model, data, free)) if (c := _finished(model, data, led)) is not None]
-    if not any(_explains(c) for c in found) and not any(_another_bench(c.fit) for c in found):
-        again = _leads(model, data, free[:1], DRAWS)[:1]
-        found += [c for led in again if (c := _finished(model, data, led)) is not None]
+    found = _all_finished(model, data, _places(_leads(model, data, free)))
+    if not any(_another_bench(c.fit) for c in found):
+        if not any(_explains(c) for c in found):
+            found += _all_finished(model, data, _rearranged(found, data))
+        if not any(_explains(c) for c in found):
+            found += _all_finished(model, data, _leads(model, data, free[:1], DRAWS)[:1])
     return sorted(found, key=lambda c: c.fit.cost)
 
 
-def _leads(model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0) -> list[Led]:
+def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
+    """Where searches end that begin with a mode of the best fit in another place, there where most is left; the best
+    few."""
+    if not found:
+        return []
+    best = min(found, key=lambda c: c.fit.cost)
+    fit, left = best.fit, best.fit.datasets[0].whitener(best.fit.residuals[0])
+    places = peaks(data.f, np.sum(left.reshape(2, *data.H.shape) ** 2, axis=(0, 2)))
+    ways = misplaced_modes(best.model, fit.free, fit.at, places, float(data.f[-1]), mechanics)
+    starts = [[replace(p, start=way[p.name]) for p in fit.free] for way in ways]
+    return _leads(best.model, data, starts, close=True)[:BOTH_WAYS]
+
+
+def _leads(
+    model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
+) -> list[Led]:
     """Where searches end, the best first; none where one comes to values that no strut has, or to no number."""
     found: list[Led] = []
     for each in free:
         try:
-            found += lead(Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws)
+            found += lead(Driven(model), data, each, joint=model.joint, starts=1 + draws, seed=draws, close=close)
         except ValueError:  # ModelError and LinAlgError are such
             continue
     return sorted(found, key=lambda led: led.cost)
 
 
-def _finished(model: Model, data: Dataset, led: Led) -> Calibration | None:
-    response = Driven(model)
-    try:
-        return better_damped(Calibration(model, response, finish(response, data, led, joint=model.joint)), Driven)
-    except ValueError:  # as in `_leads`
-        return None
+def _all_finished(model: Model, data: Dataset, leads: Sequence[Led]) -> list[Calibration]:
+    """The fits that searches lead to, without those that come to values with which nothing stands."""
+    response, found = Driven(model), []
+    for led in leads:
+        try:
+            fitted = Calibration(model, response, finish(response, data, led, joint=model.joint))
+            found.append(better_damped(fitted, Driven))
+        except ValueError:  # as in `_leads`
+            continue
+    return found
 
 
 def _places(leads: Sequence[Led]) -> list[Led]:

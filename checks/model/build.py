@@ -24,6 +24,11 @@ from specs.model import ModelSpec
 from specs.model_sections import ApaFrame, ApaOfModes, ApaSuperelement
 
 
+# Five times the end of the band: beyond, a fifth more damping of a mode changes less than 1e-3 of what that mode adds to a
+# response within, which is a few percent of it.
+DAMPED_HZ = 10e3
+
+
 @dataclass(frozen=True, eq=False)
 class Fixed:
     """An APA whose matrices depend on no parameter; a class and no closure, so that a model travels to other cores."""
@@ -74,15 +79,16 @@ def _as_built(
     spec: ModelSpec, apa: Callable[[Values], ApaBody]
 ) -> tuple[Callable[[Values], ApaBody], dict[str, float], dict[str, float]]:
     """The APA with factors on its free modes, where the file says that these differ from unit to unit: body, values and
-    prior standard deviations of the factors. A stiffness goes with the square of a frequency."""
+    prior standard deviations of the factors. A stiffness goes with the square of a frequency; every one counts, because
+    the modes make up the compliance, but how a mode far above the band is damped changes nothing within."""
     if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, Fixed):
         return apa, {}, {}
     modal, scatter = modal_apa(apa.body), spec.apa.mode_scatter
-    values: dict[str, float] = {}
-    sds: dict[str, float] = {}
-    for names, sd in zip(mode_names(modal.modes), (2.0 * scatter.frequency, scatter.damping), strict=True):
-        values |= {n: spec.values.get(n, 1.0) for n in names}
-        sds |= {n: spec.sds.get(n, sd) for n in names}
+    stiffness, damping = mode_names(modal.modes)
+    heard = damping[: modal.below(DAMPED_HZ)]
+    values = {n: spec.values.get(n, 1.0) for n in (*stiffness, *damping)}
+    sds = dict.fromkeys(stiffness, 2.0 * scatter.frequency) | dict.fromkeys(heard, scatter.damping)
+    sds |= {n: sd for n, sd in spec.sds.items() if n in values}
     beyond = [n for n in spec.values if is_mode_factor(n) and n not in values]
     if beyond:
         raise ModelError(f"{spec.name}: {beyond[0]}, but the reduced APA has {modal.modes} elastic modes")

@@ -36,6 +36,10 @@ class ModalApa:
     def modes(self) -> int:
         return self.body.size - ELASTIC_FROM
 
+    def below(self, f_Hz: float) -> int:
+        """Elastic modes below a frequency."""
+        return int(np.sum(np.diag(self.body.K)[ELASTIC_FROM:] < (2.0 * np.pi * f_Hz) ** 2))
+
     def __call__(self, values: Mapping[str, float]) -> ApaBody:
         stiffness, damping = (np.array([values[n] for n in names]) for names in mode_names(self.modes))
         rigid = np.ones(ELASTIC_FROM)

@@ -13,10 +13,10 @@ from checks.fitting.calibrate import OTHER, of_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, LOOSELY, Led, lead
 from checks.fitting.goodness import gaps
+from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
-from checks.gap.search.misplaced_modes import misplaced_modes
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, project
@@ -150,9 +150,9 @@ class Search:
         if not c.response.model.scatters or self.over:
             return []
         places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
-        starts = [
-            begin(c.response, self.A, at) for at in misplaced_modes(c.response, c.at, places, float(self.A.f[-1]))
-        ]
+        r, f_hi = c.response, float(self.A.f[-1])
+        ways = misplaced_modes(r.model, r.free(c.at), c.at, places, f_hi, r.changes)
+        starts = [begin(r, self.A, at) for at in ways]
         few = sorted((self.go_on(r, 2 * FEW) for r in starts), key=lambda r: r.cost)
         return [self._candidate(self.go_on(r, 2 * MANY)) for r in few[:BOTH_WAYS]]
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from checks import distributions as stats
 from checks.arrays import Array, Complex
+from checks.fitting.misplaced_modes import peaks as peaks_of
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.statistics.adequacy import energies
 from checks.gap.statistics.projected_residual import Projected
 
-PEAKS = 6  # places of the largest residual that are tried beside the grid
 APART = 0.05  # of f: nearer starts are the same
 
 
@@ -76,16 +76,10 @@ def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
 
 
 def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
-    """Where on some channels the most is left [Hz], the largest first, each apart from the others."""
+    """Where on some channels the most is left [Hz], as `misplaced_modes.peaks` has it."""
     e = energies(projected)
     columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
-    total = e[:, columns].sum(axis=1).copy()
-    f, out = projected.data.f, []
-    for _ in range(PEAKS):
-        k = int(np.argmax(total))
-        out.append(float(f[k]))
-        total[np.abs(f - f[k]) < APART * f[k]] = 0.0
-    return out
+    return peaks_of(projected.data.f, e[:, columns].sum(axis=1))
 
 
 def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:

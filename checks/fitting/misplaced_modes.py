@@ -1,0 +1,99 @@
+"""Places to begin from, at which a mode that a search has left in the wrong place is where the residual is largest.
+
+Two modes that lie nearly at one frequency may be taken for each other: what the strong one should share with the weak
+one it has alone, and the weak one hides where it does no harm. Every step towards the truth passes through where the
+two meet, and there the fit is worse, so no search leads out of that. But the residual peaks where a mode is missing,
+and the shortest way of a mode to there, in standard deviations of the priors and with every other mode where it is, is
+known from the modes' derivatives.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.coordinates import Free
+from checks.fitting.prior import prior_rows
+from checks.model.model import Model
+
+Values = Mapping[str, float]
+
+CLOSE = 0.05  # of the frequency: how far from its place a mode may be
+THERE = 0.001  # of it: nearer is the place
+LIKELY = 8.0  # standard deviations, the longest way
+PEAKS = 6  # of the residual that are tried
+APART = 0.05  # of the frequency, between two of them
+FIRM = 1e-3  # relative, of squared frequencies: how well the others stay
+# At once, with the shapes that the modes have, so that one passes another as if they did not meet; or in steps, with
+# the shapes that they take on the way.
+STRIDES = (1, 4)
+
+
+def misplaced_modes(
+    model: Model,
+    free: Sequence[Free],
+    at: Values,
+    peaks_Hz: Iterable[float],
+    f_hi: float,
+    own: Callable[[Values], Values] = dict,
+) -> list[dict[str, float]]:
+    """Values at which one mode below f_hi [Hz] lies at a peak of the residual; few, or none. free: what is fitted;
+    own: of all values, those that the model itself has."""
+    movable = [p for p in free if p.name in model.mechanical and np.isfinite(p.sd)]
+    if not movable:
+        return []
+    modes = _Modes(model, movable, own, f_hi)
+    found = []
+    for peak in peaks_Hz:
+        f = modes.at(at)[0]
+        near = np.flatnonzero((np.abs(f / peak - 1.0) < CLOSE) & (np.abs(f / peak - 1.0) > THERE))
+        ways = [modes.moved(at, int(k), peak, strides) for k in near for strides in STRIDES]
+        found += [way for way in ways if way is not None]
+    return found
+
+
+def peaks(f: Array, energy: Array) -> list[float]:
+    """Where on f (F,) [Hz] the most of an energy (F,) is, the largest first, each apart from the others."""
+    left, out = energy.copy(), []
+    for _ in range(PEAKS):
+        k = int(np.argmax(left))
+        out.append(float(f[k]))
+        left[np.abs(f - f[k]) < APART * f[k]] = 0.0
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Modes:
+    """The modes of a model below f_hi [Hz] and how its free parameters move them."""
+
+    model: Model
+    free: Sequence[Free]
+    own: Callable[[Values], Values]
+    f_hi: float
+
+    def at(self, values: Values) -> tuple[Array, Array]:
+        """(n,) frequencies [Hz], and (n, p) derivatives of their squares, relative."""
+        w2, slopes = self.model.square_slopes([p.name for p in self.free], self.own(values))
+        n = int(np.sum(w2 < (2.0 * np.pi * self.f_hi) ** 2))
+        return np.sqrt(w2[:n]) / (2.0 * np.pi), slopes[:, :n].T / w2[:n, None]
+
+    def moved(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
+        """Values at which a mode has moved, the others as far as they can where they were. None where that is unlikely
+        or nothing stands."""
+        back = np.linalg.inv(prior_rows(self.free, self.model.joint))
+        values, far = dict(at), 0.0
+        try:
+            for left in range(strides, 0, -1):
+                f, logs = self.at(values)
+                moves = np.zeros(f.size)
+                moves[mode] = 2.0 * np.log(to_Hz / f[mode]) / left
+                G = logs @ back
+                y = G.T @ np.linalg.solve(G @ G.T + FIRM**2 * np.eye(f.size), moves)
+                far += float(np.linalg.norm(y))
+                steps = zip(self.free, back @ y, strict=True)
+                values |= {p.name: float(np.clip(values[p.name] + d, p.lo, p.hi)) for p, d in steps}
+        except (ModelError, IndexError):
+            return None
+        return values if far < LIKELY else None
