@@ -189,12 +189,13 @@ def acceptances(outcomes: Outcomes) -> list[tuple[float, bool]]:
             continue
         accepted = all(abs(said[a]["value"]) + said[a]["U"] <= limit for a, limit in LIMITS_UM.items())
         if accepted:
-            inside = [_inside(said[a]["value"], said[a]["U"], limit) for a, limit in LIMITS_UM.items()]
-            out.append((1 - inside[0] * inside[1], any(abs(true_um(o, a)) > limit for a, limit in LIMITS_UM.items())))
+            chances = [inside(said[a]["value"], said[a]["U"], limit) for a, limit in LIMITS_UM.items()]
+            out.append((1 - chances[0] * chances[1], any(abs(true_um(o, a)) > limit for a, limit in LIMITS_UM.items())))
     return out
 
 
-def _inside(value: float, U: float, limit: float) -> float:
+def inside(value: float, U: float, limit: float) -> float:
+    """Probability that what is measured as a value with U lies inside a limit on either side of zero."""
     sd = max(U / U_FACTOR, 1e-12)
     return float(stats.norm.cdf((limit - value) / sd) - stats.norm.cdf((-limit - value) / sd))
 

@@ -72,10 +72,11 @@ class Batch:
     judge: tuple[Case, ...]
 
 
-def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0) -> list[Batch]:
+def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, of: Set | None = None) -> list[Batch]:
     """The units of a set, in batches; a set that does not learn is one batch without. units: default the full number.
-    weak: how many units with one weak effect on top, in the exact set alone."""
-    it = SETS[name]
+    weak: how many units with one weak effect on top, in the exact set alone; of: the set where it differs from that of
+    its name."""
+    it = of or SETS[name]
     number, own = it.units if units is None else units, [seed, zlib.crc32(name.encode())]
     batches = []
     for k, size in enumerate(_sizes(number) if it.learned else [number]):

@@ -46,17 +46,18 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
 
 
 def estimate_unit(folder: UnitFolder, model: str | None = None) -> MisalignmentEstimate:
-    """The estimate of a strut. Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
-    found = _found(folder, model)
+    """The estimate of a strut, in this process alone: a caller's script that starts others would be run by each of them
+    again. Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
+    found = _found(folder, model, workers=1)
     reason = found if isinstance(found, Reason) else found.reason
     if reason is not None:
         raise NoResult(reason)
     return cast(MisalignmentEstimate, found)
 
 
-def _found(folder: UnitFolder, model: str | None) -> MisalignmentEstimate | Reason:
+def _found(folder: UnitFolder, model: str | None, workers: int | None = None) -> MisalignmentEstimate | Reason:
     given = opened(model or AS_BUILT)
-    table = table_for(given.model, say)
+    table = table_for(given.model, say, workers=workers)
     return _estimate(given, _measured(folder), table)
 
 
