@@ -75,3 +75,20 @@ def test_a_picture_to_zoom_in_holds_its_curves_and_escapes_its_words(tmp_path: P
     assert text.count('class="plotly-graph-div"') == 1  # the phase shares the axis of its magnitude
     with pytest.raises(PictureError, match="nothing to draw"):
         page({}, "empty")
+
+
+def test_an_estimate_starts_no_process_which_would_run_the_callers_script_again(monkeypatch: pytest.MonkeyPatch):
+    from accept.commands.physics import misalign
+    from checks.cause import Cause, NoResult, because
+
+    asked: list[int | None] = []
+
+    def table(*_: object, workers: int | None = None) -> None:
+        asked.append(workers)
+
+    monkeypatch.setattr(misalign, "table_for", table)
+    monkeypatch.setattr(misalign, "_measured", lambda _: None)
+    monkeypatch.setattr(misalign, "_estimate", lambda *_: because(Cause.SEARCH_FAILED, record="low", model="strut"))
+    with pytest.raises(NoResult):
+        misalign.estimate_unit(None, "strut-as-built")
+    assert asked == [1]

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, stats
 
 from validation import shell
 from validation import strut as struts
 from validation.bench import FS, Playing, World, draw_rough, draw_setting, record
 from validation.cases import seal
+from validation.false_acceptance import Answer, table
 from validation.model_files import text_for
 from validation.results_store import CODE, ROOT, THRESHOLDS
 from validation.scores import Outcome
@@ -290,3 +291,21 @@ def test_the_stamp_finds_what_it_freezes() -> None:
     """A file of thresholds that moves, or a folder of code that no pattern meets, would freeze nothing."""
     assert THRESHOLDS.is_file()
     assert all(any(ROOT.glob(pattern)) for pattern in CODE)
+
+
+def test_the_table_of_false_acceptance_counts_what_is_stated_and_what_is_outside():
+    def answer(dx: float, true: float, reason: str | None = None) -> Answer:
+        return Answer("S", 0.01, {"dx_um": true, "dy_um": 0.0}, {"dx_um": dx, "dy_um": 0.0}, dict(U), reason)
+
+    U = {"dx_um": 4.0, "dy_um": 1.0}
+    near, wrong, silent = answer(48.0, 49.0), answer(40.0, 51.0), answer(90.0, 60.0, "no result")
+    assert near.stated("dx_um") == pytest.approx(stats.norm.sf(1.0), rel=1e-6)
+    assert not near.accepted("dx_um")
+    assert wrong.accepted("dx_um")
+    lines = table([near, wrong, silent]).splitlines()
+    assert lines[0] == "2 of 3 struts answered"
+    rows = {line[:14]: line.split() for line in lines[2:9]}
+    assert rows["0.100 .. 0.300"][3:6:2] == ["1", "0"]  # the one that is near, and inside
+    guarded = next(line for line in lines if line.startswith("guarded")).split()
+    assert [guarded[2], guarded[4]] == ["3", "1"]  # dy of both, dx of one; that one is outside
+    assert "scatter 1 %, dx_um: within U 1 of 2" in "\n".join(lines)
