@@ -23,8 +23,8 @@ from checks.model.structure.superelement_check import check_superelement
 from specs.model import ModelSpec
 from specs.model_sections import ApaFrame, ApaOfModes, ApaSuperelement
 
-# Five times the end of the band: beyond, a fifth more damping of a mode changes less than 1e-3 of what that mode adds to
-# a response within, which is a few percent of it.
+# Five times the end of the band: beyond, a fifth more damping of a mode changes less than 1e-3 of what the mode adds
+# to a response within, which is a few percent of it.
 DAMPED_HZ = 10e3
 
 
