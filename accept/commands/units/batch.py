@@ -1,5 +1,6 @@
 """`accept batch`."""
 
+import json
 from pathlib import Path
 
 from accept.base.cluster.connect import connected
@@ -14,6 +15,8 @@ from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import open_model
 from accept.store import open_store
 from specs.bench import load_bench
+from specs.errors import AcceptError
+from specs.files import read_bounded
 from specs.spec import Spec
 
 
@@ -36,6 +39,7 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
             model=wanted.model,
             cluster=cluster,
         )
+        listed = _listed(wanted.out)
         report = judge_batch.run(order, store, say)
     if report.units:
         stdout.print(units_table(report.units))
@@ -46,9 +50,20 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
             tell(f"{count} {verdict}")
     if report.unchanged:
         say(f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again")
+    gone = sorted(listed - {u["serial"] for u in report.units}) if report.units else []
+    if gone:
+        say(f"results.* no longer list {', '.join(gone)}: not asked for this time; `accept list` has them all")
     certificates = f", {wanted.out / 'certificates'}" if credential else ""
     say(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}")
     return report.exit()
+
+
+def _listed(out: Path) -> set[str]:
+    """Serials in the results that an earlier batch left there."""
+    try:
+        return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
+    except (AcceptError, OSError, ValueError, KeyError, TypeError):
+        return set()
 
 
 def specs_for(name: str | None) -> dict[str, Spec]:

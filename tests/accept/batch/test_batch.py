@@ -190,6 +190,10 @@ def test_only_what_changed_is_judged_again(tmp_path: Path) -> None:
     assert "B: unchanged" in done.stderr
     assert "A: rejected" in done.stderr
     assert verdicts(out) == {"A": "rejected", "B": "accepted"}
+    assert "no longer list" not in done.stderr
+    done = batch(a, "--out", out)
+    assert "results.* no longer list B: not asked for this time" in done.stderr
+    batch(tmp_path / "in", "--out", out)
 
     (out / "certificates" / "B.pdf").write_bytes(b"damaged")
     assert "B: accepted" in batch(tmp_path / "in", "--out", out).stderr  # a damaged certificate is written anew

@@ -1,4 +1,4 @@
-"""The real program in tmux, in a terminal of 80 x 24, driven by keys and seen as a person sees it."""
+"""The real program in tmux, in a terminal of 80 x 24 or another size, driven by keys and seen as a person sees it."""
 
 import re
 import subprocess
@@ -22,11 +22,12 @@ FILES = {
 class Terminal:
     """A program in tmux, seen as a person sees it."""
 
-    def __init__(self, socket: Path, command: list[str], home: Path) -> None:
+    def __init__(self, socket: Path, command: list[str], home: Path, size: tuple[int, int] = (80, 24)) -> None:
         self._tmux = ["tmux", "-S", str(socket), "-f", "/dev/null"]
         set_home = ["-e", f"ACCEPT_HOME={home}", "-e", "LANG=C.UTF-8"]
         shell = ["sh", "-c", '"$@"; echo exit code $?; read wait', "sh"]  # which stays to say how the program ended
-        self._run("new-session", "-d", "-x", "80", "-y", "24", *set_home, "-s", "t", *shell, *command)
+        width, height = map(str, size)
+        self._run("new-session", "-d", "-x", width, "-y", height, *set_home, "-s", "t", *shell, *command)
 
     def _run(self, *words: str) -> str:
         return subprocess.run([*self._tmux, *words], check=True, capture_output=True, text=True).stdout

@@ -1,5 +1,5 @@
-"""The real program in a real terminal of 80 x 24 (tmux), by keys alone: a whole APA on the simulated bench and a whole
-strut in training, each from its serial to the verified certificate."""
+"""The real program in a real terminal (tmux) of 80 x 24 and of 140 x 40, by keys alone: a whole APA on the simulated
+bench and a whole strut in training, each from its serial to the verified certificate."""
 
 import os
 import subprocess
@@ -13,6 +13,9 @@ from tests.accept.tui.terminal import ACCEPT, FILES, Technician, Terminal, bench
 from tests.soak import SOAK
 
 pytestmark = pytest.mark.terminal
+SIZES = pytest.mark.parametrize(
+    "size", [(80, 24), pytest.param((140, 40), marks=pytest.mark.soak)], ids=("80x24", "140x40")
+)
 
 
 @pytest.fixture
@@ -29,13 +32,14 @@ def simulated_bench(tmp_path: Path) -> Iterator[tuple[Path, Path]]:
         yield made
 
 
+@SIZES
 @pytest.mark.slow
 def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
-    simulated_bench: tuple[Path, Path], tmp_path: Path, opened: list[Terminal]
+    simulated_bench: tuple[Path, Path], tmp_path: Path, opened: list[Terminal], size: tuple[int, int]
 ) -> None:
     home, (records, bench) = tmp_path / "home", simulated_bench
     run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
-    opened.append(terminal := Terminal(tmp_path / "tmux", run, home))
+    opened.append(terminal := Terminal(tmp_path / "tmux", run, home, size))
     ann = Technician(terminal)
     terminal.wait_for("Enter: next field")
     terminal.line("APA-77")
@@ -71,11 +75,14 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
     assert said.returncode == 0, said.stdout + said.stderr
 
 
+@SIZES
 @pytest.mark.slow
-def test_a_strut_in_training_up_to_what_was_hidden(tmp_path: Path, opened: list[Terminal]) -> None:
+def test_a_strut_in_training_up_to_what_was_hidden(
+    tmp_path: Path, opened: list[Terminal], size: tuple[int, int]
+) -> None:
     spec = "strut" if SOAK else "strut-basic"  # what the model says of a strut is shown without a terminal, too
     run = [*ACCEPT, "run", "--training", "--spec", spec, "--seed", "6", "--operator", "Ann"]
-    opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home"))
+    opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home", size))
     ann = Technician(terminal)
     terminal.wait_for(r"new unit TRAIN-[^$]*on the last field it starts")
     terminal.press("Enter", "Enter")  # serial and kind as proposed
