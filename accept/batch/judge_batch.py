@@ -284,7 +284,8 @@ def _provenance(
 ) -> Provenance | None:
     if order.credential is None:
         return None
-    approval = approval_of(spec, home(), order.credential.ca)
+    gone = () if order.credential.demo else keys.revoked(home())
+    approval = approval_of(spec, home(), order.credential.ca, gone)
     crl = revocation.kept(keys.folder(home()) / revocation.FILE)
     return Provenance.of(before, head, approval, demo=order.credential.demo, crl=crl)
 

@@ -119,7 +119,7 @@ def verify(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
     records: LargeRecords = None,
-    require: Annotated[str, typer.Option(help="Also require: accepted,countersigned.")] = "",
+    require: Annotated[str, typer.Option(help="Also require: accepted,countersigned,serial=SERIAL.")] = "",
     spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
     demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
     tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,

@@ -109,11 +109,11 @@ class Store:
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
 
     def signed_head(self) -> SignedHead | None:
-        """The last event with the bench's signature, for certificates and `accept store head`; None for an empty store
-        or one in memory. Raises StoreError."""
-        head = self.head()
-        if self._sealer is None or head == START:
+        """The last event with the bench's signature, for certificates and `accept store head`, event 0 for an empty
+        store; None for one in memory. Raises StoreError."""
+        if self._sealer is None:
             return None
+        head = self.head()
         with reported(self.where):
             return self._sealer.signed_head(head)
 

@@ -13,7 +13,7 @@ from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.revocation import FILE, kept
 from accept.certificate.trust.spec_approval import approval_of
-from accept.certificate.verify.against_store import check_copies
+from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
 from accept.store import fold
@@ -52,7 +52,8 @@ def countersign_unit(session: Session, passphrase: str) -> Verification:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     path = Path(session.attempt.certificate)
     credential = _unlocked(session, QA, passphrase)
-    before = verify_file(path, [credential.ca], records=session.folder, known=check_copies)
+    gone = keys.revoked(session.home)
+    before = verify_file(path, [credential.ca], records=session.folder, known=check_store, revoked=gone)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
     sign_into(path, read_certificate(path), credential, session.store, session.serial, credential.person, session.spec)
@@ -84,7 +85,7 @@ def _verified(session: Session, path: Path, credential: Credential) -> Verificat
 
 def _provenance(session: Session, credential: Credential) -> Provenance:
     """This attempt's number, and what was judged before it began."""
-    approval = approval_of(session.spec, session.home, credential.ca)
+    approval = approval_of(session.spec, session.home, credential.ca, keys.revoked(session.home))
     before = fold(session.before_attempt()).units.get(session.serial)
     number = session.attempt.number
     crl = kept(keys.folder(session.home) / FILE)

@@ -19,6 +19,7 @@ from accept.certificate.errors import InvalidCertificate
 from accept.certificate.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, Credential, KeysError
+from accept.certificate.trust.revocation import Revoked
 from specs.files import read_bounded
 from specs.spec import Spec, builtin, load
 
@@ -43,14 +44,14 @@ def write(home: Path, approval: Mapping[str, Any]) -> Path:
     return path
 
 
-def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None) -> dict[str, Any]:
+def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Sequence[Revoked] = ()) -> dict[str, Any]:
     """What a certificate says of its spec: {"builtin": true}, the approval, or {"reason": why there is none}."""
     shipped = builtin()
     if spec.name in shipped and load(spec.name).sha256 == spec.sha256:
         return {"builtin": True}
     try:
         approval: dict[str, Any] = json.loads(read_bounded(_path(home, spec.sha256)))
-        if ca is not None and (problem := _problem(approval, spec.name, spec.sha256, [ca])):
+        if ca is not None and (problem := _problem(approval, spec.name, spec.sha256, [ca], revoked)):
             return {"reason": problem}
         return approval
     except FileNotFoundError:
@@ -60,18 +61,23 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None) -> dict[str
         return {"reason": f"its approval cannot be read ({e})"}
 
 
-def check_spec(contents: CertificateContent, trust: Sequence[x509.Certificate]) -> Step:
-    """Whether the spec is what its name says. Raises InvalidCertificate for an approval that does not hold, and where a
-    certificate of this program calls a spec built-in that is not."""
+def check_spec(
+    contents: CertificateContent, trust: Sequence[x509.Certificate], revoked: Sequence[Revoked] = ()
+) -> Step:
+    """Whether the spec is what its name says. revoked: keys that approve nothing since a day. Raises InvalidCertificate
+    for an approval that does not hold, and where a certificate of this program calls a spec built-in that is not."""
     name, sha256 = contents.spec_name, contents.spec_sha256
     approval = contents.provenance.get("approval") or {}
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
         return Step(f"spec {name} comes with this program")
     if approval.get("signature"):
-        if problem := _problem(approval, name, sha256, trust):
+        if problem := _problem(approval, name, sha256, trust, revoked):
             raise InvalidCertificate(f"spec {name}: {problem}")
-        return Step(f"spec {name} was approved by {approval['person']} on {approval['time'][:10]}")
+        words = f"spec {name} was approved by {approval['person']} on {approval['time'][:10]}"
+        if _serial_number(approval) in {entry.serial_number for entry in revoked if entry.compromised}:
+            return Step(f"{words}, with a key that was compromised later: anybody could have dated it so", False)
+        return Step(words)
     same_program = contents.code_sha256 == version.code_sha256()
     if approval.get("builtin") and same_program:
         raise InvalidCertificate(f"spec {name} is said to come with the program, which has another of that name")
@@ -81,7 +87,13 @@ def check_spec(contents: CertificateContent, trust: Sequence[x509.Certificate]) 
     return Step(f"spec {name} is not approved by quality assurance{said}")
 
 
-def _problem(approval: Mapping[str, Any], name: str, sha256: str, trust: Sequence[x509.Certificate]) -> str | None:
+def _problem(
+    approval: Mapping[str, Any],
+    name: str,
+    sha256: str,
+    trust: Sequence[x509.Certificate],
+    revoked: Sequence[Revoked],
+) -> str | None:
     """Why an approval does not hold, None where it does."""
     try:
         certificate = x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii"))
@@ -100,7 +112,15 @@ def _problem(approval: Mapping[str, Any], name: str, sha256: str, trust: Sequenc
         return "its approval was not made under a trusted CA"
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
         return "its approval was made when the key was not valid"
+    for entry in revoked:
+        if entry.serial_number == certificate.serial_number and when >= entry.since:
+            return f"its approval was made after the key was revoked on {entry.since:%Y-%m-%d}"
     return None
+
+
+def _serial_number(approval: Mapping[str, Any]) -> int:
+    """Of the certificate of who approved."""
+    return x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii")).serial_number
 
 
 def _path(home: Path, sha256: str) -> Path:

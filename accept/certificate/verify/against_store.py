@@ -1,25 +1,59 @@
-"""What a bench's own store knows of a certificate: whether its recordings were given for another unit too."""
+"""What a bench's own store knows of a certificate: whether it still holds what the certificate states, whether the
+program signed it, and whether its recordings were given for another unit too."""
 
+import hashlib
 import os
 from pathlib import Path
 
-from accept.certificate.content import CertificateContent
+from accept.certificate.content import BEFORE, CertificateContent
 from accept.certificate.step import Step
 from accept.judging.copies import Copy, copies_of
-from accept.store import StoreError, open_store
+from accept.store import Store, StoreError, StoreHead, open_store
+from accept.store.chain import START
 
 
-def check_copies(contents: CertificateContent) -> Step:
+def check_store(signed: bytes, contents: CertificateContent) -> list[Step]:
+    """Ask the bench's store. signed: the bytes up to the technician's signature, it included."""
+    try:
+        with open_store() as store:
+            return [_held(store, signed, contents), _copied(store, contents)]
+    except StoreError as e:
+        return [Step(f"the bench's store was not asked: {e}")]
+
+
+def _held(store: Store, signed: bytes, contents: CertificateContent) -> Step:
+    """Not complete where the store of the bench that made it holds another event under the stated number, or nothing of
+    this signature; and where neither is known. Of a certificate from before heads were stated nothing is expected."""
+    head = contents.provenance.get("head")
+    if head is not None:
+        stated, own = StoreHead(int(head["seq"]), str(head["hash"])), store.signed_head()
+        if not _holds(store, stated) or stated == START:
+            if own is None or head["bench"] != own.bench:
+                return Step("it was made at another bench, whose store is not this one")
+            if stated != START:
+                words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
+                return Step(f"{words} (accept store check --head)", complete=False)
+    digest = hashlib.sha256(signed).hexdigest()
+    if any(event.data["sha256"] == digest for event in store.events(contents.serial, "certificate_signed")):
+        return Step("this bench's store holds that it was signed")
+    if head is None and contents.format == BEFORE:
+        return Step("")
+    words = "this bench's store does not hold that it was signed: another program signed it, or this one was stopped"
+    return Step(f"{words} before it had said so", complete=False)
+
+
+def _holds(store: Store, head: StoreHead) -> bool:
+    event = next(store.events(after=head.seq - 1), None)
+    return event is not None and StoreHead(event.seq, event.hash) == head
+
+
+def _copied(store: Store, contents: CertificateContent) -> Step:
     """Not complete where the store has a judgement of another unit by the same samples, nobody has said whose they are,
     and the certificate counts them."""
     samples = contents.result.get("samples") or {}
     if not samples:
         return Step("")
-    try:
-        with open_store() as store:
-            found = copies_of(store, contents.serial, None, samples)
-    except StoreError as e:
-        return Step(f"the bench's store was not asked for copies of its recordings: {e}")
+    found = copies_of(store, contents.serial, None, samples)
     stated = {copy["sample"] for copy in contents.result.get("copies", []) if copy["withheld"]}
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:

@@ -1,17 +1,16 @@
 """Judging a unit again from what is attached to its certificate."""
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from cryptography import x509
 
-from accept.certificate.content import CertificateContent
 from accept.certificate.errors import InvalidCertificate
-from accept.certificate.step import Step
+from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import Attachments
-from accept.certificate.verify.verification import Verification, verify
+from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
 from accept.judging.copies import withheld
@@ -66,11 +65,12 @@ def verify_file(
     trust: Sequence[x509.Certificate],
     demo: bool = False,
     records: Path | None = None,
-    known: Callable[[CertificateContent], Step] | None = None,
+    known: Known | None = None,
+    revoked: Sequence[Revoked] = (),
 ) -> Verification:
     """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
     judge = rejudge_demo if demo else rejudge
-    return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known)
+    return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known, revoked=revoked)
 
 
 def read_certificate(path: Path) -> bytes:

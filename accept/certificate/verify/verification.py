@@ -23,6 +23,10 @@ from accept.certificate.verify import attachments
 from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
+from accept.store.seal import head_problem
+
+Known = Callable[[bytes, CertificateContent], Sequence[Step]]
+"""Asks a bench's store about what the technician signed, and its content."""
 
 
 class Validity(StrEnum):
@@ -69,7 +73,7 @@ def verify(
     demo: bool = False,
     records: Path | None = None,
     revoked: Sequence[Revoked] = (),
-    known: Callable[[CertificateContent], Step] | None = None,
+    known: Known | None = None,
     stamping: Sequence[x509.Certificate] = (),
 ) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
@@ -92,14 +96,15 @@ def verify(
             one_line(f"{k.lower()}: {v}") for k, v in guarded("the statements", statements, contents).items() if v
         ]
         guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
+        guarded("the head of its store", _check_head, contents)
         judged = contents
         if records is not None:
             judged = guarded("the records", attachments.with_records, contents, records)
         steps = [
             guarded("the page", check_page, signed, contents),
             guarded("judging again", attachments.check_result, judged, rejudge),
-            guarded("the spec", check_spec, contents, roots),
-            *([] if known is None else [guarded("the store", known, contents)]),
+            guarded("the spec", check_spec, contents, roots, revoked),
+            *([] if known is None else guarded("the store", known, signed, contents)),
         ]
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
@@ -140,6 +145,13 @@ def _check_persons(signatures: Sequence[Signed]) -> None:
     """Four eyes are those of two persons."""
     if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
         raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
+
+
+def _check_head(contents: CertificateContent) -> None:
+    """The head of the store that it states is as the bench signed it."""
+    head = contents.provenance.get("head")
+    if head is not None and (problem := head_problem(head)):
+        raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
 
 
 def _check_attached_list(

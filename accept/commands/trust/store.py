@@ -16,6 +16,7 @@ from accept.certificate.verify.rejudge import read_certificate
 from accept.judging.copies import RESOLVED, resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
+from accept.store.chain import START
 from accept.store.seal import head_problem
 
 
@@ -53,7 +54,7 @@ def head(out: Path | None) -> Exit:
     """Export the signed head; kept elsewhere, it shows later that nothing before it was changed or cut off."""
     with open_store() as store:
         signed = store.signed_head()
-    if signed is None:
+    if signed is None or signed.head == START:
         raise StoreError("the store holds no event yet, so it has no head")
     text = json.dumps(signed.to_json(), indent=1) + "\n"
     if out is None:

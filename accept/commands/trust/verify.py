@@ -10,7 +10,7 @@ from accept.base.home import home
 from accept.base.progress import busy
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import beside, revoked_in
-from accept.certificate.verify.against_store import check_copies, store_is_there
+from accept.certificate.verify.against_store import check_store, store_is_there
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.commands.trust.bench_keys import DEMO
@@ -18,6 +18,7 @@ from specs.errors import AcceptError
 from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned")
+SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
 
@@ -42,9 +43,10 @@ class VerifyOptions:
 @clear_errors
 def run(path: Path, options: VerifyOptions) -> Exit:
     """One line on stdout, valid or not and why; what was looked at on stderr."""
-    unknown = [word for word in options.require if word not in REQUIREMENTS]
+    unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
-        raise RequirementError(f"--require {unknown[0]}: expected one or more of {', '.join(REQUIREMENTS)}")
+        known = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
+        raise RequirementError(f"--require {unknown[0]}: expected one or more of {known}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     with busy(f"{path.name}: judging again"):
         report = verify_here(read_certificate(path), options)
@@ -67,6 +69,9 @@ def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str 
         missing.append(f"the unit is {report.verdict}, not accepted")
     if "countersigned" in require and not report.countersigned:
         missing.append("it is not countersigned")
+    wanted = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
+    if any(serial != report.serial for serial in wanted):
+        missing.append(f"it is of {report.serial}, not of {', '.join(wanted)}")
     if spec_sha256 is not None and report.spec_sha256 != spec_sha256:
         missing.append(f"it was judged by spec {report.spec_sha256[:12]}, not {spec_sha256[:12]}")
     return missing
@@ -82,7 +87,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     trust = [keys.certificate_of(path) for path in paths]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    known = check_copies if not options.demo and store_is_there(home()) else None
+    known = check_store if not options.demo and store_is_there(home()) else None
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     return verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping

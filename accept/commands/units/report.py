@@ -71,7 +71,8 @@ def _judged(
 ) -> JudgedUnit:
     """The unit as an attempt that follows `before`, drawn again where its recordings stand elsewhere too."""
     unit, spec = examined.args[:2]
-    approval = approval_of(spec, home(), credential.ca if credential else None)
+    gone = keys.revoked(home()) if credential else ()
+    approval = approval_of(spec, home(), credential.ca if credential else None, gone)
     stated = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
     judged = examined(provenance=stated)
     copies = copies_of(store, unit.serial, str(unit.path.resolve()), judged.result.samples)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,14 +20,18 @@ from accept.base.home import home
 from accept.certificate.content import CertificateContent, content_of
 from accept.certificate.page.document import render
 from accept.certificate.provenance import Provenance
-from accept.certificate.signature.signing import _metadata, _signer, sign
-from accept.certificate.trust import authority, key_changes, keys, revocation
+from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
+from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
+from accept.certificate.trust.revocation import Revoked
+from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge, verify_file
 from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.judging import judge_unit
+from accept.store import open_store
 from accept.units import unit_folder
+from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
@@ -175,10 +180,11 @@ def test_what_is_required_beside_validity(tmp_path: Path) -> None:
     pdf = tmp_path / "a.pdf"
     accept("report", written(tmp_path / "bad", 1.72), "--spec", "apa-basic", "--out", pdf)
     assert accept("verify", pdf).exit_code == 0
-    for words in (["--require", "accepted"], ["--require", "countersigned"], ["--spec", "apa"]):
+    renamed = ["--require", "serial=APA-03"]  # a good unit's certificate under the name of a bad one
+    for words in (["--require", "accepted"], ["--require", "countersigned"], ["--spec", "apa"], renamed):
         done = accept("verify", pdf, *words)
         assert (done.exit_code, "BUT NOT AS REQUIRED" in done.stdout) == (3, True), words
-    assert accept("verify", pdf, "--spec", "apa-basic").exit_code == 0
+    assert accept("verify", pdf, "--spec", "apa-basic", "--require", "serial=APA-02").exit_code == 0
     assert accept("verify", pdf, "--require", "perfect").exit_code == 6
 
 
@@ -302,8 +308,9 @@ def test_a_page_that_adds_a_verdict_is_not_valid_in_any_version(bench: Bench, tm
     writer.write(out)
     from pypdf import PdfWriter
 
-    flat = io.BytesIO()
-    PdfWriter(clone_from=io.BytesIO(out.getvalue())).write(flat)
+    flat, whole = io.BytesIO(), PdfWriter(clone_from=io.BytesIO(out.getvalue()))
+    whole.metadata = {"/Producer": "another"}  # no time of change: signing would write another one a second later
+    whole.write(flat)
     report = bench.check(sign(flat.getvalue(), bench.technician, WHEN))
     assert not report.valid
     assert "shows 'ACCEPTED'" in report.reason or report.outcome is Validity.SIGNED
@@ -338,6 +345,93 @@ def test_a_spec_with_the_name_of_a_built_in_one_is_not_plainly_valid(tmp_path: P
     assert (done.exit_code, "bears the name of a built-in" in done.stdout) == (4, True), done.output
 
 
+def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path: Path) -> None:
+    """Whoever finds a lost key of quality assurance can sign an approval of his own; one of before still counts, unless
+    somebody else had the key."""
+    own = tmp_path / "own.toml"
+    text = builtin()["apa-basic"].read_text().replace('"apa-basic"', '"own"')
+    own.write_text(text.replace("lower = 4.4", "lower = 0.1"))
+    spec = judge_unit.load_spec(str(own))
+    unit = unit_folder.read(written(tmp_path / "u", 1.72))
+
+    def verified(since: datetime, compromised: bool) -> Validity:
+        said = Provenance.of(None, None, spec_approval.approve(spec, bench.qa, LATER))
+        contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
+        revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
+        pdf = sign(render(contents), bench.technician, LATER)
+        return verify(pdf, bench.trust, rejudge, now=NOW, revoked=revoked).outcome
+
+    day = timedelta(days=1)
+    assert verified(LATER - day, compromised=False) is Validity.NOT_VALID
+    assert verified(LATER + day, compromised=False) is Validity.VALID
+    assert verified(LATER + day, compromised=True) is Validity.SIGNED
+
+
+# --- 3 and 8: what the bench's store says of a certificate -----------------------------------------------------------
+
+
+def reported(folder: Path) -> Path:
+    pdf = folder / "a.pdf"
+    assert accept("report", written(folder / "u", 4.99), "--spec", "apa-basic", "--out", pdf).exit_code == 0
+    return pdf
+
+
+def test_a_certificate_of_a_store_that_was_rewritten_is_not_plainly_valid(tmp_path: Path) -> None:
+    """An insider with the bench's own key puts an old store in its place, or writes the chain again from some event on,
+    heads and seal as well: the store holds in itself, and no certificate of before does."""
+    for number in range(4):
+        with open_store() as store:
+            store.append("noted", f"U-{number}", {"verdict": "rejected"}, who="Ann")
+    pdf = reported(tmp_path)
+    done = accept("verify", pdf)
+    assert (done.exit_code, "store holds that it was signed" in done.stderr) == (0, True), done.output
+    with open_store() as store:
+        events = list(store.events())
+    for file in home().glob("store.*"):
+        file.unlink()
+    with open_store() as store:  # the same program, the same bench key: every hash, head and seal is right
+        for event in events:
+            payload = event.data | ({"verdict": "accepted"} if event.seq == 2 else {})
+            store.append(event.what, event.subject, payload, who=event.who, spec=event.spec)
+    assert accept("store", "check").exit_code == 0
+    done = accept("verify", pdf)
+    assert (done.exit_code, "does not hold event" in done.stdout) == (4, True), done.output
+
+
+def test_a_certificate_that_the_store_never_heard_of_is_not_plainly_valid(tmp_path: Path) -> None:
+    """Signed with the technician's own key by a program of his own, with the head of the day: he measured until it was
+    good, and left the other attempts out."""
+    pdf = reported(tmp_path)
+    technician = keys.unlock(home(), TECHNICIAN, "correct horse")
+    with open_store() as store:
+        head = store.signed_head()
+    contents = read(pdf.read_bytes())
+    aside = replace(contents, provenance={**contents.provenance, "head": head.to_json()})
+    (tmp_path / "b.pdf").write_bytes(sign(render(aside), technician, datetime.now(UTC)))
+    done = accept("verify", tmp_path / "b.pdf")
+    assert (done.exit_code, "does not hold that it was signed" in done.stdout) == (4, True), done.output
+    assert accept("verify", pdf).exit_code == 0
+    nowhere = replace(contents, provenance={k: v for k, v in contents.provenance.items() if k != "head"})
+    (tmp_path / "d.pdf").write_bytes(sign(render(nowhere), technician, datetime.now(UTC)))
+    assert accept("verify", tmp_path / "d.pdf").exit_code == 4
+    forged = head.to_json() | {"seq": 1}
+    elsewhere = replace(contents, provenance={**contents.provenance, "head": forged})
+    (tmp_path / "c.pdf").write_bytes(sign(render(elsewhere), technician, datetime.now(UTC)))
+    done = accept("verify", tmp_path / "c.pdf")
+    assert (done.exit_code, "changed after the bench signed it" in done.stdout) == (3, True), done.output
+
+
+def test_the_workflow_countersigns_no_certificate_of_a_revoked_key(tmp_path: Path) -> None:
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple", authority_passphrase="the office")
+    pdf = reported(tmp_path)
+    office, gone = keys.folder(home()), datetime.now(UTC) + timedelta(hours=1)
+    key_changes.revoke(home(), office, "Test Technician", "compromised", "the office", gone)
+    attempt = SimpleNamespace(certificate=str(pdf))
+    session = SimpleNamespace(home=home(), operator="Grace", serial="APA-02", attempt=attempt, folder=tmp_path / "u")
+    with pytest.raises(SigningRefused, match="compromised"):
+        countersign_unit(session, "battery staple")
+
+
 # --- before this change ----------------------------------------------------------------------------------------------
 
 
@@ -369,8 +463,6 @@ def test_the_manifest_says_what_replaces_what(bench: Bench, tmp_path: Path) -> N
 def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path) -> None:
     """Named by a check's setting, without [gap]: it is judged again, not 'unchanged', and its file is in the
     certificate, so that another one in its place is not valid."""
-    from accept.certificate.verify.attachments import read
-
     model, own, unit = tmp_path / "m.toml", tmp_path / "own.toml", tmp_path / "u"
     model.write_text(builtin_models()["strut-as-built"].read_text())
     own.write_text(
