@@ -33,9 +33,14 @@ def test_h_is_help(command: str) -> None:
     assert "Usage" in short.output
 
 
-@pytest.mark.parametrize("shell", SHELLS)
 @pytest.mark.parametrize(
-    ("typed", "offered"), [("mis", "misalign"), ("simulate un", "unit"), ("excite sweep --no", "--notch")]
+    ("shell", "typed", "offered"),
+    [
+        ("bash", "mis", "misalign"),
+        ("bash", "simulate un", "unit"),
+        ("zsh", "excite sweep --no", "--notch"),
+        ("fish", "simulate un", "unit"),
+    ],
 )
 def test_completion(shell: str, typed: str, offered: str) -> None:
     n = str(len(typed.split()))

@@ -15,8 +15,9 @@ from tests.accept.batch.killing import TIMEOUT_S, gone, until
 from tests.accept.workflow import worker_orders as work
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def worker() -> Iterator[WorkerProcess]:
+    """One for all: what one test leaves of it, a process or none, is what the next work finds at a bench."""
     started = WorkerProcess()
     yield started
     started.close()
@@ -98,7 +99,8 @@ def test_a_process_that_died_while_it_had_nothing_to_do_is_replaced(worker: Work
     assert worker.run(Work(work.number)) != first
 
 
-def test_it_ends_when_it_is_closed_whatever_it_is_at(worker: WorkerProcess, tmp_path: Path):
+def test_it_ends_when_it_is_closed_whatever_it_is_at(tmp_path: Path):
+    worker = WorkerProcess()
     endless, ready = Work(work.wait_for_ever, tmp_path / "pid"), threading.Event()
     threading.Thread(target=lambda: (ready.wait(TIMEOUT_S), worker.close()), daemon=True).start()
     with pytest.raises(NotDone, match="stopped"):
