@@ -64,7 +64,7 @@ def test_contracts_hold(copy: Path) -> None:
         ("specs/units.py", "import checks.record", "imports point down only"),
         ("hw/__init__.py", "import accept.base.home", "imports point down only"),
         ("checks/record.py", "import reportlab", "checks and specs know no screen"),
-        ("accept/certificate/content.py", "import accept.certificate.trust.keys", "inside accept.certificate"),
+        ("accept/certificate/contents/content.py", "import accept.certificate.trust.keys", "inside accept.certificate"),
     ],
 )
 def test_a_wrong_import_breaks_a_contract(copy: Path, module: str, line: str, contract: str) -> None:

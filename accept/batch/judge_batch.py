@@ -21,7 +21,7 @@ from accept.batch.roster import Roster
 from accept.batch.worker import Job, JudgedOrRefused, judge
 from accept.certificate import events, uncertified
 from accept.certificate.certify import certify
-from accept.certificate.provenance import Provenance
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.commissioning import commissioned
 from accept.certificate.trust.keys import Credential

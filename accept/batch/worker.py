@@ -11,7 +11,7 @@ from typing import Any
 
 from accept.base.console import say
 from accept.base.worker_process import VARIABLE, memory_GB
-from accept.certificate.content import ContentError
+from accept.certificate.contents.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
 from accept.units.shared_folder import anywhere, looks_of, not_shared
 from accept.units.unit_folder import UnitError, UnitFolder

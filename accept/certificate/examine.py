@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from accept.certificate.provenance import Provenance
+from accept.certificate.contents.provenance import Provenance
 from accept.gap.attach_to_result import StartModel, explained
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
@@ -60,7 +60,7 @@ def drawn(
     provenance: Provenance | None = None,
 ) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
-    from accept.certificate.content import content_of
+    from accept.certificate.contents.content import content_of
     from accept.certificate.page.document import render  # loads reportlab: only when wanted
 
     folder = unit.folder.path if isinstance(unit, LoadedUnit) else unit

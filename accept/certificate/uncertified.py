@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from accept.base.version import code_sha256
-from accept.certificate.content import canonical
+from accept.certificate.contents.content import canonical
 from accept.judging.result import UnitResult
 from accept.store import Event, Store, UnitState, fold
 from accept.units.unit_folder import UnitFolder

@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 
 from accept.certificate.certify import certify, sign_into
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.examine import drawn
-from accept.certificate.provenance import Provenance
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys

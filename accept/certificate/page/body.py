@@ -7,8 +7,8 @@ from typing import Any
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
-from accept.certificate.content import CertificateContent
-from accept.certificate.statements import statements
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.statements import statements
 from accept.gap.text import REFUSED, alternatives, gap_number, headline_of, parameters, values_of, without_a_name
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar

@@ -8,7 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
-from accept.certificate.content import CertificateContent
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.page import body, fixed_parts
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble

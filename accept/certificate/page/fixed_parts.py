@@ -9,7 +9,7 @@ from reportlab.lib.units import mm
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate.content import CertificateContent
+from accept.certificate.contents.content import CertificateContent
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitted
 from accept.pictures.pdf.numbers import title_of

@@ -14,9 +14,9 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base import version
 from accept.base.atomic_files import write_atomic
-from accept.certificate.content import BEFORE, CertificateContent, canonical
-from accept.certificate.errors import InvalidCertificate
-from accept.certificate.step import Step
+from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, Credential, KeysError
 from accept.certificate.trust.revocation import Revoked

@@ -5,8 +5,8 @@ import hashlib
 import os
 from pathlib import Path
 
-from accept.certificate.content import BEFORE, CertificateContent
-from accept.certificate.step import Step
+from accept.certificate.contents.content import BEFORE, CertificateContent
+from accept.certificate.contents.step import Step
 from accept.judging.copies import Copy, copies_of
 from accept.store import Store, StoreError, StoreHead, open_store
 from accept.store.chain import START

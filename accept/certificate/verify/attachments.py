@@ -13,10 +13,10 @@ from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
 from accept.base.atomic_files import write_atomic
-from accept.certificate import content as certificate_content
-from accept.certificate.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
-from accept.certificate.errors import InvalidCertificate
-from accept.certificate.step import Step
+from accept.certificate.contents import content as certificate_content
+from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.step import Step
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
 from accept.models.evidence import ModelFolder, Models
 from accept.units.loaded_unit import RESPONSES

@@ -10,12 +10,12 @@ from pyhanko.sign.fields import enumerate_sig_fields
 from pypdf import PdfReader
 
 from accept.base import version
-from accept.certificate import content as certificate_content
-from accept.certificate.content import CertificateContent
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents import content as certificate_content
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import TECHNICIAN
-from accept.certificate.step import Step
 
 _WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|PASS|FAIL|NO RESULT|DEMO)\b")
 _SHOWN = 3

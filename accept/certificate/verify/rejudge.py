@@ -7,7 +7,7 @@ from typing import Any
 
 from cryptography import x509
 
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import Attachments
 from accept.certificate.verify.verification import Known, Verification, verify

@@ -13,7 +13,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.signature.signing import P256_ORDER
 from accept.certificate.verify import cms
 

@@ -21,7 +21,7 @@ from pyhanko.sign.validation import (
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
-from accept.certificate.errors import InvalidCertificate, guarded
+from accept.certificate.contents.errors import InvalidCertificate, guarded
 from accept.certificate.signature import timestamp
 from accept.certificate.signature.long_term import kept_in
 from accept.certificate.signature.timestamp import Stamped

@@ -9,11 +9,11 @@ from typing import Any
 
 from cryptography import x509
 
-from accept.certificate.content import CertificateContent
-from accept.certificate.errors import InvalidCertificate, guarded, one_line
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
+from accept.certificate.contents.statements import statements
+from accept.certificate.contents.step import Step
 from accept.certificate.signature.timestamp import Stamped
-from accept.certificate.statements import statements
-from accept.certificate.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import QA

@@ -10,7 +10,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
 from accept.judging.copies import RESOLVED, resolve

@@ -13,8 +13,8 @@ from accept.batch import judge_batch
 from accept.batch.table import reasons_of
 from accept.certificate import uncertified
 from accept.certificate.certify import certify
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.examine import JudgedUnit, examine
-from accept.certificate.provenance import Provenance
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation import FILE, kept

@@ -14,9 +14,9 @@ from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
-from accept.tui.labels import label_of
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
+from accept.tui.widgets.labels import label_of
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench

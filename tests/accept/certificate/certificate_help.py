@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from accept.certificate.content import CertificateContent, content_of
+from accept.certificate.contents.content import CertificateContent, content_of
 from accept.judging.result import UnitResult
 from checks.picture import Band, Heights, Line, Mark, Panel
 from checks.quantity import Contribution, Quantity

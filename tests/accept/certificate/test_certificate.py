@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pypdf import PdfReader
 
-from accept.certificate import content as certificate_content
-from accept.certificate.content import CertificateContent, ContentError, content_of
+from accept.certificate.contents import content as certificate_content
+from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, summary
 from accept.pictures.pdf.limit_bar import _view

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.certificate.verify.attachments import Attachments
 from accept.cli.main import app

@@ -17,9 +17,9 @@ from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
-from accept.certificate.content import CertificateContent, content_of
+from accept.certificate.contents.content import CertificateContent, content_of
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.page.document import render
-from accept.certificate.provenance import Provenance
 from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
 from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
@@ -153,7 +153,7 @@ def test_a_verdict_that_does_not_follow_from_its_numbers_is_found(bench: Bench, 
 
 
 def test_countersigning_waits_until_it_was_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from accept.certificate import content
+    from accept.certificate.contents import content
     from accept.certificate.verify import attachments
 
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")

@@ -13,8 +13,8 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
-from accept.certificate import content as certificate_content
-from accept.certificate.errors import InvalidCertificate
+from accept.certificate.contents import content as certificate_content
+from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign

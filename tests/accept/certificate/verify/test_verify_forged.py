@@ -14,7 +14,7 @@ from pyhanko.sign.fields import SigFieldSpec, SigSeedSubFilter, append_signature
 from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 from pypdf import PdfReader, PdfWriter
 
-from accept.certificate import content as certificate_content
+from accept.certificate.contents import content as certificate_content
 from accept.certificate.signature.signing import SigningRefused, _append, _signer, sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from accept.certificate.content import CertificateContent
+from accept.certificate.contents.content import CertificateContent
 
 NOT_STATED = "not stated"
 

@@ -1,0 +1,1 @@
+"""What a certificate says: its content, where that comes from, the sentences made of it, and why one does not hold."""
