@@ -3,6 +3,7 @@
 import math
 
 MOST_DECIMALS = 9  # nobody reads more
+BELIEVED = 1e-4  # of a value: nobody believes a smaller U of a measurement here, so it is said to be below a digit
 LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 
@@ -19,6 +20,14 @@ def rounded(value: float, U: float | None) -> str:
     if U is None or not math.isfinite(U) or U <= 0.0 or decimals_of(U) > MOST_DECIMALS or abs(value) >= LARGE:
         return f"{value:.6g}"
     return fixed(value, decimals_of(U))
+
+
+def with_U(value: float, U: float) -> str:
+    """`93.918 ± 0.019`; `0.2957 ± less than 0.0001` where U, above 0, is under a ten thousandth of the value."""
+    if not 0.0 < U < BELIEVED * abs(value) or not math.isfinite(value) or abs(value) >= LARGE:
+        return f"{rounded(value, U)} ± {rounded_U(U)}"
+    decimals = 3 - math.floor(math.log10(abs(value)))
+    return f"{fixed(value, decimals)} ± less than {10.0**-decimals:.10g}"
 
 
 def rounded_U(U: float) -> str:

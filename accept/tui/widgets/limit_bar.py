@@ -2,7 +2,7 @@
 
 import math
 
-from checks.rounding import rounded, rounded_U
+from checks.rounding import rounded, with_U
 
 OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE = "·", "─", "┃", "━", "●"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
@@ -51,7 +51,7 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
         return f"no value{of}"
     if U is None:
         return f"{value:.4g}{of}, U unknown"
-    return f"{rounded(value, U)} ± {rounded_U(U) if U > 0 else '0'}{of}"
+    return f"{with_U(value, U) if U > 0 else f'{rounded(value, U)} ± 0'}{of}"
 
 
 def after_number(unit: str) -> str:

@@ -61,7 +61,9 @@ def test_each_record_by_itself_and_the_other_estimator(files, tmp_path: Path):
     assert {r["estimator"] for r in responses} == {"lpm"}
     (mode,) = (m for m in responses[0]["resonances"] if m["channel"] == "de")
     true = Plant().pole(5000.0)
-    assert abs(mode["f_Hz"] - abs(true)) < 2 * mode["U_Hz"]
+    clock = 2e-4 * mode["f_Hz"]  # of the converters, beside it the scatter: neither is zero
+    assert mode["U_Hz"] > clock
+    assert abs(mode["f_Hz"] - abs(true)) < 2 * math.sqrt(mode["U_Hz"] ** 2 - clock**2)  # simulated by one clock
 
 
 def test_a_periodic_input_is_recognised(tmp_path: Path):

@@ -94,8 +94,10 @@ def test_a_strut_in_training_up_to_what_was_hidden(
     terminal.wait_for(r"/\d .*✗ fail")
     ann.back()
     if SOAK:
+        terminal.wait_for("Enter: open the step")  # the list has the keys
         terminal.wait_for("Complete, not judged yet")
         terminal.press("Down")
+        terminal.wait_for(r"/3 .*Hysteresis")
     ann.step("Hysteresis")
     ann.types("hysteresis.mat")
     terminal.wait_for(r"/\d .*✓ pass")
