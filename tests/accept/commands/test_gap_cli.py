@@ -41,7 +41,7 @@ def crossed(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     analyse = analyse_unit.analyse
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analyse_unit, "analyse", lambda *a, **k: found.append(analyse(*a, **k)) or found[-1])
-        run = accept("gap", unit, "--out", out)
+        run = accept("gap", unit, "--out", out, "--html")
     return SimpleNamespace(unit=unit, out=out, run=run, done=found[0])
 
 
@@ -56,7 +56,8 @@ def numbers(value: Any) -> list[float]:
 class TestFiles:
     def test_named_and_written(self, crossed: SimpleNamespace) -> None:
         assert crossed.run.exit_code == 0
-        assert {p.name for p in crossed.out.iterdir()} == {"gap.json", "gap.pdf", "model.toml"}
+        assert {p.name for p in crossed.out.iterdir()} == {"gap.html", "gap.json", "gap.pdf", "model.toml"}
+        assert b'id="plot-3"' in (crossed.out / "gap.html").read_bytes()  # the map and three channels
         document = json.loads((crossed.out / "gap.json").read_text())
         assert [n["effect"] for n in document["named"]] == ["sensor_highpass"]
         found = document["named"][0]["parameters"]["f_Hz"]
