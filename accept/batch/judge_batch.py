@@ -284,9 +284,10 @@ def _provenance(
 ) -> Provenance | None:
     if order.credential is None:
         return None
-    gone = () if order.credential.demo else keys.revoked(home())
+    listed = keys.folder(home()) / revocation.FILE
+    gone = () if order.credential.demo else revocation.revoked_in(listed, order.credential.ca)
     approval = approval_of(spec, home(), order.credential.ca, gone)
-    crl = revocation.kept(keys.folder(home()) / revocation.FILE)
+    crl = revocation.kept(listed)
     return Provenance.of(before, head, approval, demo=order.credential.demo, crl=crl)
 
 
