@@ -27,6 +27,7 @@ class Terminal:
         set_home = ["-e", f"ACCEPT_HOME={home}", "-e", "LANG=C.UTF-8"]
         shell = ["sh", "-c", '"$@"; echo exit code $?; read wait', "sh"]  # which stays to say how the program ended
         width, height = map(str, size)
+        set_home += ["-e", f"COLUMNS={width}", "-e", f"LINES={height}"]  # not those of the terminal that tests run in
         self._run("new-session", "-d", "-x", width, "-y", height, *set_home, "-s", "t", *shell, *command)
 
     def _run(self, *words: str) -> str:
