@@ -33,6 +33,7 @@ COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 BOTH_WAYS = 2  # candidates tried with the other form of damping
 PLACES = 2  # of the largest residual that a mode is moved to
+NEIGHBOURS = 3  # effects that are tried in the place of one that is there
 FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
 
@@ -250,17 +251,18 @@ class Search:
         return c
 
     def swapped(self, c: Candidate) -> list[Candidate]:
-        """Candidates in which an effect takes the place of a stand-in: with more freedom than the effect, one may have
-        come in first (a lag whose gain turns round is nearly a delay)."""
+        """Candidates in which an effect takes the place of a member, from the other values of the candidate. With more
+        freedom than an effect, a stand-in may have come in first (a lag whose gain turns round is nearly a delay); and
+        a search for the right effect may have ended in a false minimum, where that for its neighbour did not."""
         out = []
-        for u in c.response.stand_ins:
-            less = c.response.without(u.name)
-            at = {k: v for k, v in c.at.items() if not k.startswith(f"{u.name}.")}
+        for member in c.response.counted:
+            less = c.response.without(member.name)
+            at = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
             on_A = project(less, self.A, at)
-            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in less.names]
-            scores = [screen(on_A, m) for m in absent if set(m.channels) & set(u.channels)]
-            started = [r for s in scores if s.p < WORTH_A_FIT for r in self._from_screen(less, at, s)]
-            out += self._raced(started)
+            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
+            scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
+            scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
+            out += self._raced([r for s in scores for r in self._from_screen(less, at, s)])
         return out
 
     def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
@@ -365,6 +367,7 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
 def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
     best = search.pruned(_preferred(adequate))
     if named := [c for c in search.swapped(best) if c.adequate]:
+        adequate = [*adequate, *named]
         best = search.pruned(_preferred([*named, best]))
     best = search.damped_best(best)
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
