@@ -112,11 +112,15 @@ class Technician:
 
 
 @contextmanager
-def bench_for_seed(place: Path, seed: int) -> Iterator[tuple[Path, Path]]:
-    """A simulated APA without a fault, and instruments that measure it: folder of its records, bench file."""
+def bench_for_seed(place: Path, seed: int, peers: bool = False) -> Iterator[tuple[Path, Path]]:
+    """A simulated APA without a fault, and instruments that measure it: folder of its records, bench file. peers: those
+    that were written from the documents instead of the program's own."""
     unit, bench = place / "unit", place / "bench"
     subprocess.run([*ACCEPT, "simulate", "unit", "--kind", "apa", "--seed", str(seed), "--out", unit], check=True)
-    server = subprocess.Popen([*ACCEPT, "simulate", "bench", "--unit", unit, "--out", bench], stdout=subprocess.PIPE)
+    served = [*ACCEPT, "simulate", "bench", "--unit", unit, "--out", bench]
+    if peers:
+        served = [sys.executable, "-m", "tests.hw.peers.bench", unit, bench]
+    server = subprocess.Popen(served, stdout=subprocess.PIPE)
     deadline = time.monotonic() + TIMEOUT_S
     while not (bench / "bench.toml").exists():
         assert server.poll() is None

@@ -3,6 +3,7 @@ bench and a whole strut in training, each from its serial to the verified certif
 
 import os
 import subprocess
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,18 +27,25 @@ def opened(tmp_path: Path) -> Iterator[list[Terminal]]:
         terminal.close()
 
 
-@pytest.fixture
-def simulated_bench(tmp_path: Path) -> Iterator[tuple[Path, Path]]:
-    with bench_for_seed(tmp_path, 4) as made:
+@pytest.fixture(params=["peers", pytest.param("simulated", marks=pytest.mark.soak)])
+def measuring_bench(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[Path, Path]]:
+    """Instruments that answer as their documents print, by the documentation's bench file; or the program's own."""
+    with bench_for_seed(tmp_path, 4, peers=request.param == "peers") as made:
         yield made
+
+
+def capacitances(unit: Path) -> list[float]:
+    """[uF] of sensor and actuator stacks, as a unit's file has them."""
+    stated = tomllib.loads(unit.read_text())["capacitance"]
+    return [float(v["value"] if isinstance(v, dict) else v) for v in (stated["sensor_uF"], stated["actuator_uF"])]
 
 
 @SIZES
 @pytest.mark.slow
 def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
-    simulated_bench: tuple[Path, Path], tmp_path: Path, opened: list[Terminal], size: tuple[int, int]
+    measuring_bench: tuple[Path, Path], tmp_path: Path, opened: list[Terminal], size: tuple[int, int]
 ) -> None:
-    home, (records, bench) = tmp_path / "home", simulated_bench
+    home, (records, bench) = tmp_path / "home", measuring_bench
     run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, home, size))
     ann = Technician(terminal)
@@ -67,7 +75,9 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
     ann.signs()
     terminal.wait_for("✓ verified")
     terminal.press("C-q")
-    assert terminal.ended() == Exit.INCOMPLETE  # the simulated bench has no calibration certificates
+    assert terminal.ended() == Exit.INCOMPLETE  # neither bench has calibration certificates for all checks
+    (measured,) = home.glob("units/APA-77/*/unit.toml")
+    assert capacitances(measured) == pytest.approx(capacitances(records / "unit.toml"), rel=1e-3)  # four digits shown
     certificates = list(home.rglob("APA-77*.pdf"))
     assert len(certificates) == 1
     env = os.environ | {"ACCEPT_HOME": str(home)}
