@@ -257,7 +257,8 @@ class Search:
         out = []
         for member in c.response.counted:
             less = c.response.without(member.name)
-            at = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
+            implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
+            at = {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
             on_A = project(less, self.A, at)
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
