@@ -19,7 +19,7 @@ from accept.gap.analyse_unit import analyse as _analyse
 from accept.gap.responses import Responses
 from accept.judging.judge_unit import DEFAULT_SPEC, judge_unit, load_spec
 from accept.judging.result import UnitResult
-from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import DEFAULT_MODEL, SIMULATED_MODEL
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import picture
 from accept.pictures.formats import format_of
@@ -136,7 +136,7 @@ def simulate_unit(
 
     Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
     place = Path(folder)
-    model = _open_model(DEFAULT_MODEL[kind]).with_values(dict(values or {}))
+    model = _open_model(SIMULATED_MODEL[kind]).with_values(dict(values or {}))
     made = _simulate(UnitRequest(place.name, kind, model, seed=seed))
     place.mkdir(parents=True)
     for name, content in made.files.items():

@@ -56,7 +56,7 @@ def gap(
 
 @lookup_app.command()
 def build(
-    model: ModelName = "strut",
+    model: ModelName = "strut-as-built",
     nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
     ny: Annotated[int, typer.Option(min=3, max=999, help="Places along dy.")] = 41,
     workers: Workers = None,
@@ -81,7 +81,7 @@ def info(
 
 def misalign(
     unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf].")],
-    model: Annotated[str | None, typer.Option("--model", help="Built-in model or TOML file; else strut.")] = None,
+    model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
     json: Json = None,
     plot: Plot = None,
 ) -> None:

@@ -25,8 +25,11 @@ from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
-DEFAULT_MODEL = {"apa": "apa-frame", "strut": "strut"}  # built-in, by kind of unit, where nobody names one
-AS_BUILT = "strut-as-built"  # what a misalignment is estimated with: modes as uncertain as they are from unit to unit
+AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
+# Built-in models by kind of unit, where nobody names one: what measured units are explained by, and what simulated ones
+# are made of.
+DEFAULT_MODEL = {"apa": "apa-frame", "strut": AS_BUILT}
+SIMULATED_MODEL = {"apa": "apa-frame", "strut": "strut"}
 KEPT_MODELS = 8  # a batch needs one or two for every kind of unit
 _NO_VALUES: Mapping[str, float] = {}
 

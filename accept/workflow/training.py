@@ -10,7 +10,7 @@ from typing import Any
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
-from accept.models.model_file import DEFAULT_MODEL, open_model
+from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
 from accept.simulate.order import SHORT_S, drawn, on_bench
@@ -92,7 +92,7 @@ def training_order(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
-    model = on_bench(drawn(open_model(DEFAULT_MODEL[kind]), seed), kind)
+    model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed), kind)
     order = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     return order, hidden_words(fault)
 

@@ -9,7 +9,7 @@ from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.bench.simulate_options import SimulateOptions
-from accept.models.model_file import DEFAULT_MODEL, effects_of, opened
+from accept.models.model_file import SIMULATED_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.order import ExperimentRequest, drawn, on_bench
 from checks.gap.effects import misalignment
@@ -51,8 +51,8 @@ def faults() -> Exit:
 
 def order_of(wanted: SimulateOptions) -> UnitRequest:
     """Order of a command line. Raises OrderError, SpecError or ModelError."""
-    if wanted.kind not in DEFAULT_MODEL:
-        raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(DEFAULT_MODEL)}")
+    if wanted.kind not in SIMULATED_MODEL:
+        raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model, effects = _model(wanted)
     effects += [effect_of(text) for text in wanted.effect or ()]
     if wanted.dx_um or wanted.dy_um:
@@ -75,7 +75,7 @@ def order_of(wanted: SimulateOptions) -> UnitRequest:
 
 def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
     """The model before any effect is added, and those of its file that are no parameter of it."""
-    it = opened(wanted.model or DEFAULT_MODEL[wanted.kind])
+    it = opened(wanted.model or SIMULATED_MODEL[wanted.kind])
     model = it.model
     model = on_bench(model, wanted.kind) if wanted.model is None else model
     model = drawn(model, wanted.seed) if wanted.draw else model

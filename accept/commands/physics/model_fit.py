@@ -15,7 +15,7 @@ from accept.base.progress import busy
 from accept.commands.physics.model import draw_to, grid, model_for, whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.gap.responses import Responses, responses
-from accept.models.model_file import AS_BUILT, Opened, write_model
+from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of
 from accept.units.unit_folder import read
 from checks.errors import ModelError
@@ -80,7 +80,7 @@ def fit_unit(folder: Path, wanted: FitOptions) -> FittedModel:
     grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
     frequencies([f_lo, f_hi])
     unit = read(folder)
-    base = model_for(wanted.model or (AS_BUILT if unit.kind == "strut" else None), unit.kind)
+    base = model_for(wanted.model, unit.kind)
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} says that it holds to there")
