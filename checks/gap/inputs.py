@@ -79,15 +79,15 @@ def same_unit(A: Dataset, B: Dataset) -> None:
 
 def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
     A, B, model = inputs.A, inputs.B, inputs.model
+    pair = early_checks.exchanged(A, model)  # first: a motion [m] under the name of a voltage looks like no signal
+    found = [swapped(pair)] if pair is not None else []
+    A, B = (_mended(d, found) for d in (A, B))
     silent = early_checks.dead(A, model)
     alive = tuple(c for c in A.channels if c not in silent)
     if not alive:
         raise GapRefused("no channel answers the drive: is the amplifier on, and are these the right records?")
     A, B = A.select(alive), B.select(alive)
     without = [Early("dead_channel", (c,), {}, f"{c} does not answer the drive.") for c in silent]
-    pair = early_checks.exchanged(A, model)
-    found = [swapped(pair)] if pair is not None else []
-    A, B = (_mended(d, found) for d in (A, B))
     signs = [fault for c in early_checks.turned(A, model) if (fault := opposed(c)).effect not in inputs.without]
     A, B = (_mended(d, signs) for d in (A, B))
     late = early_checks.offsets(A, model, inputs.fs)

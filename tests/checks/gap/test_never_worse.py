@@ -43,6 +43,8 @@ FAULTS: dict[str, tuple[Callable[[Dataset], Dataset], list[str]]] = {
     "Vs turned": (lambda d: record_faults.with_signs(d, ("Vs",)), ["sensor_polarity"]),
     "da turned": (lambda d: record_faults.with_signs(d, ("da",)), ["polarity_da"]),
     "de and da exchanged": (lambda d: record_faults.with_names(d, ("de", "da")), ["swapped_channels"]),
+    # a motion in metres under the name of a voltage is no dead channel
+    "de and Vs exchanged": (lambda d: record_faults.with_names(d, ("de", "Vs")), ["swapped_channels"]),
     "de dead": (silent, ["dead_channel"]),
     "a resonance on Vs": (resonance, []),
 }
