@@ -77,7 +77,7 @@ class TestFiles:
         }.items():  # fmt: skip
             assert isinstance(document[key], kind), key
         assert document["serial"] == "X-1"
-        assert document["model"] == "strut"
+        assert document["model"] == "strut-as-built"
         assert document["verdict"] in {
             "no_missing_effect", "explained", "ambiguous", "partly_explained", "unexplained",
         }  # fmt: skip
@@ -134,7 +134,7 @@ class TestImprovedModel:
         assert [e.name for e in spec.effects] == ["sensor_highpass"]
         assert spec.fit is not None
         assert spec.fit.serial == "X-1"
-        assert spec.fit.model == "strut"
+        assert spec.fit.model == "strut-as-built"
         assert "sensor_highpass.f_Hz" in spec.fit.names
         assert "frf_noise.mat" in spec.fit.inputs
         assert spec.name == "strut-X-1"

@@ -15,6 +15,7 @@ from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 from pypdf import PdfReader, PdfWriter
 
 from accept.certificate.contents import content as certificate_content
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import SigningRefused, _append, _signer, sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
@@ -145,7 +146,7 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
 
 
 def test_quality_assurance_alone_and_first_is_refused(bench: Bench) -> None:
-    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa)))
+    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa), None, RevocationData()))
     refused(bench.check(alone), "signed by qa")
     refused(bench.check(approval(alone, bench.technician, TECHNICIAN)), "signed by qa, technician")
 
@@ -161,7 +162,7 @@ def test_outside_the_life_of_the_certificate_is_refused(bench: Bench, days: int)
     when = WHEN + timedelta(days=days)
     with pytest.raises(SigningRefused, match="is not valid at"):
         sign(bench.unsigned, bench.technician, when)
-    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, _signer(bench.technician)))
+    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, _signer(bench.technician), None, RevocationData()))
     refused(verify(signed, bench.trust, now=when), "was not valid at")
 
 
