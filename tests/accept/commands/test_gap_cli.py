@@ -137,7 +137,7 @@ class TestImprovedModel:
         assert spec.fit.model == "strut-as-built"
         assert "sensor_highpass.f_Hz" in spec.fit.names
         assert "frf_noise.mat" in spec.fit.inputs
-        assert spec.name == "strut-X-1"
+        assert spec.name == "strut-as-built-X-1"
 
     def test_every_command_takes_it(
         self, crossed: SimpleNamespace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

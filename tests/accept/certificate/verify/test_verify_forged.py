@@ -162,7 +162,8 @@ def test_outside_the_life_of_the_certificate_is_refused(bench: Bench, days: int)
     when = WHEN + timedelta(days=days)
     with pytest.raises(SigningRefused, match="is not valid at"):
         sign(bench.unsigned, bench.technician, when)
-    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, _signer(bench.technician), None, RevocationData()))
+    signer, nothing = _signer(bench.technician), RevocationData()
+    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, signer, None, nothing))
     refused(verify(signed, bench.trust, now=when), "was not valid at")
 
 
