@@ -22,6 +22,7 @@ from checks.gap.decision.result import Gaps, Result, Tested
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
+from checks.signals.disturbances import hum, interpolation_error
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
@@ -77,9 +78,9 @@ def analyse(
         B=B,
         fs=fs,
         merge_Hz=measured.merge_Hz,
-        slow=_slow(held),
+        slow=(slow := _slow(held)),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *lost),
+        notes=(*notes, *more, *_quality(A), *_of_the_bench(measured.records["low"], slow), *lost),
         trials=trials,
     )
     try:
@@ -135,6 +136,22 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     if min(poor.values()) > 0.5:
         raise GapRefused("no channel follows the drive in half of the band: coherence is too low to say anything")
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
+
+
+def _of_the_bench(low: Record, slow: Record | None) -> tuple[str, ...]:
+    """Notes on what the bench adds to the records: hum, and an encoder that interpolates with an error."""
+    units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
+    lines = {c: line for c in units if c in low.channels and (line := hum(low["Va"], low[c], low.fs)) is not None}
+    words = []
+    if lines:
+        f_Hz = max(lines.items(), key=lambda each: each[1].amplitude * units[each[0]][0])[1].f_Hz
+        sizes = ", ".join(f"{c} {line.amplitude * units[c][0]:.2g} {units[c][1]}" for c, line in lines.items())
+        words.append(f"mains hum of {f_Hz:.2f} Hz in the records: {sizes}")
+    error = None if slow is None or "de" not in slow.channels else interpolation_error(slow)
+    if error is not None:
+        size = f"{1e9 * error.amplitude:.2g} nm"
+        words.append(f"the encoder's interpolation has an error of {size} that repeats every {1e6 / error.f_Hz:.3g} um")
+    return tuple(words)
 
 
 def _slow(unit: LoadedUnit) -> Record | None:

@@ -219,7 +219,7 @@ def test_the_commands() -> None:
     assert made.exit_code == 0
     assert "strut-" in made.stdout
     assert "dz = 200 um" in made.stdout
-    assert "there already" in run(app, ["lookup", "build", "--nx", "3", "--ny", "3"]).stdout
+    assert "there already" in run(app, ["lookup", "build", "--model", "strut", "--nx", "3", "--ny", "3"]).stdout
     known = run(app, ["lookup", "info", "--model", "strut"])
     assert known.exit_code == 0
     assert "yes" in known.stdout

@@ -1,0 +1,58 @@
+"""Hum and errors of interpolation: added to records of which everything is known, at the size of rough benches."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from checks.record import Record
+from checks.signals.disturbances import hum, interpolation_error
+
+FS, SECONDS = 10_000.0, 12.0
+
+
+def driven(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A drive, and a resonance at 90 Hz that answers it with 2 um/V and noise of 5 nm."""
+    rng = np.random.default_rng(seed)
+    drive = signal.sosfilt(signal.butter(4, 350.0, fs=FS, output="sos"), rng.standard_normal(int(FS * SECONDS)))
+    w = 2 * np.pi * 90.0
+    b, a = signal.bilinear([2e-6 * w**2], [1.0, 2 * 0.01 * w, w**2], FS)
+    return drive, signal.lfilter(b, a, drive) + 5e-9 * rng.standard_normal(drive.size)
+
+
+@pytest.mark.parametrize(("f_Hz", "amplitude"), [(49.96, 3e-9), (60.03, 8e-9)])
+def test_a_line_that_the_drive_does_not_explain(f_Hz: float, amplitude: float) -> None:
+    for seed in range(4):
+        drive, y = driven(seed)
+        t = np.arange(y.size) / FS
+        found = hum(drive, y + amplitude * np.sin(2 * np.pi * f_Hz * t + seed), FS)
+        assert found is not None
+        assert found.f_Hz == pytest.approx(f_Hz, abs=0.5 / SECONDS)  # half a line of the spectrum
+        assert found.amplitude == pytest.approx(amplitude, rel=0.3)  # a line between two bins loses up to 15 %
+
+
+def test_no_hum_where_there_is_none() -> None:
+    assert [hum(*driven(seed), FS) for seed in range(10)] == [None] * 10
+    drive, y = driven(0)
+    assert hum(drive[:3000], y[:3000], FS) is None  # 0.3 s: no line is told from its neighbours
+
+
+def slow(seed: int, error_m: float, period_m: float) -> Record:
+    """Slow sines of two amplitudes: a loop of hysteresis, what a converter's steps make ring, noise of 8 nm."""
+    rng = np.random.default_rng(seed)
+    angle = 2 * np.pi * np.arange(3000) / 1000.0
+    Va = np.concatenate([a * np.sin(angle) for a in (1.0, 2.0)])
+    x = 45e-6 * Va + 2e-6 * np.concatenate([a * np.sin(angle - 0.05) ** 3 for a in (1.0, 2.0)])
+    x = x + 20e-9 * np.sin(2 * np.pi * 91.3 * np.arange(x.size) / 1000.0) + 8e-9 * rng.standard_normal(x.size)
+    x = x + error_m * np.sin(2 * np.pi * x / period_m)
+    return Record(np.arange(x.size) / 1000.0, {"Va": Va, "de": x}, {"Va": "V", "de": "m"}, "slow")
+
+
+@pytest.mark.parametrize("period_m", [0.6e-6, 1.1e-6, 2.0e-6])
+def test_the_period_of_an_interpolation(period_m: float) -> None:
+    found = [interpolation_error(slow(seed, 8e-9, period_m)) for seed in range(4)]
+    assert all(f is not None and 1.0 / f.f_Hz == pytest.approx(period_m, rel=0.01) for f in found)
+    assert [f.amplitude for f in found if f] == pytest.approx([8e-9] * 4, rel=0.4)  # the first harmonics take some
+
+
+def test_no_interpolation_where_there_is_none() -> None:
+    assert [interpolation_error(slow(seed, 0.0, 1e-6)) for seed in range(10)] == [None] * 10
