@@ -26,21 +26,21 @@ ABOVE = 4.0  # times the median of the spectrum over position, in each of two am
 
 
 @dataclass(frozen=True)
-class Line:
+class Disturbance:
     """Frequency [Hz] and amplitude, in the channel's unit."""
 
     f_Hz: float
     amplitude: float
 
 
-def hum(drive: Array, response: Array, fs: float) -> Line | None:
+def hum(drive: Array, response: Array, fs: float) -> Disturbance | None:
     """The strongest line about the frequencies of the mains in a response (N,) that its drive (N,) does not explain;
     None where none stands out."""
     n = drive.size
     window = np.hanning(n)
     f = np.fft.rfftfreq(n, 1.0 / fs)
     U, Y = (np.fft.rfft(window * (x - x.mean())) for x in (drive, response))
-    best: Line | None = None
+    best: Disturbance | None = None
     for centre in np.arange(MAINS_HZ[0] + BESIDE_HZ, MAINS_HZ[1], 2.0 * BESIDE_HZ):
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
         if band.size < 20:
@@ -49,7 +49,7 @@ def hum(drive: Array, response: Array, fs: float) -> Line | None:
         k = int(np.argmax(left))
         amplitude = 2.0 * float(left[k]) / float(window.sum())
         if left[k] > STANDS_OUT * np.median(left) and (best is None or amplitude > best.amplitude):
-            best = Line(float(f[band[k]] + _between(left, k) * (f[1] - f[0])), amplitude)
+            best = Disturbance(float(f[band[k]] + _between(left, k) * (f[1] - f[0])), amplitude)
     return best
 
 
@@ -78,7 +78,7 @@ def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
     return np.asarray(left)
 
 
-def interpolation_error(record: Record, channel: str = "de") -> Line | None:
+def interpolation_error(record: Record, channel: str = "de") -> Disturbance | None:
     """The error of an encoder that repeats with its signal period, from slow sines of two amplitudes or more: f_Hz is
     1 / period [1/m] here. None where nothing over position stands out."""
     largest: dict[float, Array] = {}
@@ -98,7 +98,7 @@ def interpolation_error(record: Record, channel: str = "de") -> Line | None:
             stands = float(ratio[at])
             near = _about(at, k.size)
             at = near.start + int(np.argmax(spectra[1][near]))
-            best = Line(float(k[at]), float(spectra[1][at]))
+            best = Disturbance(float(k[at]), float(spectra[1][at]))
     return best
 
 
