@@ -35,7 +35,7 @@ from accept.judging.copies import copies_of, withhold_others
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import SignedHead, Store, UnitState, fold
-from accept.store.spelling import known_serials, mistaken_for
+from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.verdict import Verdict
@@ -152,11 +152,14 @@ def _jobs(order: BatchRequest, roster: Roster, store: Store, report: BatchReport
             folder = roster.unit(path)
             if stopped:
                 golden.may_judge(store, folder.serial)
+            past = list(store.events(folder.serial))  # of the others the store may hold many
+            # Of two that the store knows both have been here since before this was looked at.
+            if not past and (known := other_spelling(store, folder.serial)) is not None:
+                raise UnitError(path / unit_folder.UNIT_FILE, [mistaken_for(folder.serial, known)])
         except (UnitError, golden.BenchStopped) as e:
             roster.refuse(path)
             _refuse(path, str(e), store, order, report, say)
             continue
-        past = list(store.events(folder.serial))  # of the others the store may hold many
         before = fold(past).units.get(folder.serial)
         if before is not None and _unchanged(folder, order, before, store):
             roster.judged(folder.serial, before.seq, unchanged=True)
@@ -209,10 +212,6 @@ def _enrol(order: BatchRequest, roster: Roster, store: Store, report: BatchRepor
         where = path / unit_folder.UNIT_FILE
         reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
         _refuse(path, reason, store, order, report, say)
-    for serial, path, known in roster.mistaken(known_serials(store)):
-        if next(store.events(serial), None) is None:  # else both have been here since before this was looked at
-            roster.refuse(path)
-            _refuse(path, f"{path / unit_folder.UNIT_FILE}: {mistaken_for(serial, known)}", store, order, report, say)
 
 
 def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:

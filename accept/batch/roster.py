@@ -1,7 +1,7 @@
 """The units of one batch, in a private file on disk that goes with it: memory stays flat however many there are."""
 
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from accept.store.spelling import spelling_key
@@ -48,12 +48,6 @@ class Roster:
             others = self._file.execute("SELECT path FROM unit WHERE key = ? AND path != ? ORDER BY path", (key, path))
             yield serial, Path(path), [other for (other,) in others]
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
-
-    def mistaken(self, known: Iterable[str]) -> list[tuple[str, Path, str]]:
-        """(serial, folder, the known serial) of each that differs from a known one in capitals only."""
-        asked = "SELECT serial, path FROM unit WHERE key = ? AND serial != ? AND refused = 0 ORDER BY serial"
-        alike = ((other, self._file.execute(asked, (spelling_key(other), other))) for other in known)
-        return [(serial, Path(path), other) for other, rows in alike for serial, path in rows]
 
     def folders(self) -> Iterator[Path]:
         """Of the units that are not refused, by serial."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select
+from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select, text
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 _LOCK = 0x61636365  # PostgreSQL advisory lock of the appends; "acce"
@@ -69,6 +69,15 @@ def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
 def _begin(connection: Connection) -> None:
     appends = connection.get_execution_options().get("appends", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if appends else "BEGIN")
+
+
+def has_index(connection: Connection, name: str) -> bool:
+    """Whether an index is there. SQLAlchemy does not see one over an expression in SQLite."""
+    if connection.dialect.name == "sqlite":
+        asked = text("SELECT count(*) FROM sqlite_master WHERE type = 'index' AND name = :name")
+    else:
+        asked = text("SELECT count(*) FROM pg_indexes WHERE schemaname = current_schema() AND indexname = :name")
+    return bool(connection.scalar(asked, {"name": name}))
 
 
 def reconnecting(work: Callable[[], T]) -> T:

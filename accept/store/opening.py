@@ -74,6 +74,6 @@ def _prepare(engine: Engine, where: str) -> None:
         schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
     if schema is not None and schema != tables.SCHEMA:
         raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
-    if len(have) < len(tables.metadata.tables):
+    if have < tables.PARTS:
         with appending(engine) as connection:
             tables.make_tables(connection)

@@ -1,9 +1,7 @@
 """Serials that differ in capitals only: a file system that takes them for one lets their certificates and folders
 overwrite each other."""
 
-from collections.abc import Iterator
-
-from sqlalchemy import select
+from sqlalchemy import func, select
 
 from accept.store import tables
 from accept.store.engine import snapshot
@@ -18,13 +16,6 @@ def spelling_key(serial: str) -> str:
     return serial.casefold()
 
 
-def known_serials(store: Store) -> Iterator[str]:
-    """Every unit that was judged or begun, each once. Raises StoreError."""
-    named = select(tables.events.c.subject).where(tables.events.c.what.in_(NAMING)).distinct()
-    with reported(store.where), snapshot(store.engine) as connection:
-        yield from connection.scalars(named.execution_options(yield_per=10_000))
-
-
 def mistaken_for(serial: str, known: str) -> str:
     """Why a serial is refused."""
     return (
@@ -34,6 +25,10 @@ def mistaken_for(serial: str, known: str) -> str:
 
 
 def other_spelling(store: Store, serial: str) -> str | None:
-    """The serial in the store that a new one would be mistaken for; None for one that the store knows as it is."""
-    alike = {known for known in known_serials(store) if spelling_key(known) == spelling_key(serial)}
+    """The serial in the store that a new one would be mistaken for; None for one that the store knows as it is. Raises
+    StoreError."""
+    subject, what = tables.events.c.subject, tables.events.c.what
+    asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
+    with reported(store.where), snapshot(store.engine) as connection:
+        alike = set(connection.scalars(asked))
     return None if serial in alike else min(alike, default=None)

@@ -11,11 +11,13 @@ from sqlalchemy import (
     Table,
     Text,
     event,
+    func,
     insert,
     inspect,
 )
 
 from accept.store.chain import START
+from accept.store.engine import has_index
 
 SCHEMA = 1
 
@@ -36,6 +38,9 @@ events = Table(
     Column("hash", Text, nullable=False),
 )
 Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
+# By what two serials share that differ in capitals only. Stores from before it get it when they are opened.
+BY_SPELLING = "events_by_spelling"
+_BY_SPELLING = Index(BY_SPELLING, func.lower(events.c.subject), events.c.what, events.c.subject)
 
 head = Table(
     "head",
@@ -53,6 +58,8 @@ samples = Table(  # made of the events: which of them hold a recording (accept.s
     Column("seq", Integer, primary_key=True, autoincrement=False),
     sqlite_with_rowid=False,
 )
+
+PARTS = {*metadata.tables, BY_SPELLING}
 
 _REFUSAL = "events are never changed or removed"
 
@@ -78,13 +85,16 @@ def make_tables(connection: Connection) -> None:
     """Make what is absent. The head's row is written only with a new store: a lost one must be found, not mended."""
     new = not present(connection) & {events.name, head.name}
     metadata.create_all(connection)
+    if BY_SPELLING not in present(connection):
+        _BY_SPELLING.create(connection)
     if new:
         connection.execute(insert(head).values(id=1, store_schema=SCHEMA, seq=START.seq, hash=START.hash))
 
 
 def present(connection: Connection) -> set[str]:
-    """Which of the tables are there."""
-    return {name for name in metadata.tables if inspect(connection).has_table(name)}
+    """Which of the `PARTS` are there."""
+    found = {name for name in metadata.tables if inspect(connection).has_table(name)}
+    return found | ({BY_SPELLING} if has_index(connection, BY_SPELLING) else set())
 
 
 def foreign_columns(connection: Connection) -> list[str]:

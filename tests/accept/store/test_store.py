@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,9 @@ import pytest
 
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
+from accept.store.spelling import other_spelling
 from accept.store.store import _PAGE
+from accept.store.tables import BY_SPELLING
 from tests.soak import SOAK
 
 WRITER = Path(__file__).with_name("store_writer.py")
@@ -204,3 +207,16 @@ def test_import_is_light() -> None:
     heavy = ("numpy", "scipy", "pandas", "reportlab", "rich", "typer")
     script = f"import sys, accept.store; print([m for m in {heavy} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_a_store_from_before_the_index_of_spellings_gets_it(home: Path, tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'store.sqlite'}"
+    with open_store(url) as store:
+        store.append("attempt_started", "APA-1", {}, who="bench")
+    with closing(sqlite3.connect(tmp_path / "store.sqlite")) as file:
+        file.execute(f"DROP INDEX {BY_SPELLING}")
+    with open_store(url) as store:
+        assert (other_spelling(store, "apa-1"), other_spelling(store, "APA-1")) == ("APA-1", None)
+    with closing(sqlite3.connect(tmp_path / "store.sqlite")) as file:
+        plan = file.execute("EXPLAIN QUERY PLAN SELECT subject FROM events WHERE lower(subject) = lower('apa-1')")
+        assert BY_SPELLING in plan.fetchone()[3]  # no walk over all units
