@@ -8,7 +8,7 @@ from checks.gap.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
-from checks.gap.search.forward import COARSE_BINS, Candidate, Effort, Say, Search, quicker
+from checks.gap.search.candidates import COARSE_BINS, Candidate, Effort, Say, Search, quicker
 from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
 from checks.gap.thresholds import Thresholds
 

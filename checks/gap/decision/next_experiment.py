@@ -23,7 +23,8 @@ from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import Experiment
-from checks.gap.search.forward import Candidate, SearchResult
+from checks.gap.search.candidates import Candidate
+from checks.gap.search.forward import SearchResult
 from checks.model.parameters import is_mode_factor
 
 # Twice the expected gain: eight times 12.5, what a name needs, because a large effect is not linear and a gain spreads.

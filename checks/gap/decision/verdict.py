@@ -21,7 +21,8 @@ from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.record_faults import Early
-from checks.gap.search.forward import Candidate, SearchResult
+from checks.gap.search.candidates import Candidate
+from checks.gap.search.forward import SearchResult
 from checks.gap.thresholds import Thresholds
 
 

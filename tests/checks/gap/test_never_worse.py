@@ -16,7 +16,7 @@ from checks.gap.decision.gates import Claim
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.search.forward import Candidate
+from checks.gap.search.candidates import Candidate
 from checks.gap.thresholds import THRESHOLDS
 from checks.gap.workflow import GapRefused, run
 from tests.checks.gap.gap_cases import inputs, recorded, strut

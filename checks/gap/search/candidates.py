@@ -1,0 +1,315 @@
+"""Candidates of an explanation: the model with members of the library added, and how each is fitted from where.
+
+Every candidate is fitted to one realisation (A) and compared on the other (B), which it has never seen.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import inf
+
+from checks.errors import ModelError
+from checks.fitting.calibrate import OTHER, of_damping
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import BEYOND_DOUBT, LOOSELY, Led, lead
+from checks.fitting.goodness import gaps
+from checks.fitting.misplaced_modes import misplaced_modes
+from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.effect import Effect
+from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
+from checks.gap.search.screen import Score, peaks, screen
+from checks.gap.statistics.adequacy import Adequacy, judge
+from checks.gap.statistics.projected_residual import Projected, project
+from checks.gap.thresholds import Thresholds
+from checks.model.model import Model
+from checks.model.parameters import is_mode_factor
+
+FEW, MANY = 4, 30  # steps for every start, and for those that go on
+GO_ON = 5  # starts of one round that go on
+DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
+SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
+POLISH = 8  # steps with everything free, where the scatter was held before
+COARSE_BINS = 150  # of a first look from the priors
+WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
+BOTH_WAYS = 2  # candidates tried with the other form of damping
+PLACES = 2  # of the largest residual that a mode is moved to
+NEIGHBOURS = 3  # effects that are tried in the place of one that is there
+FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A response fitted to A; seen: its residual on B."""
+
+    response: Augmented
+    at: dict[str, float]
+    cost: float
+    unseen: Dataset
+    table: Thresholds
+
+    @cached_property
+    def seen(self) -> Projected:
+        return project(self.response, self.unseen, self.at)
+
+    @property
+    def lnL(self) -> float:
+        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        return -self.seen.cost
+
+    @cached_property
+    def adequacy(self) -> Adequacy:
+        return judge(self.seen, self.table.p_global)
+
+    @property
+    def adequate(self) -> bool:
+        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
+        the tolerance could just explain bin by bin is still one."""
+        return self.adequacy.adequate(self.table.p_global) and self.worst_G < self.table.G
+
+    @cached_property
+    def worst_G(self) -> float:
+        """Largest G of a channel on B."""
+        model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+        data = self.unseen.around(model)
+        return max(g.G for g in gaps([data], [data.H - model]).values())
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.response.names)
+
+    @property
+    def score(self) -> float:
+        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
+        parameters = sum(len(m.parameters) for m in self.response.members)
+        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
+
+
+@dataclass
+class Effort:
+    """Work of an analysis so far, in derivatives taken, and the most that it may take. Work and not time: the same
+    records give the same answer on any machine, however busy."""
+
+    most: float = inf
+    spent: float = 0.0
+
+    @property
+    def over(self) -> bool:
+        """What was found so far must do."""
+        return self.spent > self.most
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search works on. A, B: thinned datasets of the two realisations; library: members that may be added;
+    effort: shared by all searches of one analysis."""
+
+    A: Dataset
+    B: Dataset
+    library: tuple[Member, ...]
+    table: Thresholds
+    say: Say
+    effort: Effort = field(default_factory=Effort)
+
+    @property
+    def over(self) -> bool:
+        return self.effort.over
+
+    def fitted(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Candidate:
+        """A response fitted to A to the end, from far away. drawn: more starts, where the model scatters and the one at
+        `start` leads to nothing adequate."""
+        if not response.model.scatters:
+            return self._candidate(self.go_on(self._annealed(response, self.A, start), MANY))
+        first = self._led(response, start)
+        own = self._to_its_end(response, first)
+        return own if own.adequate else self._elsewhere(response, start, first, own, drawn)
+
+    def elsewhere(self, c: Candidate) -> Candidate:
+        """A candidate or, where a search from another place comes nearer, what that found."""
+        return self._elsewhere(c.response, {}, Led(tuple(c.response.free(c.at)), inf), c, DRAWN)
+
+    def _elsewhere(
+        self, response: Augmented, start: Mapping[str, float], first: Led, own: Candidate, drawn: int
+    ) -> Candidate:
+        """A sharp mode far from its place is a false minimum: other starts are the cure, those with a mode in another
+        place first, then drawn ones, until two end in one place."""
+        places, found = [first], [own, *self.rearranged(own)]
+        if any(c.adequate for c in found):
+            return _nearest(found)
+        for seed in range(1, drawn + 1):
+            if self.over:
+                break
+            led = self._led(response, start, seed)
+            if any(_same(led, other) for other in places):
+                break
+            places.append(led)
+            found.append(self._to_its_end(response, led))
+        return _nearest(found)
+
+    def rearranged(self, c: Candidate) -> list[Candidate]:
+        """A candidate fitted from where one of its modes lies at a peak of what is left; none, or the best few."""
+        if not c.response.model.scatters or self.over:
+            return []
+        places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
+        r, f_hi = c.response, float(self.A.f[-1])
+        ways = misplaced_modes(r.model, r.free(c.at), c.at, places, f_hi, r.changes)
+        starts = [begin(r, self.A, at) for at in ways]
+        few = sorted((self.go_on(r, 2 * FEW) for r in starts), key=lambda r: r.cost)
+        return [self._candidate(self.go_on(r, 2 * MANY)) for r in few[:BOTH_WAYS]]
+
+    def _led(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> Led:
+        """Where a search on few bins ends: from `start`, or with a seed from a draw about it."""
+        free, joint = response.free(start), response.model.joint
+        (found,) = lead(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0)
+        self.effort.spent += found.work
+        return found
+
+    def _to_its_end(self, response: Augmented, led: Led) -> Candidate:
+        return self._candidate(self.go_on(begin(response, self.A, led.at), MANY))
+
+    def go_on(self, refit: Refit, steps: int) -> Refit:
+        """At most so many steps more; their work counts."""
+        done = go_on(refit, steps)
+        self.effort.spent += done.work - refit.work
+        return done
+
+    def _annealed(self, response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
+        done = annealed(response, data, start)
+        self.effort.spent += done.work
+        return done
+
+    def _candidate(self, r: Refit) -> Candidate:
+        return Candidate(r.response, r.at, r.cost, self.B, self.table)
+
+    def extended(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
+        """Every member added to a candidate and fitted jointly, from the candidate's values and from the priors: a
+        calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
+        on_A = project(base.response, self.A, base.at)
+        absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
+        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
+        scores.sort(key=lambda s: s.p)
+        return self._raced([r for s in scores if not self.over for r in self._starts(base, s)])
+
+    def damped_otherwise(self, c: Candidate) -> Candidate | None:
+        """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
+        has shows only when little else is missing."""
+        model = of_damping(c.response.model, OTHER[c.response.model.damping])
+        if model is None:
+            return None
+        try:
+            return self._candidate(self.go_on(begin(replace(c.response, model=model), self.A, c.at), MANY))
+        except ModelError:
+            return None
+
+    def damped_best(self, c: Candidate) -> Candidate:
+        """A candidate with the form of damping that the data ask for beyond doubt."""
+        other = self.damped_otherwise(c)
+        return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
+
+    def _starts(self, base: Candidate, score: Score) -> list[Refit]:
+        return [*self._coarse_start(base, score), *self._from_screen(base.response, base.at, score)]
+
+    def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Refit]:
+        response = base.with_member(score.member).holding_scatter(at)
+        out = []
+        taken = _stood_for(score.member, response)
+        kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
+        for values in score.starts:
+            start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
+            try:
+                out.append(self.go_on(begin(response, self.A, start), FEW))
+            except ModelError:
+                continue
+        return out
+
+    def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
+        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
+        response = base.response.with_member(score.member).holding_scatter()
+        found, member = score.starts[0], score.member
+        if not isinstance(member, Effect):
+            return []
+        quick = replace(response, model=quicker(response.model))
+        own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
+        own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
+        try:
+            return [self.go_on(begin(response, self.A, self._annealed(quick, self._few_bins, own).at), FEW)]
+        except ModelError:
+            return []
+
+    @cached_property
+    def _few_bins(self) -> Dataset:
+        return self.A.thinned(COARSE_BINS)
+
+    def pruned(self, c: Candidate) -> Candidate:
+        """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
+        for member in c.response.counted:
+            less = c.response.without(member.name)
+            start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
+            simpler = self._candidate(self.go_on(begin(less, self.A, start), MANY))
+            if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
+                return self.pruned(simpler)
+        return c
+
+    def swapped(self, c: Candidate) -> list[Candidate]:
+        """Candidates in which an effect takes the place of a member, from the other values of the candidate. With more
+        freedom than an effect, a stand-in may have come in first (a lag whose gain turns round is nearly a delay); and
+        a search for the right effect may have ended in a false minimum, where that for its neighbour did not."""
+        out = []
+        for member in c.response.counted:
+            less = c.response.without(member.name)
+            implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
+            at = {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
+            on_A = project(less, self.A, at)
+            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
+            scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
+            scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
+            out += self._raced([r for s in scores for r in self._from_screen(less, at, s)])
+        return out
+
+    def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """The best few fitted once more, from the priors, their members beginning where they are."""
+        return [self._candidate(self._again(c)) for c in sorted(found, key=lambda c: c.cost)[:FROM_FAR]]
+
+    def _again(self, c: Candidate) -> Refit:
+        own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
+        quick = replace(c.response, model=quicker(c.response.model))
+        return self.go_on(begin(c.response, self.A, self._annealed(quick, self.A, own).at), MANY)
+
+    def _to_the_end(self, refit: Refit) -> Refit:
+        """First with the scatter held, then with all that is free."""
+        done = self.go_on(refit, MANY)
+        return self.go_on(freed(done), POLISH) if done.response.held else done
+
+    def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
+        """The best start of every set, the most promising ones fitted to the end."""
+        best: dict[frozenset[str], Refit] = {}
+        for r in sorted(started, key=lambda r: r.cost):
+            best.setdefault(frozenset(r.response.names), r)
+        ranked = list(best.values())
+        done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
+        return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+def _nearest(found: Sequence[Candidate]) -> Candidate:
+    """Of one response fitted from several places: the adequate one, wherever the search still is on its way there."""
+    return min([c for c in found if c.adequate] or found, key=lambda c: c.cost)
+
+
+def _same(a: Led, b: Led) -> bool:
+    alike = all(abs(p.begin - q.begin) < SAME * p.unit for p, q in zip(a.free, b.free, strict=True))
+    return alike or abs(a.cost - b.cost) < LOOSELY
+
+
+def freed(refit: Refit) -> Refit:
+    """A fit with nothing held any more."""
+    return released(refit) if refit.response.held else refit
+
+
+def quicker(model: Model) -> Model:
+    """The model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
+    return of_damping(model, "modal") or model
+
+
+def _stood_for(member: Member, response: Augmented) -> set[str]:
+    """Calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()
