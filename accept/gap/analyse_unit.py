@@ -71,16 +71,16 @@ def analyse(
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = realisations(measured, given.model.tolerance)
     trials, lost = trials_of(held, measured, given.model.tolerance)
-    fs = measured.records["low"].fs
+    low, slow = measured.records["low"], _slow(held)
     inputs = Inputs(
         model=given.model,
         A=A,
         B=B,
-        fs=fs,
+        fs=low.fs,
         merge_Hz=measured.merge_Hz,
-        slow=(slow := _slow(held)),
+        slow=slow,
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_of_the_bench(measured.records["low"], slow), *lost),
+        notes=(*notes, *more, *_quality(A), *_of_the_bench(low, slow), *lost),
         trials=trials,
     )
     try:
@@ -141,16 +141,17 @@ def _quality(A: Dataset) -> tuple[str, ...]:
 def _of_the_bench(low: Record, slow: Record | None) -> tuple[str, ...]:
     """Notes on what the bench adds to the records: hum, and an encoder that interpolates with an error."""
     units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
-    lines = {c: line for c in units if c in low.channels and (line := hum(low["Va"], low[c], low.fs)) is not None}
+    lines = hum(low, tuple(units))
     words = []
     if lines:
-        f_Hz = max(lines.items(), key=lambda each: each[1].amplitude * units[each[0]][0])[1].f_Hz
-        sizes = ", ".join(f"{c} {line.amplitude * units[c][0]:.2g} {units[c][1]}" for c, line in lines.items())
-        words.append(f"mains hum of {f_Hz:.2f} Hz in the records: {sizes}")
+        sizes = {c: line.amplitude * units[c][0] for c, line in lines.items()}
+        most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
+        listed = ", ".join(f"{c} {size:.2g} {units[c][1]}" for c, size in sizes.items())
+        words.append(f"mains hum of {most:.2f} Hz in the records: {listed}")
     error = None if slow is None or "de" not in slow.channels else interpolation_error(slow)
     if error is not None:
-        size = f"{1e9 * error.amplitude:.2g} nm"
-        words.append(f"the encoder's interpolation has an error of {size} that repeats every {1e6 / error.f_Hz:.3g} um")
+        size, period = f"{1e9 * error.amplitude_m:.2g} nm", f"{1e6 * error.period_m:.3g} um"
+        words.append(f"the encoder's interpolation has an error of {size} that repeats every {period}")
     return tuple(words)
 
 

@@ -149,14 +149,14 @@ def lead(
     coarse_bins: int = COARSE_BINS,
 ) -> list[Led]:
     """Where searches on few bins and with shrinking tolerances end, the best first. drawn: from draws about the start
-    alone; close: without the wide tolerances, which would lead a start that is nearly right back to where it came from.
-    Raises ModelError as `fit` does."""
+    alone; close: with the narrowest of them alone, because the wide ones would lead a start that is nearly right back
+    to where it came from. Raises ModelError as `fit` does."""
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
     few = tuple(s.thinned(coarse_bins) for s in sets)
-    far = [_Rough(response, few, free, joint), *(_FitProblem(response, s, free, joint) for s in _blurred(few))]
-    ways = far[-1:] if close else far
+    blurred = [_FitProblem(response, s, free, joint) for s in _blurred(few)]
+    ways = blurred[-1:] if close else [_Rough(response, few, free, joint), *blurred]
     with _upright(response, sets, free):
         tried = [_down(ways, x) for x in _starts(free, starts + drawn, seed)[int(drawn) :]]
     size = sum(s.H.size for s in few)

@@ -5,6 +5,7 @@ should be wants to know where to look. Hum is a line that the drive does not exp
 repeats with the signal period of the scale, so it is found over position and not over time.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +13,12 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.record import Record
 from checks.signals.slow.cycles import last_cycles
+from checks.signals.spectral.segments import hann
 
-MAINS_HZ = (48.0, 62.0)
+MAINS_HZ = (50.0, 60.0)
+LEAST_LINES = 20  # of a band: with fewer a line is not told from its neighbours
 BESIDE_HZ = 3.0  # half a band in which the response to the drive is a parabola
 STANDS_OUT = 8.0  # times the median of what the drive does not explain: chance makes it once in 1e18 lines
-SAME_HZ = 0.2
 # Harmonics of a slow sine below which a loop, and what its steps make ring, hide everything; both are tried, for the
 # long periods of a scale lie low and the short ones high.
 OWN = (40, 100)
@@ -26,30 +28,47 @@ ABOVE = 4.0  # times the median of the spectrum over position, in each of two am
 
 
 @dataclass(frozen=True)
-class Disturbance:
-    """Frequency [Hz] and amplitude, in the channel's unit."""
+class Hum:
+    """Frequency of a line [Hz], and its amplitude in the channel's unit."""
 
     f_Hz: float
     amplitude: float
 
 
-def hum(drive: Array, response: Array, fs: float) -> Disturbance | None:
-    """The strongest line about the frequencies of the mains in a response (N,) that its drive (N,) does not explain;
-    None where none stands out."""
-    n = drive.size
-    window = np.hanning(n)
-    f = np.fft.rfftfreq(n, 1.0 / fs)
-    U, Y = (np.fft.rfft(window * (x - x.mean())) for x in (drive, response))
-    best: Disturbance | None = None
-    for centre in np.arange(MAINS_HZ[0] + BESIDE_HZ, MAINS_HZ[1], 2.0 * BESIDE_HZ):
+@dataclass(frozen=True)
+class InterpolationError:
+    """An encoder's error that repeats with its signal period: period and amplitude [m]."""
+
+    period_m: float
+    amplitude_m: float
+
+
+def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
+    """Channel -> the strongest line about the frequencies of the mains that the drive Va does not explain; without the
+    channels in which none stands out."""
+    window = hann(record.t.size)
+    f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
+    near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)
+    U = _lines(record["Va"], window)[near]
+    found = {c: _strongest(f[near], U, _lines(record[c], window)[near]) for c in channels if c in record.channels}
+    return {c: Hum(f_Hz, 2.0 * size / float(window.sum())) for c, (f_Hz, size) in found.items() if size > 0.0}
+
+
+def _lines(x: Array, window: Array) -> Complex:
+    return np.asarray(np.fft.rfft(window * (x - x.mean())))
+
+
+def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
+    """Frequency and size of the line in Y at f (F,) that U does not explain; size 0 where none stands out."""
+    best = (0.0, 0.0)
+    for centre in MAINS_HZ:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
-        if band.size < 20:
-            return None  # too short a record to tell a line from its neighbours
+        if band.size < LEAST_LINES:
+            return 0.0, 0.0
         left = np.abs(_unexplained(f[band] - centre, U[band], Y[band]))
         k = int(np.argmax(left))
-        amplitude = 2.0 * float(left[k]) / float(window.sum())
-        if left[k] > STANDS_OUT * np.median(left) and (best is None or amplitude > best.amplitude):
-            best = Disturbance(float(f[band[k]] + _between(left, k) * (f[1] - f[0])), amplitude)
+        if left[k] > max(STANDS_OUT * float(np.median(left)), best[1]):
+            best = float(f[band[k]] + _between(left, k) * (f[1] - f[0])), float(left[k])
     return best
 
 
@@ -60,11 +79,6 @@ def _between(left: Array, k: int) -> float:
     side = 1 if left[k + 1] > left[k - 1] else -1
     r = float(left[k + side] / left[k])
     return side * float(np.clip((2.0 * r - 1.0) / (r + 1.0), 0.0, 0.5))
-
-
-def _about(k: int, size: int) -> slice:
-    """A peak and its two neighbours."""
-    return slice(max(k - 1, 0), min(k + 2, size))
 
 
 def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
@@ -78,17 +92,15 @@ def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
     return np.asarray(left)
 
 
-def interpolation_error(record: Record, channel: str = "de") -> Disturbance | None:
-    """The error of an encoder that repeats with its signal period, from slow sines of two amplitudes or more: f_Hz is
-    1 / period [1/m] here. None where nothing over position stands out."""
+def interpolation_error(record: Record, channel: str = "de") -> InterpolationError | None:
+    """What repeats over position, from slow sines of two amplitudes or more. None where nothing stands out."""
     largest: dict[float, Array] = {}
     for cycle in last_cycles(record["Va"]):
         largest[round(cycle.amplitude, 3)] = record[channel][cycle.samples]
     two = [largest[a] for a in sorted(largest)[-2:]]
     if len(two) < 2 or min(map(np.ptp, two)) == 0.0:
         return None
-    lo, hi = 1e6 / PERIODS_UM[1], 1e6 / PERIODS_UM[0]
-    k = np.arange(lo, hi, FINE / np.ptp(two[1]))
+    k = np.arange(1e6 / PERIODS_UM[1], 1e6 / PERIODS_UM[0], FINE / np.ptp(two[1]))
     best, stands = None, ABOVE
     for own in OWN:
         spectra = [_over_position(x, k, own) for x in two]
@@ -96,9 +108,9 @@ def interpolation_error(record: Record, channel: str = "de") -> Disturbance | No
         at = int(np.argmax(ratio))
         if ratio[at] > stands:
             stands = float(ratio[at])
-            near = _about(at, k.size)
-            at = near.start + int(np.argmax(spectra[1][near]))
-            best = Disturbance(float(k[at]), float(spectra[1][at]))
+            near = range(max(at - 1, 0), min(at + 2, k.size))
+            peak = max(near, key=lambda i: spectra[1][i])  # of the larger amplitude, whose lines are narrower
+            best = InterpolationError(1.0 / float(k[peak]), float(spectra[1][peak]))
     return best
 
 
