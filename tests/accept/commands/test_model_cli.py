@@ -16,13 +16,11 @@ from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
-from hw.records.writers import mat_bytes
 from specs.model import load_model
 from specs.model_sections import FitRecord
 from specs.strict import SpecError
+from tests.accept.units.modelled_records import write_answers
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data, true_values
-
-FS, SECONDS = 10_000.0, 4.0
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
@@ -31,19 +29,8 @@ def run(*arguments: object) -> tuple[int, str, str]:
 
 
 def unit_folder(tmp_path: Path, model: str, changes: dict[str, float]) -> Path:
-    """A unit whose records are the model's answer, periodic in the record so that no transient is left out."""
-    m = open_model(model)
-    rng = np.random.default_rng(6)
-    n = int(FS * SECONDS)
-    f = np.fft.rfftfreq(n, 1 / FS)
-    H = m.frf(f, changes)
-    for name in ("low", "high"):
-        u = rng.standard_normal(n)
-        channels = {"t": np.arange(n) / FS, "Va": u}
-        for c, channel in enumerate(m.channels):
-            y = np.fft.irfft(np.fft.rfft(u) * H[:, c], n)
-            channels[channel] = y + 1e-4 * y.std() * rng.standard_normal(n)
-        (tmp_path / f"{name}.mat").write_bytes(mat_bytes(channels))
+    """A unit whose records are the model's answer."""
+    write_answers(tmp_path, ("low", "high"), open_model(model), changes, seed=6, noise=1e-4)
     (tmp_path / "unit.toml").write_text(
         'serial = "T-1"\nkind = "apa"\n[frf]\nlow = "low.mat"\nhigh = "high.mat"\nmerge_Hz = 350.0\n'
     )

@@ -15,9 +15,9 @@ from accept.fleet.population.learn import common_effects, learn_population, meas
 from accept.fleet.population.unit_fits import G_MOST
 from accept.models.model_file import open_model, opened
 from checks.errors import ModelError
-from hw.records.writers import mat_bytes
+from tests.accept.units.modelled_records import write_answers
 
-FS, SECONDS, UNITS = 10_000.0, 4.0, 6
+UNITS = 6
 MODEL = "apa-2dof"
 # what the batch is, and 1 sd from unit to unit: ke is 5 % stiffer than the file says, and alike to 1 %
 MEAN = {"apa.ke_N_per_um": 1.84, "bench.payload_kg": 5.73, "constants.ga_N_per_V": -31.0}
@@ -25,18 +25,10 @@ SCATTER = {"apa.ke_N_per_um": 0.02, "bench.payload_kg": 0.01, "constants.ga_N_pe
 
 
 def unit_folder(folder: Path, serial: str, changes: dict[str, float], seed: int, late_us: float = 0.0) -> Path:
-    """A unit whose records are the model's answer, periodic in the record so that no transient is left out."""
-    model, rng, n = open_model(MODEL), np.random.default_rng(seed), int(FS * SECONDS)
-    f = np.fft.rfftfreq(n, 1 / FS)
-    H = model.frf(f, changes) * np.exp(-2j * np.pi * f * late_us * 1e-6)[:, None]
+    """A unit whose records are the model's answer."""
     folder.mkdir(parents=True)
-    for name in ("low", "high", "low_2", "high_2"):
-        u = rng.standard_normal(n)
-        channels = {"t": np.arange(n) / FS, "Va": u}
-        for c, channel in enumerate(model.channels):
-            y = np.fft.irfft(np.fft.rfft(u) * H[:, c], n)
-            channels[channel] = y + 1e-3 * y.std() * rng.standard_normal(n)
-        (folder / f"{name}.mat").write_bytes(mat_bytes(channels))
+    names = ("low", "high", "low_2", "high_2")
+    write_answers(folder, names, open_model(MODEL), changes, seed=seed, noise=1e-3, late_us=late_us)
     records = 'low = "low.mat"\nhigh = "high.mat"\nlow_repeat = "low_2.mat"\nhigh_repeat = "high_2.mat"\n'
     (folder / "unit.toml").write_text(f'serial = "{serial}"\nkind = "apa"\n[frf]\n{records}merge_Hz = 350.0\n')
     return folder
