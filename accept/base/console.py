@@ -81,11 +81,20 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
         except KNOWN_ERRORS as e:
             say(f"accept: {_words(e)}")
             return Exit.BAD_INPUT
+        except MemoryError:
+            say(f"accept: {_too_large()}")
+            return Exit.BAD_INPUT
         except KeyboardInterrupt:
             say("accept: stopped; finished units are stored; run the command again to continue")
             return Exit.STOPPED
 
     return run
+
+
+def _too_large() -> str:
+    from accept.base.worker_process import too_large  # loads multiprocessing
+
+    return f"{too_large()} or than this machine has"
 
 
 def _words(error: BaseException) -> str:

@@ -33,6 +33,11 @@ def memory_GB() -> float:
         return MEMORY_GB
 
 
+def too_large() -> str:
+    """Of an item whose work ended in MemoryError."""
+    return f"it takes more than the {memory_GB():g} GB of memory that a worker may take ({VARIABLE})"
+
+
 def limit_memory(gigabytes: float) -> None:
     """From here on a demand beyond this fails with MemoryError; a limit that is there already is never raised. Where
     the system knows no such limit nothing is done: what a file may hold is bounded before it is read."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.console import say
-from accept.base.worker_process import VARIABLE, memory_GB
+from accept.base.worker_process import too_large
 from accept.certificate.contents.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
 from accept.units.shared_folder import anywhere, looks_of, not_shared
@@ -30,7 +30,7 @@ def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> JudgedO
     except (UnitError, ContentError) as e:
         return str(e)
     except MemoryError:
-        return f"{unit.path}: judging it takes more than the {memory_GB():g} GB that a worker may take ({VARIABLE})"
+        return f"{unit.path}: {too_large()}"
 
 
 def _progress(serial: str) -> Callable[[str], None]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from accept.base.cluster.work import Cluster, WorkerDied
+from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.progress import steps
 from accept.judging.judge_unit import judge_unit
 from accept.store import Store, UnitState, fold
@@ -47,9 +47,9 @@ def judged_again(
     asked = [(u, specs[u.result["kind"]], from_records) for u in state.units.values() if u.result["kind"] in specs]
     if cluster is None:
         return sorted(map(again, steps(asked, "units judged again")), key=lambda one: one.serial)
-    # A worker that died over the records leaves the stored values, as where the records are gone.
+    # Records that no worker could judge leave the stored values, as where the records are gone.
     back = (
-        again((*item[:2], False)) if isinstance(found, WorkerDied) else found
+        again((*item[:2], False)) if isinstance(found, GivenUp) else found
         for item, found in steps(cluster.unordered(again, asked), "units judged again", len(asked))
     )
     return sorted(back, key=lambda one: one.serial)

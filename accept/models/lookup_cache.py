@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
-from accept.base.cluster.work import Cluster, WorkerDied
+from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.home import home
 from accept.base.progress import steps
 from checks.arrays import Array
@@ -201,8 +201,8 @@ def _from(cluster: Cluster | None, plan: Plan, missing: list[int], workers: int 
         yield from _computed(plan, missing, workers or os.cpu_count() or 1)
         return
     for i, row in cluster.unordered(plan.row, missing):
-        if isinstance(row, WorkerDied) or not plan.agrees(i, row):
-            words = "workers died over it" if isinstance(row, WorkerDied) else "a worker computes it otherwise"
+        if isinstance(row, GivenUp) or not plan.agrees(i, row):
+            words = str(row) if isinstance(row, GivenUp) else "a worker computes it otherwise"
             raise TableError(f"{plan.path.name}: row {i} of dx: {words}; build the table without a cluster")
         yield i, row
 

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, WorkerPlugin
 
 from accept.base import worker_process
-from accept.base.cluster.work import ClusterError, WorkerDied, WorkFailed
+from accept.base.cluster.work import ClusterError, GivenUp, WorkFailed
 from accept.base.version import code_sha256
 
 T = TypeVar("T")
@@ -35,6 +35,13 @@ AWAY_S = 120.0  # how long a scheduler may be away, or without a worker, before 
 LOOK_S = 1.0  # between two looks at who works
 NEW_S = 5.0  # a worker that just came has not told its code yet
 AHEAD = 3  # items handed in per worker: one in work, others at hand while results travel
+
+
+@dataclass(frozen=True)
+class _TooLarge:
+    """Why a worker could not do an item: its limit of memory."""
+
+    words: str
 
 
 @dataclass(frozen=True)
@@ -70,7 +77,7 @@ class DaskWorkers:
         self._told: set[str] = set()
         self._idle_since = time.monotonic()
 
-    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | WorkerDied]]:
+    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
         """As `Cluster.unordered`."""
         self._label()
         left, more = iter(items), True
@@ -168,10 +175,12 @@ def _first(back: Back) -> Future[Any] | None:
         return None
 
 
-def _guarded(work: Callable[[T], R], item: T) -> R | _Raised:
+def _guarded(work: Callable[[T], R], item: T) -> R | _TooLarge | _Raised:
     """In a worker. Dask sends errors home as objects and loses its way over some: words are enough."""
     try:
         return work(item)
+    except MemoryError:
+        return _TooLarge(worker_process.too_large())
     except Exception:  # noqa: BLE001
         return _Raised(traceback.format_exc())
 
@@ -181,12 +190,14 @@ def _outcome(future: Future[Any]) -> Any:
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
-            return WorkerDied(str(error))
+            return GivenUp("every worker that tried it died (out of memory?)")
         raise WorkFailed(repr(error))
     try:
         found = future.result()
     except (CancelledError, OSError, TimeoutError):
         return _LOST
+    if isinstance(found, _TooLarge):
+        return GivenUp(found.words)
     if isinstance(found, _Raised):
         raise WorkFailed(found.words)
     return found

@@ -13,8 +13,9 @@ class ClusterError(AcceptError, RuntimeError):
     """The cluster cannot be used; the text names it, says why and what to do."""
 
 
-class WorkerDied(Exception):
-    """An item killed every worker that tried it."""
+class GivenUp(Exception):
+    """An item that no worker could do: it killed each that tried it, or takes more memory than a worker may. The text
+    says which."""
 
 
 class WorkFailed(RuntimeError):
@@ -24,8 +25,9 @@ class WorkFailed(RuntimeError):
 class Cluster(Protocol):
     """Workers somewhere, which have the same code."""
 
-    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | WorkerDied]]:
+    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
         """Each item with what `work` makes of it, as they come back; `work` is a function of a module. Few items are
-        handed in at a time: they may be made while others are worked on. What `work` raises comes as WorkFailed.
+        handed in at a time: they may be made while others are worked on. A MemoryError
+        comes back as GivenUp, anything else that `work` raises as WorkFailed.
 
         Raises WorkFailed, ClusterError where the scheduler or every worker stays away."""

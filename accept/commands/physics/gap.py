@@ -10,10 +10,11 @@ from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import WorkerDied
+from accept.base.cluster.work import GivenUp
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
+from accept.base.worker_process import too_large
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
@@ -117,6 +118,8 @@ def answer(question: GapQuestion) -> Answer:
         )
     except (GapRefused, ModelError, RecordError, UnitError) as e:
         return Answer(None, [str(e)], {})
+    except MemoryError:
+        return Answer(None, [too_large()], {})
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
         added = analyse_unit.write(done, Path(place), question.empirical, question.html)
         files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
@@ -124,10 +127,10 @@ def answer(question: GapQuestion) -> Answer:
     return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files, here)
 
 
-def _kept(serial: str, given: Answer | WorkerDied, place: Path) -> Mapping[str, Any] | None:
+def _kept(serial: str, given: Answer | GivenUp, place: Path) -> Mapping[str, Any] | None:
     """gap.json, when its files are written and it is said; None where the unit was refused, which is said too."""
-    if isinstance(given, WorkerDied):
-        given = Answer(None, ["every worker that tried it died (out of memory?)"], {})
+    if isinstance(given, GivenUp):
+        given = Answer(None, [str(given)], {})
     if given.document is None:
         (words,) = given.words
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")

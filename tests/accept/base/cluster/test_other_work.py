@@ -1,7 +1,8 @@
 """Gap analysis, tables and judging again on a cluster: the same as on this machine."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -9,12 +10,17 @@ import numpy as np
 import pytest
 
 from accept.base.cluster.connect import connected
-from accept.base.cluster.work import Cluster, ClusterError, WorkFailed
+from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
+from accept.base.exit_codes import Exit
 from accept.base.worker_process import memory_GB
 from accept.batch.judge_batch import BatchRequest, run
 from accept.batch.worker import Errand, Returned, judge, run_errand
+from accept.commands.fleet import selection
+from accept.commands.fleet.options import Outputs
+from accept.commands.physics import gap, lookup
 from accept.commands.physics.gap import Answer, GapQuestion, answer
 from accept.fleet.judged_again import judged_again
+from accept.gap import analyse_unit
 from accept.judging.judge_unit import load_spec
 from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model
@@ -51,9 +57,43 @@ def grab(gigabytes: float) -> int:
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only here the limit is enforced for sure")
 def test_a_worker_has_the_limit_of_memory_of_a_local_one(cluster: Cluster) -> None:
     """Beyond it a demand fails, however much the machine has; the worker lives on."""
-    with pytest.raises(WorkFailed, match="MemoryError"):
-        list(cluster.unordered(grab, [memory_GB() + 0.5]))
-    assert [size > 0 for _, size in cluster.unordered(grab, [0.1])] == [True]
+    large = memory_GB() + 0.5
+    back = dict(cluster.unordered(grab, [large, 0.1]))
+    assert isinstance(back[large], GivenUp)
+    assert f"more than the {memory_GB():g} GB of memory that a worker may take" in str(back[large])
+    assert back[0.1] > 0
+
+
+class Outgrown:
+    """A cluster whose workers all have too little memory."""
+
+    def unordered(self, _: object, items: Iterable[object]) -> Iterator[tuple[object, GivenUp]]:
+        yield from ((item, GivenUp("it takes more than a worker may take")) for item in items)
+
+
+def test_what_takes_too_much_memory_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a worker or here, for a table, a gap analysis and judging again; the exit code is that of bad input."""
+
+    @contextmanager
+    def outgrown(*_: object) -> Iterator[Outgrown]:
+        yield Outgrown()
+
+    def full(*_: object) -> None:
+        raise MemoryError
+
+    unit = make_strut(tmp_path / "S-1", "S-1", repeats=False)
+    for command in (lookup, gap):
+        monkeypatch.setattr(command, "connected", outgrown)
+    found = [lookup.run_build("strut-2dof", 5, 3, None, True, "far"), gap.run([unit], None, tmp_path, False, (), "far")]
+    monkeypatch.undo()
+    monkeypatch.setattr(analyse_unit, "analyse", full)
+    monkeypatch.setattr(selection.judged_again, "judged_again", full)
+    found += [gap.run([unit], None, tmp_path, False, ()), selection.rejudge(["apa"], True, Outputs())]
+    lines = capsys.readouterr().err.splitlines()
+    assert found == [Exit.BAD_INPUT] * 4
+    assert sum("takes more than" in line for line in lines) == 4, lines
 
 
 def test_nobody_at_an_address_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,11 +2,12 @@
 
 import io
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from asn1crypto import crl
+from asn1crypto import crl, ocsp
 from cryptography.hazmat.primitives import serialization
 from pyhanko.sign.validation.dss import DocumentSecurityStore
 from typer.testing import CliRunner
@@ -51,6 +52,15 @@ def server(tsa: Authority) -> Iterator[str]:
     """A responder on a port of this machine, for an authority without a list."""
     with responder([tsa]) as url:
         yield url
+
+
+@pytest.fixture
+def answering() -> Iterator[tuple[str, Authority]]:
+    """One whose issuer answers by OCSP and has no list."""
+    asked: list[Authority] = []
+    with responder(asked) as url:
+        asked.append(made_authority("Answering time", ocsp_at=f"{url}ocsp"))
+        yield url, asked[0]
 
 
 @pytest.fixture
@@ -150,6 +160,45 @@ def test_the_answers_of_the_authoritys_servers_are_kept(bench: Bench, listed: tu
         assert found.valid, found.reason
         assert sum("was not revoked then, by what its servers answered" in line for line in found.details) == count
     assert not any("not revoked then" in line for line in bench.check(both, now=now).details)  # nobody trusts it here
+
+
+def test_answers_by_ocsp_are_kept_too(bench: Bench, answering: tuple[str, Authority]) -> None:
+    """Those that say good prove it; one that says revoked stops the signing."""
+    url, authority = answering
+    now = datetime.now(UTC)
+    pdf = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    assert b"/OCSPs" in pdf
+    found = bench.check(pdf, stamping=[authority.root], now=now)
+    assert found.valid, found.reason
+    assert any("was not revoked then, by what its servers answered" in line for line in found.details), found.details
+    authority.revoked.append(now - timedelta(days=1))
+    long_term._asked.clear()
+    with pytest.raises(SigningRefused, match=r"certificate is revoked.*nothing was signed"):
+        sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+
+
+@pytest.mark.parametrize("what", ["old", "foreign", "revoked"])
+def test_an_answer_by_ocsp_that_proves_nothing(
+    what: str, bench: Bench, answering: tuple[str, Authority], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a month before, signed by somebody else under the same name, or saying revoked: never a proof."""
+    url, authority = answering
+    now = datetime.now(UTC)
+    signer = authority
+    if what == "foreign":
+        signer = replace(made_authority("Answering time"), leaf=authority.leaf)
+    if what == "revoked":
+        signer = replace(authority, revoked=[now - timedelta(days=1)])
+    given = ocsp.OCSPResponse.load(signer.ocsp(now - timedelta(days=30 if what == "old" else 0, minutes=1)))
+
+    async def careless(*_: object) -> RevocationData:
+        return RevocationData((), (), [given])
+
+    monkeypatch.setattr(signing, "revocation_data", careless)
+    pdf = sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
+    details = bench.check(pdf, stamping=[authority.root], now=now).details
+    said = "whose certificate had been revoked" if what == "revoked" else "is not seen here"
+    assert any("time of the technician" in line and said in line for line in details), details
 
 
 def test_an_authority_without_a_list_is_said(bench: Bench, stamped: bytes, tsa: Authority) -> None:

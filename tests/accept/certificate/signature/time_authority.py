@@ -1,5 +1,5 @@
 """A time stamping authority with a root of its own, and a responder on a port of this machine that gives its timestamps
-and its list of revoked certificates."""
+and its list of revoked certificates, or one answer about its certificate (OCSP)."""
 
 import threading
 from collections.abc import Iterator
@@ -14,7 +14,8 @@ from asn1crypto import x509 as asn1_x509
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+from cryptography.x509 import ocsp
+from cryptography.x509.oid import AuthorityInformationAccessOID, ExtendedKeyUsageOID, NameOID
 from pyhanko.sign.timestamps.dummy_client import DummyTimeStamper
 
 LISTED = timedelta(days=7)  # a list is good for so long
@@ -47,11 +48,26 @@ class Authority:
             builder = builder.add_revoked_certificate(entry.build())
         return builder.sign(self.root_key, hashes.SHA256()).public_bytes(serialization.Encoding.DER)
 
+    def ocsp(self, of: datetime) -> bytes:
+        """Whether its certificate is good, as its root answers on a day ([RFC6960]), DER."""
+        revoked = self.revoked[0] if self.revoked else None
+        status = ocsp.OCSPCertStatus.REVOKED if revoked else ocsp.OCSPCertStatus.GOOD
+        builder = ocsp.OCSPResponseBuilder().add_response(
+            self.leaf, self.root, hashes.SHA1(), status, of, of + LISTED, revoked, None
+        )
+        builder = builder.responder_id(ocsp.OCSPResponderEncoding.NAME, self.root)
+        return builder.sign(self.root_key, hashes.SHA256()).public_bytes(serialization.Encoding.DER)
+
 
 def _certified(
-    name: str, key: rsa.RSAPrivateKey, issuer: x509.Name | None, by: rsa.RSAPrivateKey, list_at: str | None = None
+    name: str,
+    key: rsa.RSAPrivateKey,
+    issuer: x509.Name | None,
+    by: rsa.RSAPrivateKey,
+    list_at: str | None = None,
+    ocsp_at: str | None = None,
 ) -> x509.Certificate:
-    """issuer: None for a root. list_at: URL of the issuer's list."""
+    """issuer: None for a root. list_at: URL of the issuer's list. ocsp_at: of its answers."""
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     builder = (
         x509.CertificateBuilder()
@@ -69,22 +85,30 @@ def _certified(
     if list_at is not None:
         point = x509.DistributionPoint([x509.UniformResourceIdentifier(list_at)], None, None, None)
         builder = builder.add_extension(x509.CRLDistributionPoints([point]), critical=False)
+    if ocsp_at is not None:
+        place = x509.AccessDescription(AuthorityInformationAccessOID.OCSP, x509.UniformResourceIdentifier(ocsp_at))
+        builder = builder.add_extension(x509.AuthorityInformationAccess([place]), critical=False)
     return builder.sign(by, hashes.SHA256())
 
 
-def made_authority(name: str, list_at: str | None = None) -> Authority:
+def made_authority(name: str, list_at: str | None = None, ocsp_at: str | None = None) -> Authority:
     root_key, key = (rsa.generate_private_key(65537, 2048) for _ in range(2))
     root = _certified(f"{name} root", root_key, None, root_key)
-    return Authority(root, root_key, _certified(name, key, root.subject, root_key, list_at), key)
+    return Authority(root, root_key, _certified(name, key, root.subject, root_key, list_at, ocsp_at), key)
 
 
 @contextmanager
 def responder(asked: list[Authority]) -> Iterator[str]:
-    """Answers for the authority in `asked`, at the URL that it gives: timestamps by POST, the list at URL + "crl"."""
+    """Answers for the authority in `asked`, at the URL that it gives: timestamps by POST, the list at URL + "crl",
+    whether its certificate is good at URL + "ocsp"."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
-            request = tsp.TimeStampReq.load(self.rfile.read(int(self.headers["Content-Length"])))
+            content = self.rfile.read(int(self.headers["Content-Length"]))
+            if self.path == "/ocsp":
+                self.answer("application/ocsp-response", asked[0].ocsp(datetime.now(UTC) - timedelta(minutes=1)))
+                return
+            request = tsp.TimeStampReq.load(content)
             self.answer("application/timestamp-reply", asked[0].at().request_tsa_response(request).dump())
 
         def do_GET(self) -> None:
