@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from checks.errors import ModelError
 from specs.units import unit_of
@@ -92,6 +93,7 @@ _SEEN_ONLY = (
 _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 
+@lru_cache(maxsize=4096)
 def rule(name: str) -> Rule:
     """Rule of a parameter by the last part of its flat name; what is not listed must be positive."""
     return _RULES.get(last(name), POSITIVE)

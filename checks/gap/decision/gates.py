@@ -126,7 +126,9 @@ def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
     records is what the effect gains."""
     less = found.best.response.without(effect.name)
     known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
-    again = search.fitted(less, {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")})
+    start = {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")}
+    # The base was calibrated from several places; only the way from this explanation's values is new.
+    again = search.led_to_its_end(less, start) if found.base in known else search.fitted(less, start)
     return max([*known, again], key=lambda c: c.lnL)
 
 

@@ -31,6 +31,7 @@ SAME = 0.3  # prior standard deviations: searches that end no further apart have
 POLISH = 8  # steps with everything free, where the scatter was held before
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
+SURE, SMALL = 8, 0.1  # members of a round that are fitted: so many, and those with this share of the largest gain
 BOTH_WAYS = 2  # candidates tried with the other form of damping
 PLACES = 2  # of the largest residual that a mode is moved to
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
@@ -124,6 +125,10 @@ class Search:
         own = self._to_its_end(response, first)
         return own if own.adequate else self._elsewhere(response, start, first, own, drawn)
 
+    def led_to_its_end(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+        """A response fitted to A from one place."""
+        return self._to_its_end(response, self._led(response, start))
+
     def elsewhere(self, c: Candidate) -> Candidate:
         """A candidate or, where a search from another place comes nearer, what that found."""
         return self._elsewhere(c.response, {}, Led(tuple(c.response.free(c.at)), inf), c, DRAWN)
@@ -142,8 +147,9 @@ class Search:
             led = self._led(response, start, seed)
             if any(_same(led, other) for other in places):
                 break
+            if led.cost < min(p.cost for p in places):  # on few bins already no better: nothing to be found there
+                found.append(self._to_its_end(response, led))
             places.append(led)
-            found.append(self._to_its_end(response, led))
         return _nearest(found)
 
     def rearranged(self, c: Candidate) -> list[Candidate]:
@@ -187,8 +193,7 @@ class Search:
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
-        scores.sort(key=lambda s: s.p)
-        return self._raced([r for s in scores if not self.over for r in self._starts(base, s)])
+        return self._raced([r for s in _promising(scores) if not self.over for r in self._starts(base, s)])
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
         """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
@@ -288,6 +293,13 @@ class Search:
         ranked = list(best.values())
         done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
         return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+
+
+def _promising(scores: Sequence[Score]) -> list[Score]:
+    """The largest gains first, without those that are small beside the largest: of what is missing they explain too
+    little to come out first, and once the rest is explained they are screened again."""
+    ranked = sorted(scores, key=lambda s: -s.gain)
+    return [s for i, s in enumerate(ranked) if i < SURE or s.gain > SMALL * ranked[0].gain]
 
 
 def _nearest(found: Sequence[Candidate]) -> Candidate:
