@@ -7,13 +7,17 @@ STAMP  := $(VENV)/.installed
 DEV    := $(VENV)/.developer
 LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
 
-.PHONY: demo test quick docs test-python coverage soak bench challenge false-acceptance lint lock clean setup pictures
+.PHONY: demo test tests quick docs test-python coverage soak bench challenge false-acceptance lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
-test: $(DEV) lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+# Linters beside the tests; three processes for two cores, because many tests wait for programs that they have started.
+test: $(DEV)
+	$(MAKE) --no-print-directory --jobs 2 tests lint
+
+tests: $(DEV)
+	$(BIN)/python -m pytest -n 3 --dist worksteal
 
 lint: $(DEV)
 	$(BIN)/ruff check .

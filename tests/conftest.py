@@ -1,6 +1,7 @@
 """Every test has a bench's folder of its own: none touches the keys and events of whoever runs the tests. What a test
 needs beside the program is said by a mark, and the test is skipped where that is not there."""
 
+import gc
 import shutil
 from collections.abc import Iterator
 from itertools import count
@@ -23,6 +24,12 @@ NEEDS = {
     "browser": (CHROMIUM is not None, "no Chromium (Debian: apt install chromium)"),
     "terminal": (shutil.which("tmux") is not None, "no tmux (Debian: apt install tmux)"),
 }
+
+
+def pytest_collection_finish() -> None:
+    """What is loaded by now stays to the end: the garbage collector need not walk over it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

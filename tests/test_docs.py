@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.judging.check_docs import all_checks
 from tests.accept.units.units import make_unit
+from tests.soak import SOAK
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -30,6 +31,9 @@ def commands(page: Path) -> list[tuple[str, list[str]]]:
 
 
 LONG = ("tutorial-gap.md",)  # its search over a hundred uncertain values takes half a minute, twice
+# Outside the heavy lane the examples of the gap start from the model that their units are made of: a quicker search.
+# The default model is that of tests/accept/commands/test_gap_cli.py.
+SHORTER = [] if SOAK else ["--model", "strut"]
 
 
 @pytest.mark.parametrize(
@@ -48,6 +52,8 @@ def test_examples_run(
             words = ["accept", "demo", "--out", "out/demo"]
         if words[0] != "accept":
             continue
+        if words[1] == "gap":
+            words += SHORTER
         if words[1:] == ["demo", "--out", "out/demo"]:
             done = request.getfixturevalue("demo_run")
         else:

@@ -65,23 +65,21 @@ def site(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def a_unit(folder: Path, ohm: float) -> Path:
-    unit = folder / "U"
+def a_unit(folder: Path, serial: str, ohm: float) -> Path:
+    unit = folder / serial
     unit.mkdir()
-    (unit / "unit.toml").write_text(f'serial = "U"\nkind = "apa"\n[insulation]\ninsulation_ohm = {ohm}\n')
+    (unit / "unit.toml").write_text(f'serial = "{serial}"\nkind = "apa"\n[insulation]\ninsulation_ohm = {ohm}\n')
     (folder / "spec.toml").write_text(SPEC)
     return unit
 
 
-@pytest.mark.parametrize(("ohm", "code", "verdict"), [(4.2e9, 0, "pass"), (4.2e6, 3, "fail")])
-def test_its_check_is_judged(site: Path, ohm: float, code: int, verdict: str) -> None:
-    unit = a_unit(site, ohm)
-    done = python(
-        site, "-m", "accept", "batch", unit, "--spec", "spec.toml", "--out", "out", "--no-certificates", "--workers", 1
-    )
-    assert done.returncode == code, done.stderr
-    (finding,) = json.loads((site / "out" / "results.json").read_text())["units"][0]["findings"]
-    assert (finding["quantity"], finding["verdict"]) == ("insulation_ohm", verdict)
+def test_its_check_is_judged(site: Path) -> None:
+    units = [a_unit(site, "GOOD", 4.2e9), a_unit(site, "BAD", 4.2e6)]
+    done = python(site, "-m", "accept", "batch", *units, "--spec", "spec.toml", "--out", "out", "--no-certificates")
+    assert done.returncode == 3, done.stderr
+    judged = {u["serial"]: u["findings"] for u in json.loads((site / "out" / "results.json").read_text())["units"]}
+    said = {serial: [(f["quantity"], f["verdict"]) for f in findings] for serial, findings in judged.items()}
+    assert said == {"GOOD": [("insulation_ohm", "pass")], "BAD": [("insulation_ohm", "fail")]}
 
 
 def test_its_instrument_measures(site: Path) -> None:
@@ -137,7 +135,7 @@ BROKEN = {
 def test_a_broken_one_is_said_in_a_line_and_judges_nothing(tmp_path: Path) -> None:
     for k, (group, value, _) in enumerate(BROKEN.values()):
         installed(tmp_path, {group: {"bad": value}}, f"bad-plugin-{k}")
-    unit = a_unit(tmp_path, 4.2e9)
+    unit = a_unit(tmp_path, "U", 4.2e9)
     load = "import checks.acceptance, checks.gap.effects, hw.instruments; from specs import plugins; "
     said = python(tmp_path, "-c", load + "print(*plugins.PROBLEMS, sep='\\n')").stdout.splitlines()
     assert len(said) == len(BROKEN)

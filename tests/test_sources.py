@@ -4,6 +4,7 @@ import io
 import re
 import tokenize
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ CITED = re.compile(rf"\[(STB|GAP|DESIGN)\]\s+({NUMBER})((?:(?:,| and| to)\s+{NUM
 ENTRY = re.compile(r"^\| \[([A-Z][A-Z0-9][A-Z0-9-]+)\] \| (.+) \|$", re.MULTILINE)
 
 
+@cache
 def words_of(path: Path) -> str:
     """What a file says to a reader: of a module its strings and comments, of a page all but commands and code."""
     text = path.read_text()
@@ -40,10 +42,12 @@ def files() -> Iterator[Path]:
     yield from sorted(ROOT.glob("*.md"))
 
 
+@cache
 def entries() -> dict[str, str]:
     return dict(ENTRY.findall((DOCS / "references.md").read_text()))
 
 
+@cache
 def sections() -> dict[str, set[str]]:
     """Section numbers by key."""
     contents = (DOCS / "references.md").read_text().split("## Contents of [STB]")[1]

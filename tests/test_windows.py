@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -45,11 +46,13 @@ def test_a_posix_module_would_be_missed(tmp_path: Path):
         assert "on Windows" in done.stderr
 
 
-def nodes():
-    for package in OURS:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                yield path.relative_to(ROOT), node
+@cache
+def nodes() -> list[tuple[Path, ast.AST]]:
+    """Everything that imports or looks into a module, with its file."""
+    paths = [path for package in OURS for path in sorted((ROOT / package).rglob("*.py"))]
+    parsed = [(path.relative_to(ROOT), ast.parse(path.read_text(encoding="utf-8"))) for path in paths]
+    kinds = ast.Import | ast.ImportFrom | ast.Attribute
+    return [(path, node) for path, tree in parsed for node in ast.walk(tree) if isinstance(node, kinds)]
 
 
 def test_no_function_that_windows_lacks():

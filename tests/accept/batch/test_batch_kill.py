@@ -2,7 +2,7 @@
 the result that an undisturbed run has.
 
 The points are those of the event store (each SQL statement, fsync, rename) and, around every fsync and rename, those of
-the result files and certificates. By default every 40th point, in full (ACCEPT_SOAK=1) all, then two hundred more at
+the result files and certificates. By default every 60th point, in full (ACCEPT_SOAK=1) all, then two hundred more at
 random moments.
 """
 
@@ -109,7 +109,7 @@ def undisturbed(bench: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[
 def test_killed_at_every_write(bench: Path, undisturbed: tuple[bytes, int, float], tmp_path: Path) -> None:
     expected, total, _ = undisturbed
     assert total > 100  # the counting itself works
-    for point in range(1, total + 1) if SOAK else range(7, total + 1, 40):
+    for point in range(1, total + 1) if SOAK else range(7, total + 1, 60):
         folder = tmp_path / str(point)
         assert run(bench, folder, point) == -signal.SIGKILL, f"point {point} of {total}"
         assert_sound(bench, folder)

@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from accept.base.exit_codes import Exit
+from accept.cli.main import app
 from accept.simulate.published_units import write_units
 from tests.accept.tui.terminal import TIMEOUT_S
 
@@ -37,7 +39,7 @@ def test_a_batch_that_is_stopped_keeps_what_is_finished_and_goes_on(tmp_path: Pa
     assert "Traceback" not in said
     assert "run the command again to continue" in said
     kept = (certificate := out / "certificates" / f"{finished}.pdf").read_bytes()
-    again = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert again.returncode == Exit.REJECTED, again.stderr  # one of the published units has a dead stack
+    again = CliRunner().invoke(app, [*command[3:-1], "1"])
+    assert again.exit_code == Exit.REJECTED, again.stderr  # one of the published units has a dead stack
     assert len(json.loads((out / "results.json").read_text())["units"]) == 4
     assert certificate.read_bytes() == kept

@@ -6,20 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from accept.gap import analyse_unit
 from accept.gap.report_html import render_html
 from checks.gap.decision.result import Result
 from tests.accept.fleet.test_site import ARGUMENTS, EVIL
-from tests.checks.gap.gap_units import HIGHPASS, make_strut
 from tests.conftest import CHROMIUM
 
 pytest.importorskip("plotly")
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", HIGHPASS)
-    return analyse_unit.analyse(unit, "strut").result
 
 
 @pytest.fixture

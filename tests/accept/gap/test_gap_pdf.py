@@ -16,16 +16,9 @@ from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
 from checks.gap.empirical import Fitted
 from checks.model.unidentified import Element
-from tests.checks.gap.gap_units import HIGHPASS, make_strut
 
 AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
 NAMELESS = Nameless("Vs", (750.4,), (762.8,), False, "Vs times a mode would explain it")
-
-
-@pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
-    unit = make_strut(tmp_path_factory.mktemp("units") / "X-1", "X-1", HIGHPASS)
-    return analyse_unit.analyse(unit, "strut").result
 
 
 @pytest.fixture(scope="module")

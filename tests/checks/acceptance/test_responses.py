@@ -119,8 +119,8 @@ def test_side_of_a_zero_that_noise_hides_stays_open():
 @pytest.mark.parametrize("what", ["axial f", "axial damping", "second f", "zero f", "zero damping"])
 @pytest.mark.slow
 def test_intervals_cover(what):
-    """200 repeats (1000 in the soak); value +- U must hold the truth in the 99.9 % binomial band about 95 %."""
-    inside = covered(1000 if SOAK else 200)[what]
+    """100 repeats (1000 in the soak); value +- U must hold the truth in the 99.9 % binomial band about 95 %."""
+    inside = covered(1000 if SOAK else 100)[what]
     lo, hi = binom.ppf([0.0005, 0.9995], inside.size, 0.95)
     assert lo <= inside.sum() <= hi
 

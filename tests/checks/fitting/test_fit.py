@@ -22,7 +22,7 @@ from tests.checks.model import units_model
 from tests.checks.model.units_model import DATA, needs_data, nominal_model, true_values
 from tests.soak import SOAK
 
-REPEATS = 1000 if SOAK else 200
+REPEATS = 1000 if SOAK else 100
 BAND = stats.binom.interval(0.999, REPEATS, 0.95)
 F = np.arange(10.0, 400.0, 3.0)
 

@@ -26,6 +26,8 @@ PROMISED = float(stats.chi2.cdf(4.0, 1))  # 95.45 %, by k = 2
 RMS_UM = (5.0, 3.0)
 SECONDS = 5.0, 30.0  # median and worst of one core
 
+SCATTERS = pytest.mark.parametrize("scatter", [0.01, *(pytest.param(s, marks=pytest.mark.soak) for s in (0.005, 0.02))])
+
 pytestmark = needs_data
 
 
@@ -43,7 +45,7 @@ def least_inside(n: int) -> int:
     return int(stats.binom.ppf(OUTSIDE, n, PROMISED))
 
 
-@pytest.mark.parametrize("scatter", [0.005, 0.01, 0.02])
+@SCATTERS
 def test_intervals_hold_where_modes_scatter(scatter: float) -> None:
     rng, rows, seconds = np.random.default_rng([14, round(1e4 * scatter)]), [], []
     for _ in range(STRUTS):
@@ -71,7 +73,7 @@ def test_intervals_hold_where_modes_scatter(scatter: float) -> None:
             assert (rms <= RMS_UM).all()
 
 
-@pytest.mark.parametrize("scatter", [0.005, 0.01, 0.02])
+@SCATTERS
 def test_false_acceptance_is_no_more_frequent_than_stated(scatter: float) -> None:
     """Struts about a limit, judged by `simple`: of those inside by the estimate, as many are outside in truth as their
     stated probabilities say, within chance. Stated by the posterior, for a strut that may lie anywhere (JCGM 106)."""

@@ -9,8 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from accept.commands.physics import misalign
 from accept.gap.responses import responses
 from accept.judging import judge_unit
+from accept.models.lookup_cache import table_for
 from accept.models.model_file import open_model
 from accept.units import unit_folder
 from checks.acceptance.misalignment import CHECK
@@ -31,6 +33,7 @@ from tests.causes import causes, no_result
 from tests.checks.misalignment import misaligned
 from tests.checks.misalignment.misaligned import CHANNELS, Drawn, draw, seen
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data, truth
+from tests.soak import SOAK
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +260,9 @@ def test_a_model_that_cannot_be_opened_is_no_result() -> None:
 
 
 @needs_data
-def test_the_command(own_home: Path, tmp_path: Path) -> None:
+def test_the_command(own_home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not SOAK:  # the whole table takes some seconds, and a coarse one serves as well as a start
+        monkeypatch.setattr(misalign, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
     run = CliRunner().invoke
     out, picture = tmp_path / "m.json", tmp_path / "m.pdf"
     folder = str(DATA / "units" / "S-05")
