@@ -2,6 +2,8 @@
 
 import json
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from accept.base.version import version
@@ -12,8 +14,19 @@ if TYPE_CHECKING:
 
 COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
-    "p_false_accept", "required", "reason", "gap",
+    "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
 ]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A unit's entry of results.json, and what the store knows of that judgement: which attempt of the serial, when
+    (UTC, ISO 8601), by whom. These are not in the entry: judged again, the same data give the same entry."""
+
+    entry: dict[str, Any]
+    attempt: int
+    time: str
+    operator: str
 
 
 JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept\">\n"
@@ -28,18 +41,19 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings_frame(units: list[dict[str, Any]]) -> "pd.DataFrame":
-    """One row per finding, columns `COLUMNS`; what the gap workflow found stands in every row of its unit."""
+def findings_frame(units: Iterable[Judged]) -> "pd.DataFrame":
+    """One row per finding, columns `COLUMNS`; what is known of the unit stands in each of its rows."""
     import pandas as pd  # loads slowly: only when wanted
 
-    rows = [
-        {"serial": unit["serial"], "kind": unit["kind"], "unit_verdict": unit["verdict"]}
-        | finding
-        | ({"gap": one_line(unit["gap"])} if "gap" in unit else {})
-        for unit in units
-        for finding in unit["findings"]
-    ]
+    rows = [_of_unit(unit) | finding for unit in units for finding in unit.entry["findings"]]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _of_unit(unit: Judged) -> dict[str, Any]:
+    entry = unit.entry
+    known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"]}
+    judged = {"attempt": unit.attempt, "time": unit.time, "operator": unit.operator}
+    return known | judged | ({"gap": one_line(entry["gap"])} if "gap" in entry else {})
 
 
 def counts_json(

@@ -8,12 +8,14 @@ import json
 import shutil
 from collections.abc import Mapping
 from contextlib import ExitStack
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
 from accept.batch import outputs
+from accept.batch.outputs import Judged
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -47,7 +49,7 @@ class Results:
         self.entries: list[dict[str, Any]] = []
         self._out, self._whole = out, whole
         self._dataset = dataset or not whole
-        self._held: list[dict[str, Any]] = []
+        self._held: list[Judged] = []
         self._parts = 0
         self._open = ExitStack()
 
@@ -65,11 +67,11 @@ class Results:
     ) -> None:
         self._open.__exit__(kind, error, trace)
 
-    def add(self, entry: dict[str, Any]) -> None:
-        """One unit's entry of results.json."""
-        self._held.append(entry)
+    def add(self, unit: Judged) -> None:
+        """One unit."""
+        self._held.append(unit)
         if self._whole:
-            self.entries.append(entry)
+            self.entries.append(unit.entry)
         if len(self._held) == AT_ONCE:
             self._put()
 
@@ -89,8 +91,8 @@ class Results:
     def _put(self) -> None:
         frame = outputs.findings_frame(self._held)
         self._csv.write(outputs.csv_rows(frame, header=self._parts == 0))
-        for entry in self._held:
-            self._junit.write(outputs.junit_unit(entry))
+        for unit in self._held:
+            self._junit.write(outputs.junit_unit(unit.entry))
         if self._dataset:
             self._write_part(FINDINGS, _findings(frame))
             self._write_part(UNITS, _units(self._held))
@@ -119,16 +121,31 @@ def _findings(frame: Any) -> "pa.Table":
     """A row per finding, the columns of results.csv."""
     import pyarrow as pa
 
-    kinds = {name: pa.float64() for name in NUMBERS} | {"required": pa.bool_()}
+    kinds = {name: pa.float64() for name in NUMBERS} | {"required": pa.bool_()} | _kinds_of_judgement()
     schema = pa.schema([(name, kinds.get(name, pa.string())) for name in outputs.COLUMNS])
-    return pa.Table.from_pandas(frame, schema=schema, preserve_index=False)
+    return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
 
 
-def _units(entries: list[dict[str, Any]]) -> "pa.Table":
-    """A row per unit: serial, kind, verdict, certificate, and its whole entry as JSON."""
+def _units(units: list[Judged]) -> "pa.Table":
+    """A row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as JSON."""
     import pyarrow as pa
 
     names = ("serial", "kind", "verdict", "certificate")
-    schema = pa.schema([(name, pa.string()) for name in (*names, "entry")])
-    rows = [{n: e[n] for n in names} | {"entry": json.dumps(e, sort_keys=True, ensure_ascii=False)} for e in entries]
-    return pa.Table.from_pylist(rows, schema=schema)
+    kinds = {name: pa.string() for name in names} | _kinds_of_judgement() | {"entry": pa.string()}
+    rows = [
+        {n: u.entry[n] for n in names}
+        | {"attempt": u.attempt, "time": _instant(u.time), "operator": u.operator}
+        | {"entry": json.dumps(u.entry, sort_keys=True, ensure_ascii=False)}
+        for u in units
+    ]
+    return pa.Table.from_pylist(rows, schema=pa.schema(list(kinds.items())))
+
+
+def _kinds_of_judgement() -> "dict[str, pa.DataType]":
+    import pyarrow as pa
+
+    return {"attempt": pa.int64(), "time": pa.timestamp("us", tz="UTC"), "operator": pa.string()}
+
+
+def _instant(text: str) -> datetime:
+    return datetime.fromisoformat(text)

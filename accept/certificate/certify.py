@@ -10,6 +10,7 @@ from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
 from accept.certificate import events
+from accept.certificate.contents.disposition import Disposition
 from accept.certificate.examine import JudgedUnit
 from accept.certificate.trust.keys import Credential
 from accept.store import Event, Store
@@ -41,13 +42,21 @@ def certify(
 
 
 def sign_into(
-    path: Path, document: bytes, credential: Credential, store: Store, serial: str, who: str, spec: Spec | None = None
+    path: Path,
+    document: bytes,
+    credential: Credential,
+    store: Store,
+    serial: str,
+    who: str,
+    spec: Spec | None = None,
+    disposition: Disposition | None = None,
 ) -> None:
-    """Sign a document in the credential's role, write it to `path`, and store that it was signed.
+    """Sign a document in the credential's role, write it to `path`, and store that it was signed, and with which
+    disposition.
 
     Raises SigningRefused, OSError, StoreError."""
     from accept.certificate.signature.signing import sign  # loads pyhanko: only when wanted
 
-    signed = sign(document, credential, datetime.now(UTC))
+    signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
     write_atomic(path, signed)
-    events.signed(store, serial, path, signed, credential.role, who=who, spec=spec)
+    events.signed(store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition)

@@ -4,6 +4,7 @@ import hashlib
 from pathlib import Path
 
 from accept.base.version import code_sha256
+from accept.certificate.contents.disposition import Disposition
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
 from specs.spec import Spec
@@ -33,11 +34,20 @@ def refused(store: Store, path: Path, reason: str, who: str) -> Event:
 
 
 def signed(
-    store: Store, serial: str, path: Path, content: bytes, role: str, *, who: str, spec: Spec | None = None
+    store: Store,
+    serial: str,
+    path: Path,
+    content: bytes,
+    role: str,
+    *,
+    who: str,
+    spec: Spec | None = None,
+    disposition: Disposition | None = None,
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`."""
     what = {"path": str(path.resolve()), "sha256": hashlib.sha256(content).hexdigest(), "role": role}
-    return store.append("certificate_signed", serial, what, who=who, spec=_name(spec) if spec else "")
+    decided = {} if disposition is None else {"disposition": disposition.to_json()}
+    return store.append("certificate_signed", serial, what | decided, who=who, spec=_name(spec) if spec else "")
 
 
 def _name(spec: Spec) -> str:

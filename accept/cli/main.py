@@ -107,11 +107,17 @@ def countersign(
     passphrase_file: QaPassphrase = None,
     records: LargeRecords = None,
     tsa: TimeStamping = None,
+    disposition: Annotated[
+        str,
+        typer.Option(help="Of a unit that was not accepted: use-as-is, rework, measure-again, return or scrap."),
+    ] = "",
+    because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")] = "",
 ) -> None:
-    """Countersign a certificate as QA. After verifying it; the technician's signature stays intact."""
+    """Countersign a certificate as QA. It is verified first; a unit that was not accepted needs a disposition."""
     from accept.commands.trust import countersign as command
 
-    raise typer.Exit(command.run(certificate, passphrase_file, records, tsa))
+    options = command.CountersignOptions(passphrase_file, records, tsa, disposition, because)
+    raise typer.Exit(command.run(certificate, options))
 
 
 @app.command()

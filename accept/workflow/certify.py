@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from accept.certificate.certify import certify, sign_into
+from accept.certificate.contents.disposition import decided
 from accept.certificate.contents.provenance import Provenance
 from accept.certificate.examine import drawn
 from accept.certificate.signature.signing import SigningRefused
@@ -46,8 +47,9 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     return _verified(session, path, credential)
 
 
-def countersign_unit(session: Session, passphrase: str) -> Verification:
-    """Verify, then sign as quality assurance. Raises as `sign_unit`; what does not verify is not signed."""
+def countersign_unit(session: Session, passphrase: str, choice: str = "", reason: str = "") -> Verification:
+    """Verify, then sign as quality assurance, with the disposition of a unit that was not accepted. Raises as
+    `sign_unit`, DispositionError; what does not verify is not signed."""
     if session.attempt.certificate is None:
         raise SigningRefused(f"{session.serial}: the technician signs first")
     path = Path(session.attempt.certificate)
@@ -56,7 +58,17 @@ def countersign_unit(session: Session, passphrase: str) -> Verification:
     before = verify_file(path, [credential.ca], records=session.folder, known=check_store, revoked=gone)
     if not before.valid:
         raise SigningRefused(f"{path.name} does not verify and is not countersigned: {before.reason}")
-    sign_into(path, read_certificate(path), credential, session.store, session.serial, credential.person, session.spec)
+    disposition = decided(session.serial, before.verdict, choice, reason)
+    sign_into(
+        path,
+        read_certificate(path),
+        credential,
+        session.store,
+        session.serial,
+        credential.person,
+        session.spec,
+        disposition,
+    )
     return _verified(session, path, credential)
 
 

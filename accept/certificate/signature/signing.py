@@ -20,6 +20,7 @@ from pyhanko.sign.timestamps import TimeStamper
 from pyhanko.sign.timestamps.common_utils import TimestampRequestError
 from pyhanko_certvalidator.registry import SimpleCertificateStore
 
+from accept.certificate.contents.disposition import Disposition, in_signature
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature import stamp, timestamp
 from accept.certificate.signature.long_term import AuthorityRevoked, RevocationData, revocation_data
@@ -61,12 +62,14 @@ def sign(
     when: datetime,
     signer: Signer | None = None,
     stamping: TimeStamper | None = None,
+    disposition: Disposition | None = None,
 ) -> bytes:
     """The document with one more signature; the bytes before it stay as they are.
 
     when : time of signing with its zone; the bench's clock.
     signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
     stamping : asked for a trusted timestamp in place of the credential's authority.
+    disposition : of a unit that was not accepted, decided by who countersigns.
     Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
     certificate, or no timestamp where one is wanted.
     """
@@ -81,7 +84,7 @@ def sign(
         asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
         kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
         moment = when.replace(microsecond=0)
-        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked, kept))
+        return asyncio.run(_append(pdf, credential, moment, signer or _signer(credential), asked, kept, disposition))
     except (TimestampRequestError, OSError) as e:
         raise SigningRefused(f"no timestamp from {credential.tsa or 'the authority'}: {e}; nothing was signed") from e
     except AuthorityRevoked as e:
@@ -106,14 +109,15 @@ async def _append(
     by: Signer,
     stamping: TimeStamper | None,
     kept: RevocationData,
+    disposition: Disposition | None,
 ) -> bytes:
     room = RESERVED + (timestamp.LARGEST if stamping else 0)
     left, bottom, right, top = field_rectangles()[credential.role]
     signer = PdfSigner(
-        _metadata(credential),
+        _metadata(credential, disposition),
         signer=by,
         timestamper=stamping,
-        stamp_style=stamp.style(credential, when, (right - left, top - bottom)),
+        stamp_style=stamp.style(credential, when, (right - left, top - bottom), disposition),
     )
     writer = IncrementalPdfFileWriter(io.BytesIO(pdf))
     kept.write(writer)
@@ -127,13 +131,13 @@ async def _append(
     return out.getvalue()
 
 
-def _metadata(credential: Credential) -> PdfSignatureMetadata:
+def _metadata(credential: Credential, disposition: Disposition | None) -> PdfSignatureMetadata:
     """The technician certifies: from then on only the other signature field may be filled, and after it nothing."""
     return PdfSignatureMetadata(
         field_name=credential.role,
         md_algorithm="sha256",
         name=credential.person,
-        reason=_REASONS[credential.role],
+        reason=in_signature(_REASONS[credential.role], disposition),
         subfilter=SigSeedSubFilter.PADES,
         certify=credential.role == TECHNICIAN,
         docmdp_permissions=MDPPerm.FILL_FORMS if credential.role == TECHNICIAN else MDPPerm.NO_CHANGES,

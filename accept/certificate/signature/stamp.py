@@ -8,8 +8,10 @@ from pyhanko.pdf_utils.content import PdfContent
 from pyhanko.pdf_utils.layout import BoxConstraints
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.stamp import StaticStampStyle
+from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
+from accept.certificate.contents.disposition import CHOICES, Disposition
 from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
@@ -24,21 +26,23 @@ class _Page(PdfContent):
 
     def __init__(self, pdf: bytes) -> None:
         super().__init__()
-        self._pdf = pdf
+        self.pdf = pdf
 
     def render(self) -> bytes:
-        form = self._ensure_writer.import_page_as_xobject(PdfFileReader(io.BytesIO(self._pdf)))
+        form = self._ensure_writer.import_page_as_xobject(PdfFileReader(io.BytesIO(self.pdf)))
         self.resources.xobject["/Stamp"] = form
         left, bottom, right, top = form.get_object()["/BBox"]
         self.box = BoxConstraints(width=right - left, height=top - bottom)
         return b"/Stamp Do"
 
 
-def style(credential: Credential, when: datetime, size: tuple[float, float]) -> StaticStampStyle:
+def style(
+    credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None = None
+) -> StaticStampStyle:
     """Appearance of a signature for pyhanko, as large as its box [pt]."""
     return StaticStampStyle(
         border_width=0,
-        background=_Page(_draw(credential, when, size)),
+        background=_Page(_draw(credential, when, size, disposition)),
         background_opacity=1.0,
         background_layout=layout.SimpleBoxLayoutRule(
             x_align=layout.AxisAlignment.ALIGN_MIN,
@@ -48,7 +52,7 @@ def style(credential: Credential, when: datetime, size: tuple[float, float]) -> 
     )
 
 
-def _draw(credential: Credential, when: datetime, size: tuple[float, float]) -> bytes:
+def _draw(credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None) -> bytes:
     register()
     buffer = io.BytesIO()
     canvas = Canvas(buffer, pagesize=size, invariant=1)
@@ -57,10 +61,17 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float]) -> 
     canvas.setStrokeColor(page_style.INK_COLOUR)
     canvas.setLineWidth(0.8)
     canvas.rect(0.4, 0.4, width - 0.8, height - 0.8, stroke=1, fill=1)
+    decided = () if disposition is None else _decided(disposition, width - 14)
     lines = (
-        (credential.person, BOLD, 12.0, page_style.INK_COLOUR),
+        (credential.person, BOLD, 12.0 if disposition is None else 9.0, page_style.INK_COLOUR),
         (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, page_style.INK_COLOUR),
-        (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, 8.0, page_style.INK_COLOUR),
+        *((line, font, 6.8, page_style.INK_COLOUR) for line, font in decided),
+        (
+            f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC",
+            REGULAR,
+            8.0 if disposition is None else 6.8,
+            page_style.INK_COLOUR,
+        ),
         (
             f"certificate sha256 {authority.fingerprint(credential.certificate)[:32]}",
             REGULAR,
@@ -79,3 +90,10 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float]) -> 
     canvas.showPage()
     canvas.save()
     return buffer.getvalue()
+
+
+def _decided(disposition: Disposition, width: float) -> list[tuple[str, str]]:
+    """What is to be done with the unit, and why in at most two lines; `fitted` makes a long word smaller."""
+    reason = simpleSplit(disposition.reason, REGULAR, 6.8, width)
+    lines = [reason[0], " ".join(reason[1:])] if len(reason) > 1 else reason
+    return [(f"Disposition: {CHOICES[disposition.choice]}", BOLD), *((line, REGULAR) for line in lines)]

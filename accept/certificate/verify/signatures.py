@@ -21,7 +21,8 @@ from pyhanko.sign.validation import (
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
-from accept.certificate.contents.errors import InvalidCertificate, guarded
+from accept.certificate.contents.disposition import of_signature
+from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.signature import timestamp
 from accept.certificate.signature.long_term import kept_in
 from accept.certificate.signature.timestamp import Stamped
@@ -41,7 +42,7 @@ for _library in ("pyhanko", "pyhanko_certvalidator"):
 @dataclass(frozen=True)
 class Signed:
     """One valid signature. doubt: why its time alone does not carry it, None where it does. stamped: the timestamp
-    beside it, None where there is none."""
+    beside it, None where there is none. disposition: of a unit that was not accepted, as who countersigned decided."""
 
     role: str
     person: str
@@ -49,6 +50,7 @@ class Signed:
     doubt: str | None = None
     serial_number: int = 0  # of the signer's certificate
     stamped: Stamped | None = None
+    disposition: str = ""
 
 
 def signatures_of(
@@ -144,7 +146,8 @@ def _signature(
         raise InvalidCertificate("the technician's signature does not forbid later changes")
     stamped = _stamped(embedded, when, stamping)
     doubt = _doubt(certificate, when, revoked, stamped)
-    return Signed(role, authority.person_of(certificate), when, doubt, certificate.serial_number, stamped)
+    disposition = of_signature(one_line(str(embedded.sig_object.get("/Reason", "")))) if role == QA else ""
+    return Signed(role, authority.person_of(certificate), when, doubt, certificate.serial_number, stamped, disposition)
 
 
 def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:

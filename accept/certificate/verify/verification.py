@@ -10,8 +10,9 @@ from typing import Any
 from cryptography import x509
 
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.disposition import ACCEPTED
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
-from accept.certificate.contents.statements import statements
+from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.contents.step import Step
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
@@ -92,6 +93,7 @@ def verify(
         details += [line for s in signatures for line in (_words(s), _words_of_time(s))]
         details += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
         contents = guarded("the attachments", attachments.read, signed)
+        details += _words_of_disposition(contents, signatures)
         details += [
             one_line(f"{k.lower()}: {v}") for k, v in guarded("the statements", statements, contents).items() if v
         ]
@@ -125,6 +127,7 @@ def verify(
 
 def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
+    state += "".join(f", disposition: {s.disposition}" for s in signatures if s.disposition)
     signed = "; ".join(_words(s) for s in signatures)
     spec = f"spec {contents.spec_name} {contents.spec_sha256[:12]}"
     return f"{contents.serial} {contents.result['verdict']}; {signed}; {state}; {spec}"
@@ -172,6 +175,13 @@ def _check_attached_list(
                     raise InvalidCertificate(f"the key of {signed.person} was revoked on {entry.since:%Y-%m-%d}")
         return
     raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
+
+
+def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:
+    """What was decided about a unit that was not accepted; one that was has nothing to decide."""
+    if len(signatures) < 2 or contents.result["verdict"] == ACCEPTED:
+        return []
+    return [f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}"]
 
 
 def _words_of_time(signed: Signed) -> str:

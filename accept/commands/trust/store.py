@@ -143,4 +143,6 @@ def _verdict(event: Event) -> str:
         return f"{result.get('verdict')}{' (' + ', '.join(deciding) + ')' if deciding else ''}{copied}"
     shown = [", ".join(map(" ".join, data["measured"]))] if event.what == RESOLVED else []
     shown += [str(data[key]) for key in ("verdict", "role", "reason") if data.get(key)]
+    if decided := data.get("disposition"):
+        shown.append(f"{decided['choice']}: {decided['reason']}")
     return ", ".join(shown)

@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Footer, Label, Static
 
+from accept.certificate.contents.disposition import ACCEPTED, CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.result import UnitResult
@@ -150,15 +151,25 @@ class Summary(Working[bool]):
         elif len(self.session.attempt.signatures) > 1:
             self.say("Already countersigned", "bad")
         else:
-            words = "As quality assurance, with the QA key's own passphrase."
-            question = Question(
-                f"Countersign {self.session.serial}", words, [QuestionLine("QA passphrase", secret=True)]
-            )
-            self.app.push_screen(question, self._countersign)
+            self.app.push_screen(self._asked_of_qa(str(self.session.attempt.verdict)), self._countersign)
+
+    def _asked_of_qa(self, verdict: str) -> Question:
+        """The passphrase, and for a unit that was not accepted what is to be done with it."""
+        words, lines = "As quality assurance, with the QA key's own passphrase.", []
+        if verdict != ACCEPTED:
+            words = f"The unit is {verdict}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
+            lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
+        passphrase = QuestionLine("QA passphrase", secret=True)
+        return Question(f"Countersign {self.session.serial}", words, [*lines, passphrase])
 
     def _countersign(self, answer: list[str] | None) -> None:
         if answer is not None:
-            self.send(lambda: countersign_unit(self.session, answer[0]), self._signed, "countersigning and verifying")
+            *disposition, passphrase = answer
+            self.send(
+                lambda: countersign_unit(self.session, passphrase, *disposition),
+                self._signed,
+                "countersigning and verifying",
+            )
 
     def _signed(self, report: Verification) -> None:
         self.report = report

@@ -1,6 +1,5 @@
 """Resonances and the zero in the frequency responses of a unit, as quantities."""
 
-
 import numpy as np
 
 from checks.acceptance.common.typed_value import stated

@@ -30,7 +30,7 @@ from tests.accept.units.units import DATA, GOOD, make_unit
 from tests.demo_run import DemoRun
 
 COLUMNS = ["serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule",
-           "verdict", "p_false_accept", "required", "reason", "gap"]  # fmt: skip
+           "verdict", "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator"]  # fmt: skip
 recorded = pytest.mark.needs_data
 
 
@@ -117,8 +117,24 @@ def test_results_json_csv_and_junit(tmp_path: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "out" / "results.csv").open()))
     assert list(rows[0]) == COLUMNS
     assert len(rows) == len(a["findings"]) + len(b["findings"])
+    assert {row["attempt"] for row in rows} == {"1"}
     suites = ET.parse(tmp_path / "out" / "junit.xml").getroot()
     assert [(s.get("name"), s.get("failures")) for s in suites] == [("A", "0"), ("B", "1")]
+
+
+def test_a_row_of_results_csv_says_who_judged_when_and_which_attempt(tmp_path: Path) -> None:
+    """As the store has it; a unit that is unchanged keeps the time, the operator and the attempt of its judgement."""
+    words = (tmp_path / "in", "--out", tmp_path / "out", "--no-certificates", "--operator")
+    make_unit(tmp_path / "in" / "a", "A")
+    make_unit(tmp_path / "in" / "b", "B")
+    batch(*words, "Ada")
+    make_unit(tmp_path / "in" / "b", "B", GOOD.replace("5.10", "1.72"))
+    batch(*words, "Bob")
+    rows = list(csv.DictReader((tmp_path / "out" / "results.csv").open()))
+    with open_store() as store:
+        times = [event.time for event in store.events(what="unit_judged")]
+    told = dict.fromkeys((row["serial"], row["attempt"], row["time"], row["operator"]) for row in rows)
+    assert list(told) == [("A", "1", times[0], "Ada"), ("B", "2", times[2], "Bob")]
 
 
 def test_one_finding_per_quantity(tmp_path: Path) -> None:

@@ -56,6 +56,10 @@ def test_every_file_says_what_the_whole_one_would(
     whole = judged(units, tmp_path / "whole")
     assert whole.unchanged == len(SERIALS)
     assert [json.loads(text) for text in entries["entry"]] == whole.units
+    for frame in (findings, entries):
+        assert set(frame["attempt"]) == {1}
+        assert set(frame["operator"]) == {"Ada"}
+        assert str(frame["time"].dtype) == "datetime64[us, UTC]"
     rows = [(u["serial"], f["quantity"], f["value"], f["verdict"]) for u in whole.units for f in u["findings"]]
     assert list(zip(*(findings[n] for n in ("serial", "quantity", "value", "verdict")), strict=True)) == rows
     for name in ("results.csv", "junit.xml"):

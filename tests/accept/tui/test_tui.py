@@ -5,7 +5,7 @@ import errno
 from pathlib import Path
 
 import pytest
-from textual.widgets import DataTable, Input
+from textual.widgets import DataTable, Input, Label
 
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
@@ -61,6 +61,27 @@ async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
     report = await asyncio.to_thread(verify_here, content, VerifyOptions())  # it runs an event loop of its own
     assert report.valid
     assert report.countersigned
+
+
+async def test_a_rejected_unit_is_countersigned_with_what_is_to_be_done_with_it():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        for line in ("1.72", "9.85"):
+            await type_line(pilot, line)
+        await press(pilot, "escape", "s")
+        await sign_first(pilot)
+        qa_key("Quinn", "battery staple")
+        await press(pilot, "f3")
+        assert "use-as-is, rework" in pilot.app.screen.query(Label)[1].render().plain
+        for line in ("", "", "battery staple"):
+            await type_line(pilot, line)
+        assert "decide what is to be done with it" in words(pilot, "#status")
+        assert "Quinn" not in words(pilot, "#certificate")
+        await press(pilot, "f3")
+        for line in ("return", "sensor stack too small", "battery staple"):
+            await type_line(pilot, line)
+        assert "disposition: return to the supplier: sensor stack too small" in words(pilot, "#certificate")
 
 
 async def test_nonsense_is_refused_beside_the_field_and_nothing_is_stored():

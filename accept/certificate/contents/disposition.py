@@ -1,0 +1,65 @@
+"""What is to be done with a unit that was not accepted: quality assurance decides it when it countersigns.
+
+It stands in the countersignature itself (the signed `/Reason` of its dictionary), on the page, and in the store.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from specs.errors import AcceptError
+
+CHOICES: Mapping[str, str] = {
+    "use-as-is": "use as it is",
+    "rework": "rework and measure again",
+    "measure-again": "measure again",
+    "return": "return to the supplier",
+    "scrap": "scrap",
+}
+ACCEPTED = "accepted"
+LONGEST = 120  # characters of the reason: what the box of the countersignature shows
+_HEAD = "; disposition: "
+
+
+class DispositionError(AcceptError, ValueError):
+    """A disposition that is missing, not needed, or says nothing; the text names what is expected."""
+
+
+@dataclass(frozen=True)
+class Disposition:
+    """choice: a key of `CHOICES`. reason: why, in one line."""
+
+    choice: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{CHOICES[self.choice]}: {self.reason}"
+
+    def to_json(self) -> dict[str, str]:
+        return {"choice": self.choice, "reason": self.reason}
+
+
+def decided(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
+    """The disposition of a unit with this verdict; None for an accepted one, which needs none. Raises
+    DispositionError."""
+    choice, reason = choice.strip().lower(), " ".join(reason.split())
+    choices = ", ".join(CHOICES)
+    if verdict == ACCEPTED:
+        if choice or reason:
+            raise DispositionError(f"{serial} is accepted and needs no disposition")
+        return None
+    if choice not in CHOICES:
+        given = f"'{choice}' is not a disposition" if choice else "decide what is to be done with it"
+        raise DispositionError(f"{serial} is {verdict}: {given}; expected one of {choices}, and a reason")
+    if not reason or not reason.isprintable() or len(reason) > LONGEST:
+        raise DispositionError(f"the reason of a disposition is one line of 1 to {LONGEST} characters, got '{reason}'")
+    return Disposition(choice, reason)
+
+
+def in_signature(reviewed: str, disposition: Disposition | None) -> str:
+    """The reason that the signature states."""
+    return reviewed if disposition is None else f"{reviewed}{_HEAD}{disposition}"
+
+
+def of_signature(reason: str) -> str:
+    """The disposition in words that a signature's reason states, "" where it states none."""
+    return reason.partition(_HEAD)[2]

@@ -1,0 +1,90 @@
+"""Countersigning a unit that was not accepted asks what is to be done with it, and the answer is signed."""
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+from typer.testing import CliRunner, Result
+
+from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, decided
+from accept.certificate.signature import stamp
+from accept.cli.main import app
+from accept.store import open_store
+from tests.accept.certificate.certificate_help import WHEN
+from tests.accept.certificate.verify.verify_help import credentials
+from tests.accept.units.units import GOOD, make_unit
+
+
+def accept(*words: object) -> Result:
+    done = CliRunner().invoke(app, [str(w) for w in words])
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
+    return done
+
+
+@pytest.fixture
+def rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The certificate of a unit whose sensor stack is too small."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    assert accept("keys", "init", "--qa", "Grace Hopper").exit_code == 0
+    folder = make_unit(tmp_path / "a", "A", GOOD.replace("5.10", "1.72"))
+    assert accept("report", folder, "--out", tmp_path / "A.pdf", "--spec", "apa-basic").exit_code == 3
+    return tmp_path / "A.pdf"
+
+
+def test_a_rejected_unit_is_countersigned_with_a_disposition_only(rejected: Path) -> None:
+    before = rejected.read_bytes()
+    for words in ((), ("--disposition", "burn", "--because", "cold"), ("--disposition", "return")):
+        done = accept("countersign", rejected, *words)
+        assert done.exit_code == 6
+        assert "A is rejected" in done.stderr or "the reason of a disposition" in done.stderr
+        assert rejected.read_bytes() == before
+    done = accept("countersign", rejected, "--disposition", "return", "--because", "stacks of the wrong size")
+    assert done.exit_code == 0, done.stderr
+    decision = "return to the supplier: stacks of the wrong size"
+    assert f"A rejected: countersigned by Grace Hopper; disposition: {decision}" in done.stderr
+    checked = accept("verify", rejected)
+    assert checked.exit_code == 0
+    assert f"countersigned, disposition: {decision}" in checked.stdout
+    assert f"disposition by Grace Hopper: {decision}" in checked.stderr
+    with open_store() as store:
+        event = store.latest("A", "certificate_signed")
+    assert event is not None
+    assert event.data["disposition"] == {"choice": "return", "reason": "stacks of the wrong size"}
+    assert "qa, return: stacks of the wrong size" in accept("store", "log", "A").stdout
+
+
+def test_a_disposition_that_was_changed_does_not_verify(rejected: Path) -> None:
+    accept("countersign", rejected, "--disposition", "scrap", "--because", "cracked shell")
+    content = rejected.read_bytes()
+    assert content.count(b"cracked shell") == 1
+    rejected.write_bytes(content.replace(b"cracked shell", b"craCked shell"))
+    assert accept("verify", rejected).exit_code == 3
+
+
+def test_an_accepted_unit_needs_none() -> None:
+    assert decided("A", "accepted", "", "") is None
+    with pytest.raises(DispositionError, match="needs no disposition"):
+        decided("A", "accepted", "scrap", "")
+
+
+@pytest.mark.parametrize("reason", ["", " \t", "x" * (LONGEST + 1), "a\x1b[2J"])
+def test_a_reason_is_one_printable_line(reason: str) -> None:
+    with pytest.raises(DispositionError, match="reason of a disposition"):
+        decided("A", "rejected", "rework", reason)
+
+
+def test_the_box_of_the_countersignature_shows_it() -> None:
+    _, qa = credentials()
+    reason = "the customer takes it for a prototype that needs a third of the stroke, mail of 2026-11-20"
+    box = stamp.style(qa, WHEN, (187, 71), Disposition("use-as-is", reason)).background
+    lines = PdfReader(io.BytesIO(box.pdf)).pages[0].extract_text().splitlines()
+    assert "Disposition: use as it is" in lines
+    assert reason in " ".join(lines)
+
+
+def test_what_is_typed_is_taken_as_it_is_meant() -> None:
+    found = decided("A", "conditional", " Use-As-Is ", " within  the customer's\nlimits ")
+    assert found == Disposition("use-as-is", "within the customer's limits")
+    assert json.dumps(found.to_json())
