@@ -59,4 +59,5 @@ def sign_into(
 
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
     write_atomic(path, signed)
-    events.signed(store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition)
+    decided = None if disposition is None else disposition.to_json()
+    events.signed(store, serial, path, signed, credential.role, who=who, spec=spec, disposition=decided)

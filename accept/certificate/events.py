@@ -1,10 +1,10 @@
 """What judging leaves in the event store, the same for batch, report and workflow."""
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 
 from accept.base.version import code_sha256
-from accept.certificate.contents.disposition import Disposition
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
 from specs.spec import Spec
@@ -42,11 +42,12 @@ def signed(
     *,
     who: str,
     spec: Spec | None = None,
-    disposition: Disposition | None = None,
+    disposition: Mapping[str, str] | None = None,
 ) -> Event:
-    """Store that a certificate was signed in a role and written to `path`."""
+    """Store that a certificate was signed in a role and written to `path`, with the disposition of a unit that was not
+    accepted."""
     what = {"path": str(path.resolve()), "sha256": hashlib.sha256(content).hexdigest(), "role": role}
-    decided = {} if disposition is None else {"disposition": disposition.to_json()}
+    decided = {} if disposition is None else {"disposition": disposition}
     return store.append("certificate_signed", serial, what | decided, who=who, spec=_name(spec) if spec else "")
 
 
