@@ -16,7 +16,7 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.base.version import code_sha256
 from accept.batch.engines import folder_of, judge_far, judge_here
-from accept.batch.outputs import Judged
+from accept.batch.outputs import BatchEntry
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
 from accept.batch.worker import Job, JudgedOrRefused, judge
@@ -340,7 +340,7 @@ def _write_results(order: BatchRequest, roster: Roster, store: Store, report: Ba
             entry = judged.data["result"] | {"certificate": certificate}
             report.verdicts[entry["verdict"]] += 1
             kinds.add(entry["kind"])
-            results.add(Judged(entry, len(earlier) + 1, judged.time, judged.who))
+            results.add(BatchEntry(entry, len(earlier) + 1, judged.time, judged.who))
         used = [s for kind, s in order.specs.items() if kind in kinds] or list(order.specs.values())
         results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
     report.units = results.entries

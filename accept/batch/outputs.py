@@ -19,7 +19,7 @@ COLUMNS = [
 
 
 @dataclass(frozen=True)
-class Judged:
+class BatchEntry:
     """A unit's entry of results.json, and what the store knows of that judgement: which attempt of the serial, when
     (UTC, ISO 8601), by whom. These are not in the entry: judged again, the same data give the same entry."""
 
@@ -41,7 +41,7 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings_frame(units: Iterable[Judged]) -> "pd.DataFrame":
+def findings_frame(units: Iterable[BatchEntry]) -> "pd.DataFrame":
     """One row per finding, columns `COLUMNS`; what is known of the unit stands in each of its rows."""
     import pandas as pd  # loads slowly: only when wanted
 
@@ -49,7 +49,7 @@ def findings_frame(units: Iterable[Judged]) -> "pd.DataFrame":
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _of_unit(unit: Judged) -> dict[str, Any]:
+def _of_unit(unit: BatchEntry) -> dict[str, Any]:
     entry = unit.entry
     known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"]}
     judged = {"attempt": unit.attempt, "time": unit.time, "operator": unit.operator}

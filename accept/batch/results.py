@@ -15,7 +15,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
 from accept.batch import outputs
-from accept.batch.outputs import Judged
+from accept.batch.outputs import BatchEntry
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Results:
         self.entries: list[dict[str, Any]] = []
         self._out, self._whole = out, whole
         self._dataset = dataset or not whole
-        self._held: list[Judged] = []
+        self._held: list[BatchEntry] = []
         self._parts = 0
         self._open = ExitStack()
 
@@ -67,7 +67,7 @@ class Results:
     ) -> None:
         self._open.__exit__(kind, error, trace)
 
-    def add(self, unit: Judged) -> None:
+    def add(self, unit: BatchEntry) -> None:
         """One unit."""
         self._held.append(unit)
         if self._whole:
@@ -126,7 +126,7 @@ def _findings(frame: Any) -> "pa.Table":
     return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
 
 
-def _units(units: list[Judged]) -> "pa.Table":
+def _units(units: list[BatchEntry]) -> "pa.Table":
     """A row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as JSON."""
     import pyarrow as pa
 
