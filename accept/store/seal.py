@@ -103,6 +103,15 @@ class Sealer:
         return Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(self.key_file).decode().strip()))
 
 
+def bench_of(key_file: Path) -> str | None:
+    """Public key of the bench whose own key lies in a file, as heads state it; None where there is none."""
+    try:
+        key = Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(key_file).decode().strip()))
+    except (OSError, ValueError):
+        return None
+    return key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
+
+
 def head_problem(given: Mapping[str, Any]) -> str | None:
     """Why an exported head is not as a bench signed it, None where it is. Raises KeyError, TypeError, ValueError."""
     head = StoreHead(int(given["seq"]), str(given["hash"]))

@@ -1,6 +1,7 @@
 """Who approved the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
 
 import json
+import unicodedata
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -81,10 +82,10 @@ def check_spec(
     same_program = contents.code_sha256 == version.code_sha256()
     if approval.get("builtin") and same_program:
         raise InvalidCertificate(f"spec {name} is said to come with the program, which has another of that name")
-    if name in shipped:
+    if _letters(name) in map(_letters, shipped):
         return Step(f"spec {name} bears the name of a built-in spec, but is another or of another version", False)
     said = "" if contents.format == BEFORE else " and says so"
-    return Step(f"spec {name} is not approved by quality assurance{said}")
+    return Step(f"spec {name} is not approved by quality assurance{said}", remark="spec NOT APPROVED")
 
 
 def _problem(
@@ -116,6 +117,11 @@ def _problem(
         if entry.serial_number == certificate.serial_number and when >= entry.since:
             return f"its approval was made after the key was revoked on {entry.since:%Y-%m-%d}"
     return None
+
+
+def _letters(name: str) -> str:
+    """What a reader sees of a name: another case, hyphen, space or invisible character makes no other one."""
+    return "".join(c for c in unicodedata.normalize("NFKC", name).casefold() if c.isalnum())
 
 
 def _serial_number(approval: Mapping[str, Any]) -> int:

@@ -3,22 +3,29 @@ program signed it, and whether its recordings were given for another unit too.""
 
 import hashlib
 import os
-from pathlib import Path
 
+from accept.base.home import home
 from accept.certificate.contents.content import BEFORE, CertificateContent
 from accept.certificate.contents.step import Step
 from accept.judging.copies import Copy, copies_of
 from accept.store import Store, StoreError, StoreHead, open_store
 from accept.store.chain import START
+from accept.store.opening import BENCH_KEY
+from accept.store.seal import bench_of
 
 
 def check_store(signed: bytes, contents: CertificateContent) -> list[Step]:
-    """Ask the bench's store. signed: the bytes up to the technician's signature, it included."""
+    """Ask the bench's store. signed: the bytes up to the technician's signature, it included. Not complete where the
+    store cannot be asked or does not hold, and where this bench made the certificate and its store is gone."""
+    if not _store_is_there():
+        stated = (contents.provenance.get("head") or {}).get("bench")
+        gone = stated is not None and stated == bench_of(home() / BENCH_KEY)
+        return [Step("this bench made it, and its store is gone", complete=False)] if gone else []
     try:
         with open_store() as store:
             return [_held(store, signed, contents), _copied(store, contents)]
     except StoreError as e:
-        return [Step(f"the bench's store was not asked: {e}")]
+        return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
 def _held(store: Store, signed: bytes, contents: CertificateContent) -> Step:
@@ -66,6 +73,6 @@ def _others(copy: Copy) -> str:
     return ", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"])
 
 
-def store_is_there(home: Path) -> bool:
+def _store_is_there() -> bool:
     """Whether there is a store to ask; none is made for it."""
-    return bool(os.environ.get("ACCEPT_STORE_URL")) or (home / "store.sqlite").is_file()
+    return bool(os.environ.get("ACCEPT_STORE_URL")) or (home() / "store.sqlite").exists()

@@ -17,12 +17,14 @@ from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
+from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
 from accept.models.evidence import ModelFolder, Models
 from accept.units.loaded_unit import RESPONSES
 from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
 from checks.acceptance import CHECKS
+from checks.picture import Panel
 from specs.files import read_bounded
 
 _LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
@@ -62,8 +64,16 @@ class Attachments:
         return folder
 
 
-Rejudge = Callable[[Attachments], Mapping[str, Any]]
-"""Judges the attached unit by the attached spec and returns its entry as in results.json (`UnitResult.to_json()`)."""
+@dataclass(frozen=True, eq=False)
+class Rejudged:
+    """entry: as in results.json (`UnitResult.to_json()`). panels: the pictures that belong to it."""
+
+    entry: Mapping[str, Any]
+    panels: Mapping[str, Panel]
+
+
+Rejudge = Callable[[Attachments], Rejudged]
+"""Judges the attached unit by the attached spec."""
 
 
 def embedded(reader: PdfFileReader) -> dict[str, bytes]:
@@ -99,7 +109,8 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
     if rejudge is None:
         return Step("not judged again", complete=False)
     models = {name: dict(model.files) for name, model in contents.models.items()}
-    again = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, models))
+    judged = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, models))
+    again = judged.entry
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
     found = differences(contents.result, again) if found is None else found
@@ -110,6 +121,8 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
         raise InvalidCertificate(
             f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(contents)}"
         )
+    if contents.code_sha256 == version.code_sha256():  # another version may draw other pictures: see `check_page`
+        check_pictures(_pictures(contents.panels, left_out), _pictures(judged.panels, left_out))
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
@@ -124,6 +137,11 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments):
         reads.add(RESPONSES)  # held against the experiments' records
     return {name for name, check in CHECKS.items() if check.reads in reads}
+
+
+def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[str, Panel]:
+    """Without those of some checks."""
+    return {name: panel for name, panel in panels.items() if name.split("/")[0] not in left_out}
 
 
 def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:

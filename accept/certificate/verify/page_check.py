@@ -17,7 +17,7 @@ from accept.certificate.contents.step import Step
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import TECHNICIAN
 
-_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|PASS|FAIL|NO RESULT|DEMO)\b")
+VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|PASS|FAIL|NO RESULT|DEMO)\b")
 _SHOWN = 3
 _CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what signing changes of it
 
@@ -67,7 +67,7 @@ def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent)
     for word in (contents.serial, str(contents.result["verdict"]).upper()):
         if word not in there:
             raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")
-    verdicts = set(_WORDS.findall(there)) - set(_WORDS.findall(here))
+    verdicts = set(VERDICT_WORDS.findall(there)) - set(VERDICT_WORDS.findall(here))
     if verdicts:
         raise InvalidCertificate(f"the page shows '{min(verdicts)}', which the attached data do not say")
     one, other = Counter(there.split()), Counter(here.split())

@@ -9,7 +9,7 @@ from cryptography import x509
 
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.verify.attachments import Attachments
+from accept.certificate.verify.attachments import Attachments, Rejudged
 from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
@@ -24,8 +24,8 @@ from specs.strict import SpecError
 MAX_CERTIFICATE_BYTES = 200_000_000
 
 
-def rejudge(attached: Attachments) -> dict[str, Any]:
-    """The unit's entry of results.json, judged from the attached inputs by the attached spec.
+def rejudge(attached: Attachments) -> Rejudged:
+    """The unit's entry of results.json and its pictures, judged from the attached inputs by the attached spec.
 
     Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
     """
@@ -38,7 +38,8 @@ def rejudge(attached: Attachments) -> dict[str, Any]:
             models = attached.opened_models(folder)
             unit = unit_folder.read(folder)
             again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
-            return withheld(again, attached.result.get("copies", ())).to_json() | searched_for(attached.result)
+            entry = withheld(again, attached.result.get("copies", ())).to_json() | searched_for(attached.result)
+            return Rejudged(entry, again.panels)
     except InvalidCertificate:
         raise  # it is a ValueError too
     except (UnitError, SpecError) as e:
@@ -87,7 +88,7 @@ def ready() -> None:
     """Asked of a process, it makes it start and import this module."""
 
 
-def rejudge_demo(attached: Attachments) -> dict[str, Any]:
+def rejudge_demo(attached: Attachments) -> Rejudged:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""
     if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):

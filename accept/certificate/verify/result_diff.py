@@ -41,12 +41,12 @@ def _same(a: Any, b: Any, path: str) -> bool:
     if isinstance(a, bool) or isinstance(b, bool):
         return a is b
     if not isinstance(a, int | float) or not isinstance(b, int | float):
-        return a == b or (isinstance(a, str) and isinstance(b, str) and _same_words(a, b))
+        return a == b or (isinstance(a, str) and isinstance(b, str) and same_words(a, b))
     relative = _RELATIVE_RISK if path.endswith("p_false_accept") or ".cause." in path else _RELATIVE
     return math.isclose(a, b, rel_tol=relative, abs_tol=_ABSOLUTE)
 
 
-def _same_words(a: str, b: str) -> bool:
+def same_words(a: str, b: str) -> bool:
     """Sentences are the same when only digits of rounded numbers in them differ."""
     if _NUMBER.sub("#", a) != _NUMBER.sub("#", b):
         return False

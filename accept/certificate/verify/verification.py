@@ -24,6 +24,7 @@ from accept.certificate.verify import attachments
 from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
+from accept.certificate.verify.stated_check import check_stated
 from accept.store.seal import head_problem
 
 Known = Callable[[bytes, CertificateContent], Sequence[Step]]
@@ -99,6 +100,7 @@ def verify(
         ]
         guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
         guarded("the head of its store", _check_head, contents)
+        guarded("what it states", check_stated, contents, None if demo else signatures[0].person)
         judged = contents
         if records is not None:
             judged = guarded("the records", attachments.with_records, contents, records)
@@ -114,7 +116,7 @@ def verify(
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
     return Verification(
         Validity.SIGNED if lacking else Validity.VALID,
-        one_line("; ".join([_summary(contents, signatures), *lacking])),
+        one_line("; ".join([_summary(contents, signatures), *(s.remark for s in steps if s.remark), *lacking])),
         contents.serial,
         str(contents.result["verdict"]),
         signatures,

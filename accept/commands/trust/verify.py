@@ -10,7 +10,7 @@ from accept.base.home import home
 from accept.base.progress import busy
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import beside, revoked_in
-from accept.certificate.verify.against_store import check_store, store_is_there
+from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.commands.trust.bench_keys import DEMO
@@ -87,7 +87,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     trust = [keys.certificate_of(path) for path in paths]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    known = check_store if not options.demo and store_is_there(home()) else None
+    known = None if options.demo else check_store
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     return verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping

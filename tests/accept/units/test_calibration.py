@@ -172,11 +172,11 @@ def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     stated = calibration.statement(parse_bench(bench_text(stroke="2020-01-01").encode(), "b"), spec.checks, TODAY)
     result = judge_unit.judge_unit(unit_folder.read(folder), spec, stated).to_json()
     files = {"unit.toml": (folder / "unit.toml").read_bytes()}
-    assert not differences(result, rejudge(Attachments(result, spec.text, files)))
+    assert not differences(result, rejudge(Attachments(result, spec.text, files)).entry)
     forged = json.loads(json.dumps(result))
     for row in forged["calibration"]["instruments"]:
         row["problem"] = None
-    assert differences(forged, rejudge(Attachments(forged, spec.text, files)))
+    assert differences(forged, rejudge(Attachments(forged, spec.text, files)).entry)
 
 
 def test_report_with_a_bench_file(tmp_path):

@@ -241,7 +241,7 @@ def test_the_demo_trusts_its_own_strut_and_no_altered_one(tmp_path: Path) -> Non
     strut, spec = demo_unit.demo_strut(), load_spec("strut-basic")  # by which the demo judges
     result = judge_unit(units.read(write(strut, tmp_path / "unit")), spec).to_json()
     own = Attachments(result, spec.text, dict(strut.files))
-    assert rejudge.rejudge_demo(own)["verdict"] == "accepted"
+    assert rejudge.rejudge_demo(own).entry["verdict"] == "accepted"
     altered = dict(strut.files)
     altered["hysteresis.mat"] = altered["frf_noise.mat"]
     with pytest.raises(InvalidCertificate, match="not a unit of the demo"):

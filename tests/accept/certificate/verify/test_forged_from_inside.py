@@ -34,7 +34,7 @@ from accept.units import unit_folder
 from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 from tests.accept.units.units import make_unit
 
@@ -214,7 +214,7 @@ def test_one_person_never_has_both_roles(tmp_path: Path) -> None:
 def test_signatures_of_one_person_in_two_roles_are_not_valid(bench: Bench) -> None:
     technician, qa = credentials("M. Keller", "m.  KELLER")
     pdf = sign(sign(bench.unsigned, technician, WHEN), qa, LATER)
-    refused(verify(pdf, [technician.ca], lambda _: result().to_json(), NOW), "as technician and as quality assurance")
+    refused(verify(pdf, [technician.ca], lambda _: judged_again(), NOW), "as technician and as quality assurance")
 
 
 def test_a_fresh_bench_has_no_qa_key(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
 
 import pytest
 from pypdf import PdfReader, PdfWriter
@@ -21,11 +20,11 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
-from accept.certificate.verify.attachments import Attachments
+from accept.certificate.verify.attachments import Attachments, Rejudged
 from accept.certificate.verify.result_diff import differences
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.pictures.pdf.assemble import assemble
-from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, result
+from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused
 
 
@@ -48,7 +47,7 @@ def test_signed_by_the_technician_alone_is_valid_and_open(bench: Bench) -> None:
 
 
 def test_countersigned_is_valid(bench: Bench) -> None:
-    report = bench.check(bench.countersigned, rejudge=lambda a: result().to_json())
+    report = bench.check(bench.countersigned, rejudge=lambda a: judged_again())
     assert report.valid, report.reason
     assert report.countersigned
     assert [(s.role, s.when) for s in report.signatures] == [(TECHNICIAN, WHEN), (QA, LATER)]
@@ -64,7 +63,7 @@ def test_without_its_countersignature_it_is_the_certificate_before(bench: Bench)
 
 def test_it_still_holds_when_the_certificates_have_run_out(bench: Bench) -> None:
     later = WHEN + timedelta(days=365 * 15)
-    assert verify(bench.countersigned, bench.trust, lambda _: result().to_json(), later).valid
+    assert verify(bench.countersigned, bench.trust, lambda _: judged_again(), later).valid
 
 
 # --- page, data and result -------------------------------------------------------------------------------------------
@@ -118,14 +117,14 @@ def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None
 
 
 def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
-    refused(bench.check(bench.signed, rejudge=lambda a: result(1.73).to_json()), "findings[sensor_uF].value is 1.72")
-    refused(bench.check(bench.signed, rejudge=lambda a: result(4.99, 365.5).to_json()), "judged again")
+    refused(bench.check(bench.signed, rejudge=lambda a: judged_again(1.73)), "findings[sensor_uF].value is 1.72")
+    refused(bench.check(bench.signed, rejudge=lambda a: judged_again(4.99, 365.5)), "judged again")
 
 
 def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> None:
     seen: list[Attachments] = []
 
-    def judge(attached: Attachments) -> Mapping[str, Any]:
+    def judge(attached: Attachments) -> Rejudged:
         seen.append(attached)
         unit = attached.unpack(tmp_path / "again")
         assert (unit / "unit.toml").read_bytes() == UNIT_TOML
@@ -133,14 +132,14 @@ def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> Non
             hashlib.sha256((unit / "raw/stroke.mat").read_bytes()).hexdigest()
             == attached.result["inputs"]["raw/stroke.mat"]
         )
-        return result().to_json()
+        return judged_again()
 
     assert bench.check(bench.signed, rejudge=judge).valid
     assert 'name = "basic"' in seen[0].spec_text
 
 
 def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
-    def judge(attached: Attachments) -> Mapping[str, Any]:
+    def judge(attached: Attachments) -> Rejudged:
         raise OSError("disk\nfull")
 
     refused(bench.check(bench.signed, rejudge=judge), "judging again cannot be read: OSError: disk full")
@@ -156,7 +155,7 @@ def test_too_large_records_are_not_judged_but_the_other_sections_are(
     report = bench.check(small)
     assert report.outcome is Validity.SIGNED
     assert "not judged again: stroke (raw/stroke.mat not attached" in report.reason
-    refused(bench.check(small, rejudge=lambda a: result(1.73).to_json()), "sensor_uF")
+    refused(bench.check(small, rejudge=lambda a: judged_again(1.73)), "sensor_uF")
     assert bench.check(small, records=tmp_path).valid
     (tmp_path / "raw/stroke.mat").write_bytes(b"other")
     refused(bench.check(small, records=tmp_path), "is not the file that was judged")
@@ -192,11 +191,11 @@ def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
 def test_keys_made_by_init_verify_by_the_bench_ca(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keys.init(tmp_path, "correct horse", "A. Technician", "B. Assurance", "battery staple", when=WHEN)
+    keys.init(tmp_path, "correct horse", "M. Keller", "B. Assurance", "battery staple", when=WHEN)
     pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
         sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
         [keys.ca(tmp_path)],
-        lambda _: result().to_json(),
+        lambda _: judged_again(),
         NOW,
     ).valid

@@ -20,7 +20,7 @@ from accept.certificate.signature.signing import SigningRefused, _append, _signe
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import verify
-from tests.accept.certificate.certificate_help import WHEN, result
+from tests.accept.certificate.certificate_help import WHEN, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 
 
@@ -103,9 +103,7 @@ def test_a_foreign_bench_with_the_same_names_is_refused(bench: Bench) -> None:
     technician, qa = credentials()
     forged = sign(sign(bench.unsigned, technician, WHEN), qa, LATER)
     refused(bench.check(forged), "not made under a trusted CA")
-    assert verify(
-        forged, [technician.ca], lambda _: result().to_json(), now=NOW
-    ).valid  # it is only the trust that lacks
+    assert verify(forged, [technician.ca], lambda _: judged_again(), now=NOW).valid  # it is only the trust that lacks
     refused(bench.check(sign(bench.signed, qa, LATER)), "not made under a trusted CA")
 
 

@@ -17,7 +17,7 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import Verification, verify
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, result
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again
 
 NOW = WHEN + timedelta(days=400)
 LATER = WHEN + timedelta(hours=2)
@@ -39,7 +39,7 @@ class Bench:
 
     def check(self, pdf: bytes, **more: Any) -> Verification:
         """By who judges it again as it was judged, if no other judge is named."""
-        return verify(pdf, self.trust, more.pop("rejudge", lambda _: result().to_json()), **({"now": NOW} | more))
+        return verify(pdf, self.trust, more.pop("rejudge", lambda _: judged_again()), **({"now": NOW} | more))
 
 
 def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> tuple[Credential, Credential]:

@@ -1,0 +1,75 @@
+"""Do the pictures show the attached records? They are data in the certificate, and come again from judging it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.verify.page_check import VERDICT_WORDS
+from accept.certificate.verify.result_diff import same_words
+from accept.gap.attach_to_result import PREFIX
+from accept.pictures.jsonform import panels_to_json
+from accept.pictures.reduce import reduced
+from checks.picture import Panel
+
+Json = Mapping[str, Any]
+SEEN = 5e-3  # of what a curve spans: a difference below it is not seen; another processor's sums differ by 1e-6
+FEW = 0.02  # of a curve's points: where two samples are as high, another processor may keep the other one
+
+
+def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) -> None:
+    """attached: as they are on the page. again: from the attached records, without those that were too large to attach.
+
+    Of what the gap workflow draws, which is not searched for again, no word says a verdict. Raises InvalidCertificate.
+    """
+    there = {panel["name"]: panel for panel in panels_to_json(attached)}
+    here = {panel["name"]: panel for panel in panels_to_json({name: reduced(p) for name, p in again.items()})}
+    for name, panel in there.items():
+        if name.startswith(PREFIX):
+            if said := VERDICT_WORDS.findall(" ".join(_texts(panel))):
+                raise InvalidCertificate(f"the picture {name} says '{said[0]}'")
+        elif name not in here or not _same(panel, here[name]):
+            raise InvalidCertificate(f"the picture {name} does not show the attached records")
+    if missing := here.keys() - there.keys():
+        raise InvalidCertificate(f"the picture {min(missing)} was left out")
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, str) and isinstance(other, str):
+        return same_words(one, other)
+    if not isinstance(one, list) or not isinstance(other, list):
+        return _near([one], [other]) if _numbers([one, other]) else one == other
+    if _numbers(one) and _numbers(other):
+        return _near(one, other)
+    return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
+
+
+def _numbers(values: Sequence[Any]) -> bool:
+    """Also those that JSON has no number for."""
+    return all((isinstance(v, int | float) and not isinstance(v, bool)) or v in ("nan", "inf", "-inf") for v in values)
+
+
+def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
+    """Whether two curves look the same: all their points but a few, by what the curve spans."""
+    a, b = (np.array([float(v) for v in values]) for values in (one, other))
+    if a.shape != b.shape:
+        return False
+    real = b[np.isfinite(b)]
+    span = float(np.ptp(real)) if real.size > 1 else 0.0
+    allowed = max(SEEN * span, 1e-6 * float(np.abs(real).max(initial=0.0)))
+    return bool(np.count_nonzero(~np.isclose(a, b, rtol=0.0, atol=allowed, equal_nan=True)) <= FEW * a.size)
+
+
+def _texts(panel: Any) -> Iterator[str]:
+    """All that a panel says, in whatever place."""
+    if isinstance(panel, str):
+        yield panel
+    elif isinstance(panel, Mapping):
+        for value in panel.values():
+            yield from _texts(value)
+    elif isinstance(panel, list):
+        for value in panel:
+            yield from _texts(value)

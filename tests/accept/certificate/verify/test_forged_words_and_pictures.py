@@ -1,0 +1,166 @@
+"""Forgeries by an insider beside the numbers: what the page states and shows, specs whose names look like another's,
+and a store that was made unusable so that nobody can ask it."""
+
+import sqlite3
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from accept.base.home import home
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.page.document import render
+from accept.certificate.signature.signing import sign
+from accept.certificate.trust import keys
+from accept.certificate.trust.keys import TECHNICIAN
+from accept.certificate.verify.attachments import read
+from accept.certificate.verify.picture_check import check_pictures
+from accept.certificate.verify.rejudge import rejudge
+from accept.certificate.verify.verification import verify
+from checks.picture import Line, Panel, Text
+from specs.spec import builtin
+from tests.accept.certificate.certificate_help import WHEN
+from tests.accept.certificate.verify.test_forged_from_inside import accept, judged, reported, written
+from tests.accept.certificate.verify.verify_help import NOW, Bench, made_bench, refused
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return made_bench(tmp_path_factory.mktemp("unit"))
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory: pytest.TempPathFactory) -> CertificateContent:
+    return judged(tmp_path_factory.mktemp("honest") / "unit")
+
+
+# --- what the page states, verified where there is no store to ask ---------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("lie", "words"),
+    [
+        ({"spec_name": "apa-basic, approved edition"}, "another name"),
+        ({"spec_title": "All measurements of an APA"}, "another title"),
+        ({"instruments": {"capacitance": "a better meter"}}, "another list of instruments"),
+        ({"operator": "Grace"}, "but M. Keller signed as technician"),
+        ({"statement": "Tested by the national institute of metrology."}, "what this program does not say"),
+    ],
+)
+def test_the_page_states_what_is_attached(
+    bench: Bench, honest: CertificateContent, lie: dict[str, object], words: str
+) -> None:
+    def verified(contents: CertificateContent) -> object:
+        return verify(sign(render(contents), bench.technician, WHEN), bench.trust, rejudge, NOW)
+
+    refused(verified(replace(honest, **lie)), words)  # type: ignore[arg-type]
+
+
+def shifted(panel: Panel) -> Panel:
+    """Its first curve a twentieth of its height up."""
+    curve = next(item for item in panel.items if isinstance(item, Line) and item.y.size > 1)
+    moved = replace(curve, y=curve.y + 0.05 * float(curve.y.max() - curve.y.min()))
+    return replace(panel, items=tuple(moved if item is curve else item for item in panel.items))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda p: {k: v for k, v in p.items() if k != "flatness/zone"}, "was left out"),
+        (lambda p: p | {"flatness/zone": shifted(p["flatness/zone"])}, "does not show the attached records"),
+        (lambda p: p | {"flatness/zone": replace(p["flatness/zone"], title="ACCEPTED")}, "does not show"),
+        (lambda p: p | {"more": p["flatness/zone"]}, "picture more does not show"),
+        (lambda p: p | {"gap/x": Panel("x", "", "", (Text(0, 0, "unit ACCEPTED"),))}, "says 'ACCEPTED'"),
+    ],
+)
+def test_the_pictures_show_the_attached_records(
+    bench: Bench,
+    honest: CertificateContent,
+    change: Callable[[dict[str, Panel]], dict[str, Panel]],
+    words: str,
+) -> None:
+    """They are drawn from data of their own, which the hashes of the records do not cover."""
+    forged = replace(honest, panels=change(dict(honest.panels)))
+    refused(verify(sign(render(forged), bench.technician, WHEN), bench.trust, rejudge, NOW), words)
+
+
+def test_pictures_of_another_processor_are_the_same() -> None:
+    """Its sums differ in the seventh digit, and of two samples as high it may keep the other one; a bump is seen."""
+    x = np.linspace(0.0, 1.0, 200)
+
+    def drawn(bump: int) -> dict[str, Panel]:
+        y = np.sin(9 * x) * (1 + 1e-6 * (bump > 0))
+        y[:bump] += 0.1
+        return {"stroke/loop": Panel("Loop", "x", "y", (Line(x, y, "0.123456 um"),))}
+
+    check_pictures(drawn(0), drawn(3))
+    with pytest.raises(InvalidCertificate, match="does not show the attached records"):
+        check_pictures(drawn(0), drawn(20))
+
+
+# --- specs whose names look like another's ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["APA-Basic", "apa-basic ", "apa\u2010basic", "apa-basic\u200b", "\uff41pa-basic"])
+def test_a_name_that_looks_like_a_built_in_one_is_not_plainly_valid(tmp_path: Path, name: str) -> None:
+    own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
+    text = builtin()["apa-basic"].read_text().replace('"apa-basic"', f'"{name}"')
+    own.write_text(text.replace("lower = 4.4", "lower = 0.1"))
+    accept("report", written(tmp_path / "u", 1.72), "--spec", own, "--out", pdf)
+    done = accept("verify", pdf)
+    assert (done.exit_code, "bears the name of a built-in" in done.stdout) == (4, True), done.output
+
+
+def test_the_first_line_says_that_nobody_approved_the_spec(tmp_path: Path) -> None:
+    """What a script or a hasty reader sees is that line."""
+    own, pdf = tmp_path / "own.toml", tmp_path / "a.pdf"
+    accept("spec", "copy", "apa-basic", own)
+    accept("report", written(tmp_path / "u", 4.99), "--spec", own, "--out", pdf)
+    done = accept("verify", pdf)
+    assert (done.exit_code, "spec NOT APPROVED" in done.stdout) == (0, True), done.output
+
+
+# --- a store that cannot be asked ------------------------------------------------------------------------------------
+
+
+def unknown_to_the_store(folder: Path) -> Path:
+    """Signed with the technician's own key by a program of his own."""
+    contents = read(reported(folder).read_bytes())
+    pdf = folder / "b.pdf"
+    pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), datetime.now(UTC)))
+    return pdf
+
+
+def edit(store: Path) -> None:
+    with sqlite3.connect(store) as database:
+        for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+            database.execute(f"DROP TRIGGER {name}")
+        database.execute("UPDATE events SET who = 'Eve' WHERE seq = 1")
+    database.close()
+
+
+def remove(store: Path) -> None:
+    for file in store.parent.glob("store.*"):
+        file.unlink()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (edit, "could not be asked"),
+        (lambda store: store.write_bytes(b"no database" * 999), "could not be asked"),
+        (remove, "its store is gone"),
+    ],
+    ids=["edited", "overwritten", "removed"],
+)
+def test_whoever_breaks_the_store_gains_nothing(tmp_path: Path, spoil: Callable[[Path], object], words: str) -> None:
+    """A certificate that the store never heard of is not plainly valid because the store cannot say so any more."""
+    pdf = unknown_to_the_store(tmp_path)
+    assert accept("verify", pdf).exit_code == 4
+    spoil(home() / "store.sqlite")
+    done = accept("verify", pdf)
+    assert (done.exit_code, words in done.stdout) == (4, True), done.output
