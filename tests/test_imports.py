@@ -111,6 +111,21 @@ def test_no_folder_holds_more_than_twenty_names(package: str) -> None:
     assert full == {}
 
 
+def test_no_folder_and_a_room_in_it_import_each_other() -> None:
+    """The contract compares folders that stand beside each other; this one a folder's own files with its rooms."""
+    imports = set()
+    for package in ("accept", "hw", "checks", "specs"):
+        for path in (ROOT / package).rglob("*.py"):
+            here = ".".join(path.parent.relative_to(ROOT).parts)
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if path.name != "__init__.py" and isinstance(node, ast.ImportFrom) and node.module:
+                    # `from folder import name`: a module of that folder, or what its `__init__` hands on
+                    names = [f"{node.module}.{a.name}" for a in node.names]
+                    files = [ROOT / f"{name.replace('.', '/')}.py" for name in (node.module, *names)]
+                    imports |= {(here, ".".join(f.parent.relative_to(ROOT).parts)) for f in files if f.is_file()}
+    assert {(a, b) for a, b in imports if a != b and (b, a) in imports and b.startswith(f"{a}.")} == set()
+
+
 def test_no_class_name_stands_for_two_things():
     places: dict[str, list[str]] = {}
     for package in ("accept", "hw", "checks", "specs"):

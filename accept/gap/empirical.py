@@ -13,7 +13,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.goodness import gaps
 from checks.gap.decision.result import Result
 from checks.gap.empirical import Fitted, fitted
-from checks.gap.inputs import Inputs
+from checks.gap.preparation.inputs import Inputs
 from checks.model.model import Model
 from checks.model.unidentified import Element
 

@@ -13,9 +13,9 @@ from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.regression import colour
 from checks.signals.slow.creep import CreepFit, fit_creep
 from checks.signals.slow.loops import ScalarEstimate, thin
+from checks.signals.slow.regression import colour
 from checks.signals.slow.steps import REACH_S, SignalStep, find_steps
 from specs.spec import CheckSpec
 

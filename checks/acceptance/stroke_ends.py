@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array
 from checks.cause import Cause, NoResult
-from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
+from checks.signals.slow.regression import least_squares
 
 UM = 1e-6
 MIN_SAMPLES = 12  # of a rest at an end of the range, for a mean and its scatter

@@ -4,13 +4,13 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.slow_sines import Slow
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
+from checks.gap.preparation.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.search.candidates import COARSE_BINS, Candidate, Effort, Say, Search, quicker
 from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
-from checks.gap.thresholds import Thresholds
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 HALF = 0.5  # of the misfit

@@ -5,10 +5,10 @@ from dataclasses import replace
 from checks.gap.calibrate import calibrated, searching, turned_right
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
-from checks.gap.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
+from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
+from checks.gap.preparation.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain
-from checks.gap.thresholds import THRESHOLDS, Thresholds
 
 FIRST = 2  # effects that are looked for before a channel is left out
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.cause import Cause, NoResult
-from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
+from checks.signals.slow.regression import least_squares
 
 ALIKE = 1e-7  # of the height: below the step of a converter of 24 bits
 

@@ -7,9 +7,9 @@ import numpy as np
 from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.slow_sines import Slow
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.screen import directions
 from checks.gap.statistics.projected_residual import Projected
-from checks.gap.thresholds import Thresholds
 
 STEPS = 60  # halvings of an interval on a logarithmic scale
 

@@ -13,12 +13,12 @@ from checks.gap.decision.result import Nameless
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidates import MANY, Candidate, Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.search.levenberg_marquardt import begin
 from checks.gap.search.screen import screen
-from checks.gap.thresholds import Thresholds
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter

@@ -16,8 +16,8 @@ from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result, Tried
 from checks.gap.decision.told_apart import settled
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
-from checks.gap.inputs import Prepared, raw, trials_of
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.preparation.inputs import Prepared, raw, trials_of
 from checks.gap.search.candidates import Candidate, Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from checks.fitting.fit import Fit
 from checks.fitting.goodness import Gap
 from checks.gap.modelling.slow_sines import Slow
-from checks.gap.record_faults import Early
+from checks.gap.preparation.record_faults import Early
 from checks.gap.statistics.adequacy import ExcessBand
 from checks.gap.statistics.projected_residual import Projected
 

@@ -19,9 +19,9 @@ from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidates import Candidate
 from checks.gap.search.forward import SearchResult
-from checks.gap.thresholds import Thresholds
 
 FAR = 3.0  # prior standard deviations from which on a calibrated value is said
 

@@ -20,10 +20,10 @@ from checks.gap.effects import effect_named
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.slow_sines import Slow
-from checks.gap.record_faults import Early
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.preparation.record_faults import Early
 from checks.gap.search.candidates import Candidate
 from checks.gap.search.forward import SearchResult
-from checks.gap.thresholds import Thresholds
 
 
 def named_effects(

@@ -9,7 +9,7 @@ from checks import distributions as stats
 from checks.gap.modelling.effect import Effect, Parameter, SlowFinding, SlowRecord
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.slow_sines import Slow
-from checks.gap.thresholds import Thresholds
+from checks.gap.modelling.thresholds import Thresholds
 from checks.model.time.hysteresis_creep import loops_of
 
 WIDTH = "relative_width"

@@ -1,1 +1,1 @@
-"""A model with effects in it."""
+"""A model with effects in it, and the numbers by which an explanation is judged."""

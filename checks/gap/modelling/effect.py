@@ -9,7 +9,7 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.slow_sines import Slow
-from checks.gap.thresholds import Thresholds
+from checks.gap.modelling.thresholds import Thresholds
 from checks.model.model import Model
 from checks.model.time.partial_fractions import Fractions
 from checks.rounding import rounded

@@ -16,11 +16,11 @@ from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.projected_residual import Projected, project
-from checks.gap.thresholds import Thresholds
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 

@@ -1,1 +1,1 @@
-"""Tests of residuals against chance, and every threshold."""
+"""Tests of residuals against chance."""

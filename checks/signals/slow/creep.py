@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.signals.regression import LinearFit, least_squares
+from checks.signals.slow.regression import LinearFit, least_squares
 from checks.signals.slow.steps import SignalStep
 
 REFERENCE_S = 0.1  # the deflection is stated this long after the step

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.regression import least_squares
 from checks.signals.slow.loops import ScalarEstimate
+from checks.signals.slow.regression import least_squares
 
 PER_TOP = 20  # samples kept per period of the highest frequency used
 MIN_SAMPLES = 200  # one second at the 200 Hz that such records have

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.regression import least_squares
+from checks.signals.slow.regression import least_squares
 
 TURN = 0.8  # of the amplitude: beyond it a branch counts as having reached its end
 NEAR_MIDDLE = (

@@ -12,14 +12,14 @@ from scipy import stats
 
 from accept.gap.analyse_unit import run_gap
 from checks.gap import effects as library
-from checks.gap import record_faults as early
 from checks.gap.effects import EFFECTS, with_effects
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.thresholds import THRESHOLDS, digest
 from checks.gap.modelling.unmodelled_modes import unmodelled_modes
+from checks.gap.preparation import record_faults as early
 from checks.gap.search.levenberg_marquardt import annealed, go_on
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import project
-from checks.gap.thresholds import THRESHOLDS, digest
 from checks.gap.workflow import GapRefused, run, same_unit
 from tests.checks.gap.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.checks.model.units_model import DATA, needs_data, truth

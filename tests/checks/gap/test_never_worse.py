@@ -11,13 +11,13 @@ from accept.gap.analyse_unit import run_gap
 from accept.simulate import simulate, write
 from accept.workflow.training import training_order
 from checks.fitting.dataset import Dataset
-from checks.gap import record_faults
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.preparation import record_faults
 from checks.gap.search.candidates import Candidate
-from checks.gap.thresholds import THRESHOLDS
 from checks.gap.workflow import GapRefused, run
 from tests.checks.gap.gap_cases import inputs, recorded, strut
 

@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 
 from checks.fitting.dataset import Dataset
-from checks.gap import record_faults as early_checks
 from checks.gap.conditions.trial import ConditionTrial
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.slow_sines import Slow, slow_record
-from checks.gap.record_faults import Early
-from checks.gap.thresholds import Thresholds
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.preparation import record_faults as early_checks
+from checks.gap.preparation.record_faults import Early
 from checks.model.model import Model
 from checks.record import Record
 from specs.errors import AcceptError
