@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 from checks.gap.calibrate import calibrated, searching, turned_right
+from checks.gap.decision.never_worse import grown
 from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
-from checks.gap.search.candidates import Effort, Say, Search
+from checks.gap.search.candidates import Candidate, Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain
 
 FIRST = 2  # effects that are looked for before a channel is left out
@@ -20,8 +21,16 @@ def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     say("calibrating the model")
     base = calibrated(search, p)
     if not base.adequate and (mended := turned_right(search, base, p)) is not None:
-        p, search = mended, searching(mended, p.A.channels, say, effort)
-        base = calibrated(search, p)
+        again = searching(mended, p.A.channels, say, effort)
+        turned = _explained(mended, again, calibrated(again, mended))
+        if not grown(turned.gap_before, turned.gap_after):  # else no fault of the records: it explains none of them
+            return turned
+    return _explained(p, search, base)
+
+
+def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
+    """What is missing beside a calibrated model."""
+    table = p.table
     whole = replace(base, unseen=p.B)
     if whole.adequate:
         return answer(p, search, SearchResult(base, base, (), ()), whole)

@@ -48,7 +48,12 @@ def never_worse(without: Sequence[Candidate], full: Candidate, made: Sequence[Cl
 
 def _grown(before: Candidate, after: Candidate, agrees: float = 0.0, slack: float = 1.0) -> list[str]:
     """Channels that are worse explained after than before, beyond agreement."""
-    old, new = gaps_of(before).channels, gaps_of(after).channels
+    return grown(gaps_of(before), gaps_of(after), agrees, slack)
+
+
+def grown(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLACK) -> list[str]:
+    """Channels whose gap is wider after than before."""
+    old, new = before.channels, after.channels
     return [c for c in new if new[c].G > max(agrees, slack * old[c].G)]
 
 

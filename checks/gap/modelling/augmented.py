@@ -19,7 +19,7 @@ from checks.model.parameters import is_mode_factor
 Values = Mapping[str, float]
 Held = tuple[tuple[str, float], ...]
 Member = Effect | UnmodelledMode
-LEAST = 1e-3  # of a positive parameter's prior: a stiffness of nothing has no derivative
+LEAST = 1e-3  # of a parameter's prior: a stiffness of nothing has no derivative
 STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 
 
@@ -74,7 +74,7 @@ class Augmented:
         taken = {t for e in self.effects if not e.adds for t in e.stands_for(self.model)}
         taken |= {name for name, _ in self.held}
         base = [p for p in free_of(self.model) if p.name not in taken]
-        base = [replace(p, start=at.get(p.name), lo=max(p.lo, LEAST * p.prior) if p.prior > 0 else p.lo) for p in base]
+        base = [_of_its_sign(replace(p, start=at.get(p.name))) for p in base]
         added = []
         for m in self.members:
             for p in m.parameters:
@@ -146,6 +146,12 @@ class Augmented:
         h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
         above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
         return np.asarray((above - below) / (2.0 * h))
+
+
+def _of_its_sign(p: Free) -> Free:
+    """A parameter that keeps the sign of its prior: a constant that turned would undo a polarity that turned."""
+    least = LEAST * p.prior
+    return replace(p, lo=max(p.lo, least)) if p.prior > 0.0 else replace(p, hi=min(p.hi, least)) if least else p
 
 
 def _evaluated(member: Member, values: Values, s: Complex) -> Complex:

@@ -11,12 +11,14 @@ from accept.gap.analyse_unit import run_gap
 from accept.simulate import simulate, write
 from accept.workflow.training import training_order
 from checks.fitting.dataset import Dataset
+from checks.gap import workflow
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation import record_faults
+from checks.gap.preparation.inputs import possible_faults, with_fault
 from checks.gap.search.candidates import Candidate
 from checks.gap.workflow import GapRefused, run
 from tests.checks.gap.gap_cases import inputs, recorded, strut
@@ -100,3 +102,18 @@ def test_a_claim_that_widens_a_gap_is_taken_back() -> None:
     assert gaps_of(shown.after).channels["de"].G <= gaps_of(shown.before).channels["de"].G
     none = never_worse([bare], full, made[1:])
     assert none.before is none.after is bare
+
+
+def test_records_turned_without_need_are_taken_as_they_came(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A calibration that went astray made a reversed Vs look better: a name may not widen the gap of any channel."""
+    monkeypatch.setattr(workflow, "turned_right", lambda search, base, p: with_fault(p, possible_faults(p)[0]))
+    case = inputs(4)
+    result = run(replace(case, A=resonance(case.A), B=resonance(case.B)), lambda words: None)
+    assert (result.named, result.early) == ((), ())
+    assert result.verdict == "unexplained"
+
+
+def test_a_constant_keeps_its_sign() -> None:
+    """A negative gs that may turn undoes a polarity that was turned, and the same records count as another fault."""
+    free = {p.name: p for p in Augmented(strut()).free()}
+    assert free["constants.gs_V_per_m"].hi < 0.0 < free["joint.kz_N_per_um"].lo
