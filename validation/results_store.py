@@ -13,7 +13,7 @@ from pathlib import Path
 from validation.scores import Outcome
 
 ROOT = Path(__file__).parent.parent
-THRESHOLDS = ROOT / "checks" / "gap" / "thresholds.py"
+THRESHOLDS = ROOT / "checks" / "gap" / "modelling" / "thresholds.py"
 CODE = ("checks/**/*.py", "hw/**/*.py", "specs/**/*.py", "accept/**/*.py", "validation/*.py")
 
 
