@@ -6,7 +6,7 @@
     print(accept.judge(unit).verdict)
     accept.plot(accept.estimate_misalignment(unit)).save("map.png")
 
-The names below are stable; `docs/api.md` describes them. Each is imported when it is first used.
+The names below are stable; `docs/reference/api.md` describes them. Each is imported when it is first used.
 """
 
 import os

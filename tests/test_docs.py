@@ -77,8 +77,8 @@ def test_files_of_the_code_that_a_page_names_exist(page: Path) -> None:
 
 
 def test_the_page_of_checks_is_what_the_checks_declare() -> None:
-    """Renew it with: accept spec checks > docs/checks.md"""
-    assert (ROOT / "docs" / "checks.md").read_text() == all_checks()
+    """Renew it with: accept spec checks > docs/reference/checks.md"""
+    assert (ROOT / "docs" / "reference" / "checks.md").read_text() == all_checks()
 
 
 def command_names(group: object = None, prefix: str = "accept") -> list[str]:

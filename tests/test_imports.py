@@ -100,7 +100,7 @@ def test_checks_neither_print_nor_read_the_clock_nor_open_files() -> None:
                 assert called not in IMPURE or seeded, f"{path}:{node.lineno} calls {called}"
 
 
-@pytest.mark.parametrize("package", ["accept", "hw", "checks", "specs", "validation", "benchmarks", "tests"])
+@pytest.mark.parametrize("package", ["accept", "hw", "checks", "specs", "validation", "benchmarks", "tests", "docs"])
 def test_no_folder_holds_more_than_twenty_names(package: str) -> None:
     """What a reader takes in at one look; more than that wants rooms. Pictures of screens are named by their tests."""
     full = {}

@@ -17,33 +17,33 @@ def test_it_builds_without_a_warning(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    api = (tmp_path / "site" / "api.html").read_text()
+    api = (tmp_path / "site" / "reference" / "api.html").read_text()
     assert all(name in api for name in ("analyse_gap", "open_model", "Check"))
 
 
 def test_every_page_is_in_the_navigation() -> None:
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("nav:")[2]
-    pages = {str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")}
+    pages = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
     assert not {page for page in pages if f": {page}" not in nav}
 
 
 def test_the_page_of_commands_is_that_of_the_commands() -> None:
     from accept.cli.reference import reference
 
-    assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == reference()
+    assert (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8") == reference()
 
 
 def test_the_tutorial_page_is_the_notebook() -> None:
-    assert (ROOT / "docs" / "tutorial-python.md").read_text(encoding="utf-8") == tutorial_page()
+    assert (ROOT / "docs" / "tutorial" / "tutorial-python.md").read_text(encoding="utf-8") == tutorial_page()
 
 
 def tutorial_page() -> str:
     """The notebook's cells as a page of the site: ACCEPT_RENEW=1 writes it."""
-    cells = json.loads((ROOT / "docs" / "notebooks" / "tutorial.ipynb").read_text(encoding="utf-8"))["cells"]
+    cells = json.loads((ROOT / "docs" / "tutorial" / "tutorial.ipynb").read_text(encoding="utf-8"))["cells"]
     parts = ["".join(c["source"]).rstrip("\n") for c in cells]
     shown = [p if c["cell_type"] == "markdown" else f"```python\n{p}\n```" for p, c in zip(parts, cells, strict=True)]
-    head = "The same as a notebook to run: [tutorial.ipynb](notebooks/tutorial.ipynb)."
+    head = "The same as a notebook to run: [tutorial.ipynb](tutorial.ipynb)."
     page = "\n\n".join([shown[0], head, *shown[1:]]) + "\n"
     if os.environ.get("ACCEPT_RENEW"):
-        (ROOT / "docs" / "tutorial-python.md").write_text(page, encoding="utf-8")
+        (ROOT / "docs" / "tutorial" / "tutorial-python.md").write_text(page, encoding="utf-8")
     return page

@@ -44,13 +44,13 @@ def files() -> Iterator[Path]:
 
 @cache
 def entries() -> dict[str, str]:
-    return dict(ENTRY.findall((DOCS / "references.md").read_text()))
+    return dict(ENTRY.findall((DOCS / "reference" / "references.md").read_text()))
 
 
 @cache
 def sections() -> dict[str, set[str]]:
     """Section numbers by key."""
-    contents = (DOCS / "references.md").read_text().split("## Contents of [STB]")[1]
+    contents = (DOCS / "reference" / "references.md").read_text().split("## Contents of [STB]")[1]
     numbered = {"GAP": "gap-analysis.md", "DESIGN": "contracts.md"}
     found = {k: re.findall(r"^## (\d+)\. ", (DOCS / "decisions" / p).read_text(), re.M) for k, p in numbered.items()}
     return {k: set(v) for k, v in found.items()} | {"STB": set(re.findall(r"^\| ([\d.]+) \|", contents, re.MULTILINE))}

@@ -1,4 +1,4 @@
-"""The words that must not come back (docs/style.md), in every sentence of the program and on every page."""
+"""The words that must not come back (docs/decisions/style.md), in every sentence of the program and on every page."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""The page of all commands, from the commands themselves: `python -m accept.cli.reference > docs/cli.md`."""
+"""The page of all commands, from the commands themselves: `python -m accept.cli.reference > docs/reference/cli.md`."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""The checks in words, from what they declare: `docs/checks.md` is written by this."""
+"""The checks in words, from what they declare: `docs/reference/checks.md` is written by this."""
 
 import inspect
 

@@ -16,7 +16,7 @@ from accept.pictures.interactive import page
 from checks.picture import Line, Panel
 from tests.soak import SOAK
 
-NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebooks" / "tutorial.ipynb"
+NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial" / "tutorial.ipynb"
 
 
 def cells() -> list[dict]:

@@ -67,7 +67,8 @@ def sign(
     """The document with one more signature; the bytes before it stay as they are.
 
     when : time of signing with its zone; the bench's clock.
-    signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer (docs/signing.md).
+    signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer
+        (docs/explanation/signing.md).
     stamping : asked for a trusted timestamp in place of the credential's authority.
     disposition : of a unit that was not accepted, decided by who countersigns.
     Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no

@@ -246,8 +246,8 @@ def test_every_driver_opens():
 
 
 def test_the_bench_file_of_the_documentation_is_one():
-    page = (Path(__file__).parents[3] / "docs" / "instruments.md").read_text()
-    bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/instruments.md")
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "instruments.md").read_text()
+    bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/how-to/instruments.md")
     for name, entry in bench.instruments.items():
         if entry.driver != "offline":
             open_instrument(name, entry, input)

@@ -127,7 +127,7 @@ def test_a_recorded_unit_whose_meter_and_corner_contradict_each_other_stays_reje
 
 
 def test_the_page_of_checks_states_every_band() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "checks.md").read_text()
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "checks.md").read_text()
     for relation in RELATIONS:
         assert relation.title in page
         assert f"{relation.lo:g} to {relation.hi:g}" in page

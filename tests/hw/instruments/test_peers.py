@@ -152,8 +152,8 @@ def test_without_faults_everything_is_read(kind):
 
 
 def test_the_bench_file_of_the_documentation_reads_instruments_that_answer_as_printed():
-    page = (Path(__file__).parents[3] / "docs" / "instruments.md").read_text(encoding="utf-8")
-    bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/instruments.md")
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "instruments.md").read_text(encoding="utf-8")
+    bench = parse_bench(page.split("```toml\n")[1].split("```")[0].encode(), "docs/how-to/instruments.md")
     peers = {"gauge": MillimarPeer("OPTORSD"), "lcr": Lcr800Peer(), "probe": HeidenhainPeer()}
     wired = {name: entry for name, entry in bench.instruments.items() if entry.link is not None}
     assert set(wired) == set(peers)

@@ -19,7 +19,7 @@ from tests.hw.peers.lcr800 import Lcr800Peer
 from tests.hw.peers.line import Peer
 from tests.hw.peers.millimar import MillimarPeer
 
-PAGE = Path(__file__).parents[3] / "docs" / "instruments.md"
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "instruments.md"
 PORTS = {
     "gauge": "/dev/serial/by-id/usb-FTDI-1",
     "lcr": "/dev/serial/by-id/usb-FTDI-2",

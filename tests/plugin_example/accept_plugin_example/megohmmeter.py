@@ -42,7 +42,7 @@ class Megohmmeter:
         try:
             return Reading(float(line), self.unit, time.time(), (line,))
         except ValueError as e:
-            raise Garbled(f"{self.name}: {line[:40]!r} is no number") from e
+            raise Garbled(f"{self.name}: {line[:40]!r} is not a number") from e
 
     def confirm(self) -> Identity:
         """Still the one that it was."""
