@@ -439,7 +439,7 @@ def test_effects_take_turns_and_priors_are_drawn() -> None:
 @needs_data
 def test_weak_effects_are_weak_and_spread() -> None:
     """Of the asked 2..100 standard deviations, but for what is not in proportion to its parameters."""
-    number = 24 if SOAK else 4
+    number = 24 if SOAK else 6
     seen = np.array([case.detectability() for case in blind_cases.draw_weak(number, seed=3)])
     assert np.mean((seen > 1) & (seen < 150)) > 0.8
     assert np.max(seen) > 2 * np.min(seen)
