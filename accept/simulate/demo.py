@@ -1,25 +1,34 @@
-"""The demo's strut: simulated from the built-in model with an effect hidden in it, the same every time."""
+"""The demo's struts: a small batch, simulated from the built-in model, alike in what a supplier makes them and each a
+little otherwise; in the last an effect is hidden. The same every time."""
 
 from accept.models.model_file import open_model
-from accept.simulate.order import SHORT_S, UnitRequest
+from accept.simulate.order import SHORT_S, UnitRequest, drawn
 from accept.simulate.unit import SimulatedUnit, simulate
 
-SERIAL = "SIM-STRUT-01"
-MODEL = "strut"  # it is simulated from, and explained by: what is hidden is not in it
+MODEL = "strut"  # what they are simulated from, but for what they have in common
+COMMON = {  # joints softer along and stiffer across, a weaker actuator: none of it in the model file
+    "joint.kz_N_per_um": 76.0,
+    "joint.kRx_Nm_per_rad": 5.4,
+    "joint.kRy_Nm_per_rad": 5.4,
+    "constants.ga_N_per_V": -27.0,
+}
+EARLIER = ("SIM-STRUT-01", "SIM-STRUT-02", "SIM-STRUT-03")  # what the batch is learned from
+SERIAL = "SIM-STRUT-04"
+HIDDEN = ("misalignment", {"dx_um": 0.0, "dy_um": -170.0})
+
+
+def earlier_strut(serial: str) -> SimulatedUnit:
+    """One of those that the model is learned from; short records, so that the demo is quick."""
+    return _strut(serial)
 
 
 def demo_strut() -> SimulatedUnit:
-    """A strut whose APA sits beside the axis of its joints; short records, so that the demo is quick."""
-    misaligned = ("misalignment", {"dx_um": 0.0, "dy_um": -170.0})
-    return simulate(
-        UnitRequest(
-            SERIAL,
-            "strut",
-            open_model(MODEL),
-            seed=1,
-            effects=(misaligned,),
-            repeats=False,
-            low_s=SHORT_S,
-            high_s=SHORT_S,
-        )
-    )
+    """The one that is judged: its APA sits beside the axis of its joints."""
+    return _strut(SERIAL, HIDDEN)
+
+
+def _strut(serial: str, *effects: tuple[str, dict[str, float]]) -> SimulatedUnit:
+    seed = int(serial[-2:])
+    model = drawn(open_model(MODEL).with_values(COMMON), seed)
+    request = UnitRequest(serial, "strut", model, seed, effects, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
+    return simulate(request)

@@ -15,28 +15,36 @@ from accept.base.progress import steps
 from accept.batch import engines, judge_batch
 from accept.batch.table import reasons, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
+from accept.commands.physics.model import model_for
 from accept.commands.trust.bench_keys import DEMO, demo_credential
+from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.report import lines, write_population
 from accept.gap.text import gap_of, in_order, one_line
 from accept.judging.judge_unit import load_spec
 from accept.simulate import published_units, write
-from accept.simulate.demo import MODEL, demo_strut
-from accept.simulate.unit import TRUTH_FILE
+from accept.simulate.demo import EARLIER, MODEL, demo_strut, earlier_strut
+from accept.simulate.unit import TRUTH_FILE, SimulatedUnit
 from accept.store import open_store
+
+LEARNED = "batch.toml"  # the model file of the struts' batch
+SHOWN = 3  # values that the batch taught most about
 
 
 @clear_errors
 def run(out: Path, operator: str | None) -> Exit:
-    """Judge, certify and verify the seven APAs of [STB], as typed in, and a simulated strut from its raw records; name
-    what is hidden in that strut. The exit code says whether the demo went as it must."""
+    """Judge, certify and verify the seven APAs of [STB], as typed in, and a simulated strut from its raw records; learn
+    from three struts of its batch what they have in common, and name what is hidden in that strut. The exit code says
+    whether the demo went as it must."""
     began = time.monotonic()
     place = home() / DEMO
     with engines.processes(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
-        units = [*published_units.write_units(out / "units"), _write_strut(out / "units")]
+        units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
+        learned = _learned(out)
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
         order = judge_batch.BatchRequest(
-            units, out, specs, operator_name(operator), credential, model=MODEL, pool=elsewhere
+            units, out, specs, operator_name(operator), credential, model=str(learned), pool=elsewhere
         )
         ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
@@ -57,9 +65,19 @@ def run(out: Path, operator: str | None) -> Exit:
     return Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED
 
 
-def _write_strut(units: Path) -> Path:
-    strut = demo_strut()
-    return write(strut, units / strut.serial)
+def _write(unit: SimulatedUnit, folder: Path) -> Path:
+    return write(unit, folder / unit.serial)
+
+
+def _learned(out: Path) -> Path:
+    """The model file that struts made before the judged one, of the same batch, teach; says what it learned."""
+    given, path = model_for(MODEL, "strut"), out / LEARNED
+    earlier = [_write(earlier_strut(serial), out / "batch") for serial in EARLIER]
+    found = learn_population(measured_units(earlier, given), given, lambda _: None)
+    write_population(path, found)
+    first, *values = lines(found)
+    tell(f"{first} ({path})", *values[1 : 1 + SHOWN])
+    return path
 
 
 def _hidden(unit: Path) -> dict[str, Mapping[str, float]]:
@@ -79,7 +97,7 @@ def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -
 
 def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
     names = in_order(named)
-    values = ", ".join(f"{k} {named['parameters'][k]['value']:.0f}" for k in names)
+    values = ", ".join(f"{k} {round(named['parameters'][k]['value'])}" for k in names)
     true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
     return f"{named['effect']} {values} named (truth {true})"
 
