@@ -187,9 +187,9 @@ def spec_approve(
     passphrase_file: QaPassphrase = None,
 ) -> None:
     """Approve a spec with the key of quality assurance."""
-    from accept.commands.units import spec as command
+    from accept.commands.trust import approve_spec as command
 
-    raise typer.Exit(command.approve(file, passphrase_file))
+    raise typer.Exit(command.run(file, passphrase_file))
 
 
 @app.command("run")

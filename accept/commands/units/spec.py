@@ -1,6 +1,5 @@
-"""`accept spec`."""
+"""`accept spec`. What the checks declare is loaded where it is needed: it takes longer than all the rest."""
 
-from datetime import UTC, datetime
 from pathlib import Path
 
 import tomlkit
@@ -9,14 +8,7 @@ from rich.table import Table
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.base.home import home
-from accept.certificate.trust import keys, spec_approval
-from accept.certificate.trust.keys import QA
-from accept.commands.trust.bench_keys import passphrase_of
-from accept.commands.trust.keys import QA_PASSPHRASE
-from accept.judging.check_docs import all_checks
-from accept.judging.judge_unit import load_spec
-from specs.spec import Limit, builtin
+from specs.spec import Limit, builtin, load
 from specs.strict import SpecError
 
 
@@ -25,7 +17,7 @@ def show_list() -> Exit:
     """Print the built-in specs."""
     table = Table("name", "kind", "checks", "title")
     for name in builtin():
-        spec = load_spec(name)
+        spec = load(name)
         table.add_row(name, spec.kind, str(len(spec.checks)), spec.title)
     stdout.print(table)
     return Exit.ACCEPTED
@@ -33,8 +25,8 @@ def show_list() -> Exit:
 
 @clear_errors
 def show(name: str) -> Exit:
-    """Print every limit of a spec."""
-    spec = load_spec(name)
+    """Print every limit of a spec, then what a spec of one's own asks of checks that they do not know."""
+    spec = load(name)
     for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
         stdout.print(line)
     table = Table("check", "quantity", "limits", "rule", "source")
@@ -45,6 +37,10 @@ def show(name: str) -> Exit:
     stdout.print(table)
     if spec.gap is not None:
         stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
+    if name not in builtin():
+        from accept.judging.judge_unit import load_spec
+
+        load_spec(name)
     return Exit.ACCEPTED
 
 
@@ -64,6 +60,8 @@ def _source(limit: Limit) -> str:
 @clear_errors
 def validate(names: list[str]) -> Exit:
     """Print every problem of these specs."""
+    from accept.judging.judge_unit import load_spec
+
     worst = Exit.ACCEPTED
     for name in names:
         try:
@@ -87,22 +85,14 @@ def copy(name: str, file: Path) -> Exit:
     own = file.stem if file.stem not in known else f"{file.stem}-copy"
     document["name"] = own
     write_atomic(file, tomlkit.dumps(document).encode("utf-8"))
-    stdout.print(f"{file}: spec '{own}', a copy of '{name}' ({load_spec(name).sha256[:12]}); change its limits there")
-    return Exit.ACCEPTED
-
-
-@clear_errors
-def approve(file: str, passphrase_file: Path | None) -> Exit:
-    """Approve a spec as quality assurance; certificates of this bench say so from then on."""
-    spec = load_spec(file)
-    credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
-    place = spec_approval.write(home(), spec_approval.approve(spec, credential, datetime.now(UTC)))
-    stdout.print(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}")
+    stdout.print(f"{file}: spec '{own}', a copy of '{name}' ({load(name).sha256[:12]}); change its limits there")
     return Exit.ACCEPTED
 
 
 @clear_errors
 def checks() -> Exit:
     """Print every check that a spec may ask for."""
+    from accept.judging.check_docs import all_checks
+
     print(all_checks(), end="")
     return Exit.ACCEPTED
