@@ -74,7 +74,9 @@ def test_with_the_matching_model(kind: str) -> None:
 
 
 @needs_data
-@pytest.mark.parametrize(("first", "dx_max", "dy_max"), [(1000, 100.0, 350.0), (7000, 10.0, 20.0)])
+@pytest.mark.parametrize(
+    ("first", "dx_max", "dy_max"), [pytest.param(1000, 100.0, 350.0, marks=pytest.mark.soak), (7000, 10.0, 20.0)]
+)
 def test_with_a_model_that_is_another(first: int, dx_max: float, dy_max: float) -> None:
     """Simulated by the finite-element matrices, fitted by the frame with its own tolerance; also struts that are nearly
     straight, where the tolerance of what a misalignment drives says nothing."""

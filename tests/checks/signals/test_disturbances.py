@@ -6,8 +6,10 @@ from scipy import signal
 
 from checks.record import Record
 from checks.signals.disturbances import hum, interpolation_error
+from tests.soak import SOAK
 
 FS, SECONDS = 10_000.0, 12.0
+SEEDS = range(10 if SOAK else 4)
 
 
 def driven(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -35,7 +37,7 @@ def test_a_line_that_the_drive_does_not_explain(f_Hz: float, amplitude: float) -
 
 
 def test_no_hum_where_there_is_none() -> None:
-    assert [hum(record(*driven(seed)), ["de"]) for seed in range(10)] == [{}] * 10
+    assert [hum(record(*driven(seed)), ["de"]) for seed in SEEDS] == [{} for _ in SEEDS]
     drive, y = driven(0)
     assert hum(record(drive[:3000], y[:3000]), ["de"]) == {}  # 0.3 s: no line is told from its neighbours
 
@@ -59,4 +61,4 @@ def test_the_period_of_an_interpolation(period_m: float) -> None:
 
 
 def test_no_interpolation_where_there_is_none() -> None:
-    assert [interpolation_error(slow(seed, 0.0, 1e-6)) for seed in range(10)] == [None] * 10
+    assert [interpolation_error(slow(seed, 0.0, 1e-6)) for seed in SEEDS] == [None for _ in SEEDS]
