@@ -6,28 +6,22 @@ and no entry in `unit.toml`.
 
 import math
 import statistics
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from accept.base.atomic_files import write_atomic
 from accept.capture.journal import Journal
-from accept.capture.operator_actions import Hands
-from accept.store import Store
+from accept.capture.mass_steps import stiffness
+from accept.capture.run import Captured, Run, Take
 from accept.units import toml_edit
 from accept.units.unit_folder import read as read_unit
 from checks.acceptance.flatness import POSITIONS_MM
 from hw import records
 from hw.errors import Implausible, InstrumentError
-from hw.instruments import Instrument, Reading
 from specs.bench import InstrumentEntry
 
-Say = Callable[[str], None]
-PAUSES_S = (0.3, 2.0)  # before another attempt: a disturbed line is soon silent, a plug takes a moment to be found
 REPEATS = 3
 MAX_SPREAD_UM = 3.0  # of repeats at one probe point: more is a probe that was not seated, or moved
 MAX_OPEN_LOOP = 0.3  # of a stroke that may be left back at the first voltage: a loop is 10 to 15 % wide, creep less
@@ -35,32 +29,7 @@ GROUPS = {"sensor_uF": "sensor", "actuator_uF": "actuator"}
 STROKES = {"one_stack": "stroke_one_stack.mat", "two_stacks": "stroke_two_stacks.mat"}
 POINTS_MM = [(float(x), float(y)) for x, y in np.array(POSITIONS_MM, dtype=float)]
 UM, UF = 1e-6, 1e-6
-
-
-@dataclass(frozen=True)
-class Run:
-    """What a capture works with."""
-
-    folder: Path
-    instrument: Instrument
-    entry: InstrumentEntry
-    hands: Hands
-    store: Store
-    who: str
-    say: Say = lambda _: None
-
-
-@dataclass(frozen=True)
-class Captured:
-    """What a capture puts into the unit folder: entries of the section, files by name; notes in words."""
-
-    entries: dict[str, Any]
-    files: dict[str, bytes] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-
-Take = Callable[[str], Reading]
-"""Takes one reading for what is named, and keeps it."""
+MOST_LINES = 12_000  # in an event: a stroke, the longest run that is not followed, has some 10,000
 
 
 def capture(section: str, run: Run) -> Captured:
@@ -71,7 +40,7 @@ def capture(section: str, run: Run) -> Captured:
             for reminder in run.instrument.reminders:
                 run.say(reminder)
             run.instrument.connect()
-            captured = CAPTURES[section](run, lambda what: _patiently(run, journal, what))
+            captured = CAPTURES[section](run, Take(run, journal))
             run.instrument.confirm()  # still the instrument that it was, set as it was, before anything is set
         except InstrumentError as e:
             _event("capture_failed", serial, section, run, journal, {"reason": str(e)})
@@ -85,17 +54,6 @@ def capture(section: str, run: Run) -> Captured:
     return captured
 
 
-def _patiently(run: Run, journal: Journal, what: str) -> Reading:
-    """One reading, with a few attempts."""
-    for pause_s in PAUSES_S:
-        try:
-            return journal.keep(what, run.instrument.read())
-        except InstrumentError as e:
-            run.say(f"{what}: {e}; once more")
-            time.sleep(pause_s)
-    return journal.keep(what, run.instrument.read())
-
-
 def _event(what: str, serial: str, section: str, run: Run, journal: Journal, more: dict[str, Any]) -> None:
     link, calibration = run.instrument.link, run.entry.calibration
     payload = {
@@ -107,11 +65,19 @@ def _event(what: str, serial: str, section: str, run: Run, journal: Journal, mor
         if calibration is None
         else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
         "settings": dict(run.instrument.asked),
-        "readings": journal.lines,
+        "readings": _ends(journal.lines),
         "journal": journal.path.name,
-        "transcript": [] if link is None else [t.to_json() for t in link.take_transcript()],
+        "transcript": [] if link is None else _ends([t.to_json() for t in link.take_transcript()]),
     }
     run.store.append(what, serial, payload | more, who=run.who)
+
+
+def _ends(lines: list[Any]) -> list[Any]:
+    """Both ends of what is too long for an event: a record that is followed has thousands of readings, which the
+    journal in the unit's folder holds, and asks five times as often."""
+    if len(lines) <= MOST_LINES:
+        return lines
+    return [*lines[: MOST_LINES // 2], *lines[-MOST_LINES // 2 :]]
 
 
 def capacitance(run: Run, take: Take) -> Captured:
@@ -213,4 +179,5 @@ CAPTURES: dict[str, Callable[[Run, Take], Captured]] = {
     "flatness": flatness,
     "capacitance": capacitance,
     "stroke": stroke,
+    "stiffness": stiffness,
 }

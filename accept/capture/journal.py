@@ -31,8 +31,9 @@ class Journal:
     ) -> None:
         self._file.close()
 
-    def keep(self, what: str, reading: Reading) -> Reading:
-        """Write a reading down; when this returns it is on the disk. Raises OSError."""
+    def keep(self, what: str, reading: Reading, sync: bool = True) -> Reading:
+        """Write a reading down; when this returns it is on the disk, without `sync` at the next one with it. Raises
+        OSError."""
         line = {
             "what": what,
             "value": reading.value,
@@ -43,7 +44,12 @@ class Journal:
             "raw": [raw.decode("latin-1") for raw in reading.raw],
         }
         self._file.write(json.dumps(line).encode() + b"\n")
-        self._file.flush()
-        os.fsync(self._file.fileno())
+        if sync:
+            self.sync()
         self.lines.append(line)
         return reading
+
+    def sync(self) -> None:
+        """All that was written is on the disk when this returns. Raises OSError."""
+        self._file.flush()
+        os.fsync(self._file.fileno())

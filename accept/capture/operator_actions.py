@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from hw.errors import Implausible
+from hw.errors import Implausible, SettingsError
 from hw.simulated.world import Stage, StageFile
 
 Ask = Callable[[str], str]
@@ -16,6 +16,8 @@ NAMES = {
     "actuator": "the two actuator stacks in parallel",
     "one_stack": "one stack",
     "two_stacks": "the two other stacks",
+    "closed_circuit": "Connect the stacks to the amplifier at 0 V",
+    "open_circuit": "Disconnect the stacks",
 }
 
 
@@ -29,6 +31,8 @@ class Hands(Protocol):
     def leads(self, group: str) -> None: ...
     def drive(self, stacks: str) -> None: ...
     def voltage(self, V: float) -> None: ...
+    def weigh(self) -> str: ...
+    def load(self, circuit: str) -> None: ...
 
 
 class Person:
@@ -50,6 +54,12 @@ class Person:
 
     def voltage(self, V: float) -> None:
         self._ask(f"Set {V:g} V, then Enter: ")
+
+    def weigh(self) -> str:
+        return self._ask("Weigh the mass; its mass in kg: ")
+
+    def load(self, circuit: str) -> None:
+        self._ask(f"{NAMES[circuit]}; leave the mass off, then Enter, and put it on when you are told: ")
 
 
 class Player(Person):
@@ -99,6 +109,12 @@ class Staged:
 
     def voltage(self, V: float) -> None:
         self._set(V=V)
+
+    def weigh(self) -> str:
+        raise SettingsError("the simulated bench has no mass to put on")
+
+    def load(self, _: str) -> None:
+        self.weigh()
 
     def _set(self, **what: object) -> None:
         self._file.write(replace(self._file.read(), **what))  # type: ignore[arg-type]

@@ -60,7 +60,7 @@ def hw_commission(
 @app.command("measure")
 def hw_measure(
     unit: Annotated[Path, typer.Argument(help="Unit folder.")],
-    section: Annotated[str, typer.Argument(help="flatness, capacitance or stroke.")],
+    section: Annotated[str, typer.Argument(help="flatness, capacitance, stroke or stiffness.")],
     bench: Bench = None,
     begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
     dwell: Annotated[float | None, typer.Option(min=0.1, help="The rig plays the voltage, so long a step [s].")] = None,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from pydantic import ValidationError
 
@@ -34,6 +34,15 @@ class Instrument(Protocol):
     def read(self) -> Reading: ...
     def confirm(self) -> Identity: ...
     def close(self) -> None: ...
+
+
+@runtime_checkable
+class Sampling(Protocol):
+    """An instrument that can also follow what moves."""
+
+    def sample(self) -> Reading:
+        """One answer alone: two of what moves would not agree. A run of them ends with `confirm`."""
+        ...
 
 
 Opener = Callable[[str, InstrumentEntry, Ask], Instrument]

@@ -11,14 +11,15 @@ Assumed: that with `api` 2 every result begins with the error number.
 import itertools
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from hw.errors import Garbled, Implausible, InstrumentRefused, SettingsError
+from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, SettingsError
 from hw.instruments.driver import Ask, Driver, Instrument, Trial, settings_of
 from hw.instruments.length import LengthInstrument, LengthSettings
-from hw.instruments.reading import Identity, Reading
+from hw.instruments.reading import Identity, Reading, check_unchanged
 from hw.link import Deadline, Link
 from hw.network_port import Address, open_tcp
 from specs.bench import InstrumentEntry
@@ -74,6 +75,18 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         raw = str(said).encode("ascii")
         metres = self.settings.plausible(self.name, raw, float(said) * PICOMETRE)
         return Reading(metres, self.unit, self._now(), (raw,))
+
+    def sample(self) -> Reading:
+        """One answer, of what moves; a line of the network is whole or lost, so it needs no second one to be believed.
+        Who answers and what it is set to are asked before it, and must be as they were. Raises InstrumentError."""
+        deadline = self.link.deadline(self.deadline_s)
+        with self._session_ends_on_error():
+            if not self._in_session:
+                raise NoReply(f"{self.name}: the connection was lost; begin the record again")
+            _, said = self._state(deadline)
+            check_unchanged(self.name, self.asked, said)
+            self.asked = {**self.asked, **said}
+            return replace(self._measure(deadline), settings=said)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
         """The first value of a method's result. Raises Refused for its errors, Garbled for what is no answer to it."""

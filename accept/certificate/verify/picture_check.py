@@ -1,6 +1,7 @@
 """Do the pictures show the attached records? They are data in the certificate, and come again from judging it."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -44,12 +45,19 @@ def _same(one: Any, other: Any) -> bool:
         return _near([one], [other]) if _numbers([one, other]) else one == other
     if _numbers(one) and _numbers(other):
         return _near(one, other)
+    if _map(one) and _map(other):
+        return len(one) == len(other) and _near([*chain(*one)], [*chain(*other)])
     return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
 
 
 def _numbers(values: Sequence[Any]) -> bool:
     """Also those that JSON has no number for."""
     return all((isinstance(v, int | float) and not isinstance(v, bool)) or v in ("nan", "inf", "-inf") for v in values)
+
+
+def _map(values: Sequence[Any]) -> bool:
+    """Rows of numbers, which are seen as one."""
+    return all(isinstance(row, list) and _numbers(row) for row in values)
 
 
 def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:

@@ -14,8 +14,9 @@ from serial.tools.list_ports import comports
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.capture.capture import CAPTURES, Run, capture
+from accept.capture.capture import CAPTURES, capture
 from accept.capture.operator_actions import Hands, Person, Player, Staged
+from accept.capture.run import Run
 from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
 from accept.store import open_store
 from accept.units import toml_edit
@@ -132,10 +133,14 @@ def measure(
         say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(CAPTURES)})")
         return Exit.BAD_INPUT
     bench = load_bench(bench_path(path))
+    try:
+        name, entry = _serving(bench, section)
+    except SettingsError as e:
+        say(f"accept: {e}")
+        return Exit.BAD_INPUT
     if begin is not None:
         toml_edit.begin(folder, begin, "apa")
     try:
-        name, entry = _serving(bench, section)
         with open_store() as store:
             instrument = open_instrument(name, entry, ask_at_terminal)
             run = Run(folder, instrument, entry, _hands(bench, dwell_s), store, operator_name(operator), say)

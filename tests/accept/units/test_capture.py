@@ -21,7 +21,7 @@ from tests.hw.instruments.simbench import HEIGHTS_UM, measure, new_unit, simulat
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch):
     """A simulated plug is back sooner than a real one."""
-    monkeypatch.setattr("accept.capture.capture.PAUSES_S", (0.05, 0.3))
+    monkeypatch.setattr("accept.capture.run.PAUSES_S", (0.05, 0.3))
 
 
 def test_the_meters_accuracy_stands_beside_the_value(tmp_path):

@@ -5,8 +5,9 @@ import re
 
 import pytest
 
-from accept.capture.capture import Run, capture, voltages, voltages_by_hand
+from accept.capture.capture import capture, voltages, voltages_by_hand
 from accept.capture.operator_actions import Person, Player
+from accept.capture.run import Run
 from accept.judging import judge_unit
 from accept.store import open_store
 from accept.units import unit_folder

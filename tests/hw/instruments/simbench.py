@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from accept.capture.capture import Captured, Run, capture
+from accept.capture.capture import capture
 from accept.capture.operator_actions import Staged
+from accept.capture.run import Captured, Run
 from accept.store import open_store
 from accept.units import toml_edit
 from hw.instruments import open_instrument

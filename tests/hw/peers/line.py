@@ -43,7 +43,9 @@ class Peer(Protocol):
 
 @dataclass(frozen=True)
 class Fault:
-    """kind: of KINDS. at: number of the message at which it strikes, before it is heard or (answered) after it."""
+    """kind: of KINDS; "panel:NAME" is one change of the panel, "panel" any of them.
+
+    at: number of the message at which it strikes, before it is heard or (answered) after it."""
 
     kind: str
     at: int
@@ -152,17 +154,19 @@ class Line:
 
     def _strike(self, answered: bool) -> None:
         for fault in [f for f in self.faults if f.at <= self._messages and f.answered == answered]:
-            if fault.kind == "panel" and self.now < self.last_panel + DWELL_S:
+            if fault.kind.startswith("panel") and self.now < self.last_panel + DWELL_S:
                 continue  # the person is not that quick
             self.faults.remove(fault)
             self.log.append(f"{self.now:.2f} s, message {self._messages}: {fault.kind}")
-            getattr(self, f"_{fault.kind}")(random.Random(fault.seed))
+            kind, _, name = fault.kind.partition(":")
+            getattr(self, f"_{kind}")(random.Random(fault.seed), *([name] if name else []))
 
-    def _panel(self, rng: random.Random) -> None:
-        name = rng.choice(sorted(self.peer.panel))
+    def _panel(self, rng: random.Random, name: str = "") -> None:
+        name = name or rng.choice(sorted(self.peer.panel))
         self.log[-1] += f" {name}"
         self.last_panel = self.now
-        self.peer.panel[name]()
+        if name in self.peer.panel:  # else this one has no such key
+            self.peer.panel[name]()
 
     def _noise(self, rng: random.Random) -> None:
         self._next.append(lambda reply: damaged(reply, rng))

@@ -1,0 +1,237 @@
+"""Stiffness with an added mass, live: an interferometer by its maker's protocol is followed while the mass is put on
+and taken off, through the workflow to a signed certificate; no fault on the way gives a wrong stiffness."""
+
+import random
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from accept.capture import mass_steps
+from accept.capture.capture import capture
+from accept.capture.run import Run
+from accept.cli.main import app
+from accept.commands.bench import hw
+from accept.judging import judge_unit
+from accept.store import open_store
+from accept.units import toml_edit, unit_folder
+from accept.workflow import certify
+from accept.workflow.bench import Begun, open_bench
+from checks.verdict import Verdict
+from hw.errors import Implausible, InstrumentError, SettingsError
+from hw.instruments import Heidenhain
+from hw.instruments.heidenhain import Nd287Settings
+from hw.instruments.ids3010 import Ids3010, Ids3010Settings
+from hw.link import Link
+from specs.bench import InstrumentEntry
+from tests.checks.acceptance.test_stiffness import Bench, G
+from tests.hw.instruments.dialogue import LINE
+from tests.hw.peers.faults import OF_A_NETWORK
+from tests.hw.peers.heidenhain import HeidenhainPeer
+from tests.hw.peers.ids3010 import Ids3010Peer
+from tests.hw.peers.line import Line, random_faults
+from tests.hw.peers.network import served
+from tests.soak import SOAK
+
+MASS = 6.4
+K = {"closed_circuit": 1.75e6, "open_circuit": 1.93e6}  # N/m of a good APA
+BENCH = """
+name = "bench 1"
+[instruments.ids]
+driver = "ids3010"
+measures = ["stiffness"]
+resource = "{address}"
+serial = "L01234567"
+settings = {{ axis = 0, pass_mode = 0, range_mm = [-1.0, 1.0], quiet_s = 0.05 }}
+"""
+
+
+class Moving(Ids3010Peer):
+    """In front of it an APA creeps under a mass; clock: of the bench [s]."""
+
+    clock: Callable[[], float] = staticmethod(lambda: 0.0)
+    bench, began, noise = Bench(), 0.0, random.Random(7)
+
+    @property
+    def truth(self) -> float:
+        now, it = self.clock() - self.began, self.bench
+        steps = it._step(np.array([now - it.add])) - it._step(np.array([now - it.remove]))
+        return it.drift * now - MASS * G / it.k * float(steps[0]) + self.noise.gauss(0.0, it.noise)
+
+    @truth.setter
+    def truth(self, _: float) -> None:
+        """The base class sets it first."""
+
+
+class Technician:
+    """Does what the program asks for, at the moments that it names."""
+
+    sets_each_voltage = True
+
+    def __init__(self, peer: Moving) -> None:
+        self.peer = peer
+
+    def weigh(self) -> str:
+        return str(MASS)
+
+    def load(self, circuit: str) -> None:
+        late = 0.37  # s: nobody is on time
+        add, remove = mass_steps.ADD_S + late, mass_steps.REMOVE_S + late
+        self.peer.bench = Bench(k=K[circuit], add=add, remove=remove)
+        self.peer.began = self.peer.clock()
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records of ten seconds: the check needs two before, between and after."""
+    for name, value in (("ADD_S", 3.0), ("REMOVE_S", 6.0), ("END_S", 10.0)):
+        monkeypatch.setattr(mass_steps, name, value)
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    toml_edit.begin(tmp_path / "APA-09", "APA-09", "apa")
+    return tmp_path / "APA-09"
+
+
+def followed(unit: Path, line: Line, peer: Moving, technician: type[Technician] = Technician) -> None:
+    peer.clock = line.clock
+    settings = Ids3010Settings(axis=0, pass_mode=0, quiet_s=0.05, range_mm=[-1.0, 1.0])
+    driver = Ids3010("ids", Link(LINE, line.open, line.clock), settings, None, "L01234567")
+    entry = InstrumentEntry(driver="ids3010", measures=["stiffness"], resource="192.168.1.1:9090", serial="L01234567")
+    with open_store() as store:
+        capture("stiffness", Run(unit, driver, entry, technician(peer), store, "Ann"))
+
+
+def stiffnesses(unit: Path) -> dict[str, float]:
+    result = judge_unit.judge_unit(unit_folder.read(unit), judge_unit.load_spec("apa"))
+    found = {f.quantity: f for f in result.findings}
+    return {name: found[name].value for name in ("k_closed_N_per_um", "k_open_N_per_um")}
+
+
+def right(unit: Path) -> bool:
+    """Within 0.5 %: the creep law and the moment of the steps leave 0.2 %."""
+    found = stiffnesses(unit)
+    return found == {
+        "k_closed_N_per_um": pytest.approx(K["closed_circuit"] / 1e6, rel=5e-3),
+        "k_open_N_per_um": pytest.approx(K["open_circuit"] / 1e6, rel=5e-3),
+    }
+
+
+@pytest.mark.usefixtures("short")
+def test_followed_at_the_bench_taken_up_by_the_workflow_and_certified(unit: Path) -> None:
+    peer = Moving()
+    peer.enabled = True
+    followed(unit, Line(peer), peer)
+    assert right(unit)
+    bench = open_bench("apa-basic", folder=unit)
+    session, problems = bench.open_unit(Begun("APA-09", "apa", "Ann"))
+    assert problems == []
+    (found,) = [f for f in session.judge().findings if f.quantity == "k_closed_N_per_um"]
+    assert found.verdict is Verdict.PASS
+    assert found.value == pytest.approx(1.75, rel=5e-3)
+    certify.make_keys(session.home, "Ann", "correct horse")
+    report = certify.sign_unit(session, "correct horse")
+    assert report.valid, report.reason
+    session.close()
+    bench.close()
+
+
+@pytest.mark.usefixtures("short")
+def test_no_fault_gives_a_wrong_stiffness(tmp_path: Path) -> None:
+    """Covered, stopped, another pass mode, late, lost, without power, unplugged, anywhere in the run."""
+    outcomes: Counter[str] = Counter()
+    for seed in range(200 if SOAK else 6):
+        rng = random.Random(seed)
+        unit = tmp_path / str(seed)
+        toml_edit.begin(unit, f"A-{seed}", "apa")
+        peer = Moving()
+        peer.enabled = True
+        line = Line(peer, random_faults(rng, most=2, span=9000, kinds=OF_A_NETWORK))
+        try:
+            followed(unit, line, peer)
+        except InstrumentError as e:
+            outcomes[type(e).__name__] += 1
+            assert "stiffness" not in unit_folder.read(unit).sections
+        else:
+            outcomes["right"] += 1
+            assert right(unit), (seed, stiffnesses(unit), line.log)
+    assert len(outcomes) > 1, outcomes
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"contrast": 100}, "the contrast of axis 0 is 100 permille"),
+        ({"pass_mode": 1}, "its pass mode is 1"),
+        ({"serial": "L99"}, "serial number 'L99'"),
+        ({"enabled": False}, "its measurement is not running"),
+    ],
+)
+def test_what_is_wrong_is_said_and_nothing_is_entered(unit: Path, change: dict[str, object], words: str) -> None:
+    peer = Moving()
+    for name, value in ({"enabled": True} | change).items():
+        setattr(peer, name, value)
+    with pytest.raises(InstrumentError, match=words):
+        followed(unit, Line(peer), peer)
+    assert "stiffness" not in unit_folder.read(unit).sections
+
+
+class Asleep(Technician):
+    """Never puts the mass on."""
+
+    def load(self, circuit: str) -> None:
+        super().load(circuit)
+        self.peer.bench = replace(self.peer.bench, k=1e30)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_record_without_steps_is_said_at_once(unit: Path) -> None:
+    peer = Moving()
+    peer.enabled = True
+    with pytest.raises(Implausible, match="closed_circuit"):
+        followed(unit, Line(peer), peer, Asleep)
+    assert "stiffness" not in unit_folder.read(unit).sections
+    (journal,) = (unit / "readings").iterdir()
+    assert len(journal.read_text().splitlines()) > 100  # what was read is kept
+
+
+def test_an_instrument_that_is_too_slow_is_said(unit: Path) -> None:
+    peer = HeidenhainPeer()
+    line = Line(peer)
+    settings = Nd287Settings(axis="single", identification="ND-287", range_mm=[-1.0, 1.0])
+    driver = Heidenhain("probe", Link(LINE, line.open, line.clock), settings)
+    entry = InstrumentEntry(driver="nd287", measures=["stiffness"], serial="1")
+    with open_store() as store, pytest.raises(SettingsError, match="cannot follow what moves"):
+        capture("stiffness", Run(unit, driver, entry, Technician(Moving()), store, "Ann"))
+
+
+@pytest.mark.soak
+@pytest.mark.usefixtures("short")
+def test_by_the_command_over_the_network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In real time, from a peer on a TCP port, with the technician's answers typed."""
+    peer = Moving()
+    peer.enabled, peer.clock = True, time.monotonic
+    technician = Technician(peer)
+
+    def typed(words: str) -> str:
+        if words.startswith("Weigh"):
+            return str(MASS)
+        technician.load("closed_circuit" if words.startswith("Connect") else "open_circuit")
+        return ""
+
+    monkeypatch.setattr(hw, "ask_at_terminal", typed)
+    unit = tmp_path / "APA-09"
+    with served(peer) as address:
+        (tmp_path / "bench.toml").write_text(BENCH.format(address=address))
+        words = ["hw", "measure", str(unit), "stiffness", "--begin", "APA-09", "--bench", str(tmp_path / "bench.toml")]
+        done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "put the mass on now" in done.stderr
+    assert right(unit)
