@@ -111,6 +111,14 @@ class Technician:
         self.at.press("Escape")
 
 
+def patient(bench: Path) -> None:
+    """The simulated instruments are a program beside the one under test: on a crowded machine both wait for a core, and
+    a technician who was told that nothing came in time would read again."""
+    text = bench.read_text(encoding="utf-8")
+    text = text.replace("timeout_s = 1.0 }", "timeout_s = 8.0, deadline_s = 40.0 }")
+    bench.write_text(text.replace("timeout_s = 1.0\n", "timeout_s = 8.0\ndeadline_s = 40.0\n"), encoding="utf-8")
+
+
 @contextmanager
 def bench_for_seed(place: Path, seed: int, peers: bool = False) -> Iterator[tuple[Path, Path]]:
     """A simulated APA without a fault, and instruments that measure it: folder of its records, bench file. peers: those
@@ -126,6 +134,7 @@ def bench_for_seed(place: Path, seed: int, peers: bool = False) -> Iterator[tupl
         assert server.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.05)
+    patient(bench / "bench.toml")
     try:
         yield unit, bench / "bench.toml"
     finally:
