@@ -9,7 +9,7 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.text import REFUSED
-from accept.judging.result import UnitResult
+from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.models.model_file import open_model
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -21,7 +21,6 @@ from specs.spec import Spec
 from specs.strict import SpecError
 
 Say = Callable[[str], None]
-PREFIX = "gap/"  # of the names of its pictures among those of a unit
 MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
@@ -88,7 +87,7 @@ def explained(
     document = start.answer(done.document) | {"improved": improved}
     names = on_certificate(document)
     drawn = panels(done.result) if names else {}
-    shown = {f"{PREFIX}{name}": drawn[name] for name in names}
+    shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in names}
     return replace(result, gap=document, panels={**dict(result.panels), **shown})
 
 

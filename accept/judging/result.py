@@ -10,6 +10,8 @@ from checks.picture import Panel
 from checks.quantity import Contribution, Quantity
 from checks.verdict import Finding, UnitVerdict, Verdict
 
+GAP_PICTURES = "gap/"  # how the names of the gap workflow's pictures begin, among those of a unit
+
 
 @dataclass(frozen=True, eq=False)
 class UnitResult:

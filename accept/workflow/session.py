@@ -13,10 +13,10 @@ from typing import Any
 from accept.base.version import code_sha256
 from accept.certificate import events
 from accept.certificate.trust.commissioning import commissioned
-from accept.gap.attach_to_result import PREFIX, on_certificate
+from accept.gap.attach_to_result import on_certificate
 from accept.judging.calibration import Statement, statement
 from accept.judging.copies import copies_of, withheld, withhold_others
-from accept.judging.result import UnitResult
+from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import attach
@@ -254,7 +254,7 @@ class Session:
         result = judge(self.folder, self.spec, self._statement(self.spec))
         if self.gap is not None:
             kept = self.gap_panels
-            shown = {f"{PREFIX}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
+            shown = {f"{GAP_PICTURES}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
             result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
         with self._mutex:
             copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)

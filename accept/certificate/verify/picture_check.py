@@ -9,7 +9,7 @@ import numpy as np
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify.page_check import VERDICT_WORDS
 from accept.certificate.verify.result_diff import same_words
-from accept.gap.attach_to_result import PREFIX
+from accept.judging.result import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.pictures.reduce import reduced
 from checks.picture import Panel
@@ -27,7 +27,7 @@ def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) ->
     there = {panel["name"]: panel for panel in panels_to_json(attached)}
     here = {panel["name"]: panel for panel in panels_to_json({name: reduced(p) for name, p in again.items()})}
     for name, panel in there.items():
-        if name.startswith(PREFIX):
+        if name.startswith(GAP_PICTURES):
             if said := VERDICT_WORDS.findall(" ".join(_texts(panel))):
                 raise InvalidCertificate(f"the picture {name} says '{said[0]}'")
         elif name not in here or not _same(panel, here[name]):
