@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import tomlkit
 from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
@@ -76,6 +75,8 @@ def validate(names: list[str]) -> Exit:
 @clear_errors
 def copy(name: str, file: Path) -> Exit:
     """A built-in spec as a file to change; it gets a name of its own, so that nobody takes it for the built-in one."""
+    import tomlkit
+
     if file.exists():
         raise SpecError(str(file), ["is there already; name a file that is not"])
     known = builtin()
