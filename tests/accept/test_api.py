@@ -41,7 +41,7 @@ def test_every_name_is_there_typed_and_documented():
 
 
 def test_the_page_of_the_interface_names_every_function():
-    text = (NOTEBOOK.parents[1] / "api.md").read_text(encoding="utf-8")
+    text = (NOTEBOOK.parents[1] / "reference" / "api.md").read_text(encoding="utf-8")
     missing = [name for name in accept.__all__ if f"accept.api.{name}" not in text]
     assert not missing
 
