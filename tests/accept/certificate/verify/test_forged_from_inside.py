@@ -172,7 +172,8 @@ def test_countersigning_waits_until_it_was_judged_again(tmp_path: Path, monkeypa
     assert "not judged again: flatness" in plain.stdout
     assert accept("countersign", pdf).exit_code == 4
     assert accept("verify", pdf, "--records", unit).exit_code == 0
-    assert accept("countersign", pdf, "--records", unit).exit_code == 0
+    decided = ("--disposition", "rework", "--because", "flatness")  # of a unit that was not accepted
+    assert accept("countersign", pdf, "--records", unit, *decided).exit_code == 0
     assert accept("verify", pdf, "--records", unit, "--require", "countersigned").exit_code == 0
 
 
@@ -283,7 +284,7 @@ def overlaid(pdf: bytes, credential: Credential, change: Callable[[IncrementalPd
     writer = IncrementalPdfFileWriter(io.BytesIO(pdf))
     change(writer)
     out = io.BytesIO()
-    PdfSigner(_metadata(credential), signer=_signer(credential)).sign_pdf(writer, output=out)
+    PdfSigner(_metadata(credential, None), signer=_signer(credential)).sign_pdf(writer, output=out)
     return out.getvalue()
 
 

@@ -144,7 +144,7 @@ def test_swapped_roles_are_refused(bench: Bench) -> None:
 
 
 def test_quality_assurance_alone_and_first_is_refused(bench: Bench) -> None:
-    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa), None, RevocationData()))
+    alone = asyncio.run(_append(bench.unsigned, bench.qa, WHEN, _signer(bench.qa), None, RevocationData(), None))
     refused(bench.check(alone), "signed by qa")
     refused(bench.check(approval(alone, bench.technician, TECHNICIAN)), "signed by qa, technician")
 
@@ -161,7 +161,7 @@ def test_outside_the_life_of_the_certificate_is_refused(bench: Bench, days: int)
     with pytest.raises(SigningRefused, match="is not valid at"):
         sign(bench.unsigned, bench.technician, when)
     signer, nothing = _signer(bench.technician), RevocationData()
-    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, signer, None, nothing))
+    signed = asyncio.run(_append(bench.unsigned, bench.technician, when, signer, None, nothing, None))
     refused(verify(signed, bench.trust, now=when), "was not valid at")
 
 
