@@ -35,6 +35,7 @@ from accept.judging.calibration import Statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
+from accept.pictures.labels import label_of
 from accept.store import SignedHead, Store, UnitState, fold
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
@@ -324,8 +325,9 @@ def _keep(
 
 
 def _why(result: UnitResult) -> str:
-    bad = [f"{f.quantity} {f.verdict.replace('_', ' ')}" for f in result.findings if f.verdict is not Verdict.PASS]
-    because = f" ({', '.join(bad)})" if bad else ""
+    bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
+    words = "; ".join(f"{label_of(f.quantity)}: {f.verdict.replace('_', ' ')}" for f in bad)
+    because = f" ({words})" if bad else ""
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
 
 

@@ -1,5 +1,6 @@
 """The table of units that batch and demo print, and why a unit was not accepted."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from rich import box
@@ -9,6 +10,7 @@ from rich.text import Text
 from accept.gap.text import one_line
 from accept.judging.result import UnitResult
 from accept.pictures import signs
+from accept.pictures.labels import label_of, with_labels
 from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
@@ -38,27 +40,34 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
 
 
 def reasons(units: list[dict[str, Any]]) -> list[str]:
-    """A line per finding that is no pass: unit, quantity, verdict, reason."""
+    """A line per finding that is not a pass: unit, quantity, verdict, reason."""
     return [
-        _reason(unit["serial"], f["quantity"], f["verdict"], f["reason"])
+        line
         for unit in units
-        for f in unit["findings"]
-        if f["verdict"] != "pass"
+        for line in _reasons(unit["serial"], [(f["quantity"], f["verdict"], f["reason"]) for f in unit["findings"]])
     ]
 
 
 def reasons_of(result: UnitResult) -> list[str]:
     """The same for one unit that was just judged."""
-    bad = [f for f in result.findings if f.verdict is not Verdict.PASS]
-    return [_reason(result.serial, f.quantity, f.verdict, f.reason) for f in bad]
+    return list(_reasons(result.serial, [(f.quantity, str(f.verdict), f.reason) for f in result.findings]))
 
 
-def _reason(serial: str, quantity: str, verdict: str, reason: str | None) -> str:
-    return f"{serial}: {quantity} {verdict.replace('_', ' ')}: {reason}"
+def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterator[str]:
+    """What has the same reason as a finding above only says so: the reason may be long."""
+    told: dict[str, str] = {}
+    for quantity, verdict, reason in findings:
+        if verdict == Verdict.PASS:
+            continue
+        label = label_of(quantity)
+        parts = with_labels(reason or "no reason is stated").split("; ")
+        new = "; ".join(part for part in parts if part not in told)
+        yield f"{serial}: {label} ({quantity}): {verdict.replace('_', ' ')}, {new or f'see {told[parts[0]]}'}"
+        told |= {part: label for part in parts if part not in told}
 
 
 def explanations(units: list[dict[str, Any]]) -> list[str]:
-    """A line per unit whose responses were held against a model."""
+    """A line per unit whose responses were compared with a model."""
     return [f"{unit['serial']}: {one_line(unit['gap'])}" for unit in units if "gap" in unit]
 
 

@@ -25,7 +25,7 @@ AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="
 
 @spread
 def history(serial: Annotated[str, typer.Argument(help="Serial of a unit.")], outputs: Outputs) -> None:
-    """Every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
+    """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     from accept.commands.fleet import questions
 
     raise typer.Exit(questions.history(serial, outputs))
@@ -33,7 +33,7 @@ def history(serial: Annotated[str, typer.Argument(help="Serial of a unit.")], ou
 
 @spread
 def list_units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> None:
-    """Units in the store. With their last verdict and what stopped them."""
+    """List the units in the store. With their last verdict and what stopped them."""
     from accept.commands.fleet import questions
 
     raise typer.Exit(questions.units(wanted, choice, outputs))
@@ -41,7 +41,7 @@ def list_units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> None:
 
 @spread
 def first_pass(*, by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH, choice: Choice, outputs: Outputs) -> None:
-    """First-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
+    """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     from accept.commands.fleet import questions
 
     raise typer.Exit(questions.first_pass(by, choice, outputs))
@@ -56,7 +56,7 @@ def trend(
     plot: Plot = None,
     outputs: Outputs,
 ) -> None:
-    """A quantity over time. Control charts with Nelson's rules and EWMA, capability; exit 4 where an alarm rings."""
+    """Show a quantity over time. Control charts with Nelson's rules and EWMA, capability; exit 4 at an alarm."""
     from accept.commands.fleet import questions
 
     raise typer.Exit(questions.trend(quantity, by, plot, choice, outputs))
@@ -69,7 +69,7 @@ def gauge_study(
     outputs: Outputs,
     table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
 ) -> None:
-    """Gauge repeatability and reproducibility. Crossed study by analysis of variance; states the U for a spec."""
+    """Evaluate a gauge study. Repeatability and reproducibility by analysis of variance; states the U for a spec."""
     from accept.commands.fleet import bench_health
 
     raise typer.Exit(bench_health.gauge_study(table, wanted, choice, outputs))
@@ -116,7 +116,7 @@ def rejudge(
     cluster: ClusterAt = None,
     outputs: Outputs,
 ) -> None:
-    """The whole store under another spec. Which verdicts flip and why; nothing is stored, no certificate is touched."""
+    """Judge the whole store by another spec. Which verdicts flip and why; stores nothing, touches no certificate."""
     from accept.commands.fleet import selection
 
     raise typer.Exit(selection.rejudge(spec, records, outputs, cluster))
@@ -124,7 +124,7 @@ def rejudge(
 
 @spread
 def match(wanted: MatchOptions, outputs: Outputs) -> None:
-    """Units that fit together. Sets whose quantities lie closest, in units of their uncertainty; proven best."""
+    """Find units that fit together. Sets whose quantities lie closest, in units of their uncertainty; proven best."""
     from accept.commands.fleet import selection
 
     raise typer.Exit(selection.match(wanted, outputs))
@@ -134,7 +134,7 @@ def site(
     out: Annotated[Path, typer.Option(help="Folder for the page.")],
     units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
 ) -> None:
-    """A page of the fleet. Yield, causes, trends, curves and every unit's findings; opens from a file, offline."""
+    """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
     from accept.commands.fleet import site as command
 
     raise typer.Exit(command.run(out, units or ()))

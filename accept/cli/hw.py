@@ -110,7 +110,7 @@ def recall(
         datetime.datetime, typer.Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")
     ],
 ) -> None:
-    """Units that an instrument touched since a day. From the event store."""
+    """List the units that an instrument touched since a day. From the event store."""
     from accept.commands.trust import recall as command
 
     raise typer.Exit(command.run(instrument, since.date()))

@@ -20,7 +20,7 @@ def frf(
     wanted: ResponseOptions,
     files: ResponseFiles,
 ) -> None:
-    """Frequency responses of records. With coherence, variance and the largest resonance."""
+    """Compute frequency responses of records. With coherence, variance and the largest resonance."""
     from accept.commands.physics import frf as command
 
     raise typer.Exit(command.run(records, wanted, files))
@@ -32,7 +32,7 @@ def compare(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Units side by side, and who stands out. Robust scores of quantities and curves, overlays of curves."""
+    """Compare units and find who stands out. Robust scores of quantities and curves, overlays of curves."""
     from accept.commands.units import compare as command
 
     raise typer.Exit(command.run(units, spec, json, plot))
@@ -73,7 +73,7 @@ def build(
 def info(
     model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
 ) -> None:
-    """The tables that are there, and whether they are whole."""
+    """Show the tables that are there, and whether they are whole."""
     from accept.commands.physics import lookup as command
 
     raise typer.Exit(command.run_info(model))
@@ -85,7 +85,7 @@ def misalign(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """How far a strut's APA lies off its axis. dx, dy with U, or why that cannot be said."""
+    """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
     from accept.commands.physics import misalign as command
 
     raise typer.Exit(command.run(unit, model, json, plot))

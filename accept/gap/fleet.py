@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from accept.gap.text import number
+from accept.gap.text import number, value_words, words_of
 from checks import distributions as stats
 from checks.gap.decision.result import EXPLAINED, NO_MISSING
 
@@ -38,17 +38,17 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
     for row in found["common"]:
         values = ", ".join(_value(k, p) for k, p in row["parameters"].items())
-        out.append(f"  of the bench: {row['effect']} {values} (in {', '.join(row['serials'])})")
+        out.append(f"  of the bench: {words_of(row['effect'])} {values} (in {', '.join(row['serials'])})")
         if row["undecided"]:
             out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
     for row in found["single"]:
         differ = ", values differ" if row["without"] == [] and len(row["serials"]) > 1 else ""
-        out.append(f"  of single struts: {row['effect']} (in {', '.join(row['serials'])}{differ})")
+        out.append(f"  of single struts: {words_of(row['effect'])} (in {', '.join(row['serials'])}{differ})")
     return out if len(out) > 1 else [*out, "  no effect was named"]
 
 
 def _value(name: str, p: Mapping[str, float]) -> str:
-    return f"{name} {number(p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
+    return f"{value_words(name, p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
 
 
 def _of_the_bench(row: Mapping[str, Any], documents: Sequence[Document]) -> bool:

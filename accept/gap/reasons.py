@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from accept.gap.text import chance
-from checks.gap.decision.result import Result, Tried
+from checks.gap.decision.result import EXPLAINED, Result, Tried
 
 SHOWN = 8  # of each: what follows says less
 ALIKE = 3.0  # in ln L: less does not distinguish two explanations
 POOR = 1e-3  # probability of the rest below which an explanation leaves something over
+NOTHING_MORE = "not named: the additional effect gains nothing"
 NOT_KNOWN = "not named: would explain it, but no effect of the library is behind it"
 FAR = 2.0  # of a prior's sd: a value that moved so far is worth a second look
 
@@ -30,10 +31,21 @@ class Moved:
 def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
     """Explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
     named = {n.effect for n in result.named}
-    chosen = next((t for t in result.tried if named and set(t.names) == named), None)
-    for tried in result.tried[:SHOWN]:
+    chosen = next((t for t in result.tried if named and set(t.names) == named), None) or _chosen(result)
+    shown = result.tried[:SHOWN]
+    if chosen is not None and chosen not in shown:
+        shown = (chosen, *shown)
+    for tried in shown:
         words = ", ".join(name.replace("_", " ") for name in tried.names) or "none"
-        yield words, f"{tried.delta_lnL:.0f}", chance(tried.p), _why(tried, chosen, named, result)
+        yield words, _gain(tried), chance(tried.p), _why(tried, chosen, named, result)
+
+
+def _chosen(result: Result) -> Tried | None:
+    """What was named, where it came out of an explanation with more in it that proved to be needless."""
+    if not result.named or result.verdict != EXPLAINED:
+        return None
+    gain = result.named[0].delta_lnL if len(result.named) == 1 else math.nan
+    return Tried(tuple(n.effect for n in result.named), gain, result.p_after)
 
 
 def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) -> str:
@@ -47,8 +59,10 @@ def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) ->
     if chosen is None:
         return f"not named: leaves something over (p {chance(tried.p)})" if tried.p < POOR else NOT_KNOWN
     behind = chosen.delta_lnL - tried.delta_lnL
-    if set(tried.names) > named and -behind < ALIKE:
-        return "not named: the additional effect gains nothing"
+    if math.isnan(behind) and tried.p < POOR:
+        return f"not named: leaves something over (p {chance(tried.p)})"
+    if set(tried.names) > named:
+        return "not named: what was named leaves nothing over without it" if -behind > ALIKE else NOTHING_MORE
     if behind > ALIKE:
         return f"not named: fits worse, by {behind:.0f} in ln L"
     if set(tried.names) < named:
@@ -56,6 +70,10 @@ def _why(tried: Tried, chosen: Tried | None, named: set[str], result: Result) ->
     if len(tried.names) > len(named):
         return f"not named: needs {len(tried.names)} effects for the same gain"
     return "not named: explains no more than what was named"
+
+
+def _gain(tried: Tried) -> str:
+    return f"{tried.delta_lnL:.0f}" if math.isfinite(tried.delta_lnL) else "-"
 
 
 def moved(result: Result) -> list[Moved]:

@@ -19,7 +19,7 @@ from reportlab.platypus import (
 
 from accept.gap.empirical import Added, elements_of
 from accept.gap.report_tables import tables
-from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, number
+from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, value_words, words_of
 from accept.pictures.interactive import PageTable
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
@@ -114,7 +114,8 @@ def _found(result: Result) -> list[Flowable]:
     for a in result.ambiguous:
         story.append(
             words(
-                f"Cannot be distinguished: {', '.join(a.effects)}. Next experiment: {a.experiment}.", page_style.STRONG
+                f"Cannot be distinguished: {', '.join(map(words_of, a.effects))}. Next experiment: {a.experiment}.",
+                page_style.STRONG,
             )
         )
     for u in result.unnamed:
@@ -139,7 +140,7 @@ def _limits(result: Result) -> list[Flowable]:
     if not result.detection_limits:
         return []
     parts = [
-        f"{effect} ({', '.join(f'{k} {number(v)}' for k, v in values.items())})"
+        f"{words_of(effect)} ({', '.join(value_words(k, v) for k, v in values.items())})"
         for effect, values in result.detection_limits.items()
     ]
     return [

@@ -6,6 +6,8 @@ from typing import Any
 
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
 from checks.gap.effects import EFFECTS
+from checks.rounding import rounded
+from specs.units import DIMENSIONLESS, unit_of
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
@@ -21,13 +23,13 @@ HEADLINE = {
 
 def headline_of(verdict: str, effects: Iterable[str]) -> str:
     """`Cause found: misalignment`."""
-    named = ", ".join(e.replace("_", " ") for e in effects)
+    named = ", ".join(map(words_of, effects))
     return f"{HEADLINE[verdict]}: {named}" if named else HEADLINE[verdict]
 
 
 def number(x: float) -> str:
     """Four digits, plain where that is readable."""
-    return f"{x:.4g}"
+    return f"{x:.0f}" if 1e4 <= abs(x) < 1e6 else f"{x:.4g}"
 
 
 def gap_number(G: float) -> str:
@@ -40,15 +42,41 @@ def chance(p: float) -> str:
     return "< 1e-12" if p < 1e-12 else f"{p:.2g}"
 
 
+def words_of(effect: str) -> str:
+    """`sensor_highpass` is "sensor highpass" where people read it; its code name is in gap.json."""
+    return effect.replace("_", " ")
+
+
 def named_line(n: Named) -> str:
     """Name, then every parameter with its interval."""
     values = parameters((name, v.value, v.lo, v.hi) for name, v in n.parameters.items())
-    return f"{n.effect}: {values}" if values else n.effect
+    return f"{words_of(n.effect)}: {values}" if values else words_of(n.effect)
 
 
 def parameters(values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
-    """Of one effect: name, value and the ends of its interval, each in the given form."""
-    return between.join(form.format(name, *map(number, of)) for name, *of in values)
+    """Of one effect: name, value with its unit and the ends of its interval, each in the given form."""
+    return between.join(_with_interval(form, *one) for one in values)
+
+
+def _with_interval(form: str, name: str, value: float, lo: float, hi: float) -> str:
+    """To two digits of half the interval."""
+    at, low, high = (rounded(x, (hi - lo) / 2.0) for x in (value, lo, hi))
+    return form.format(symbol(name), f"{at} {unit(name)}".rstrip(), low, high)
+
+
+_OF_A_UNIT_ALONE = {"kg": "mass", "V_per_V": "coupling"}
+
+
+def symbol(parameter: str) -> str:
+    """`dx_um` is dx, `f_Hz` f, `damping_ratio` "damping ratio"."""
+    suffix = unit_of(parameter).replace("/", "_per_").replace(" ", "_")
+    return _OF_A_UNIT_ALONE.get(parameter) or parameter.removesuffix(f"_{suffix}").replace("_", " ")
+
+
+def unit(parameter: str) -> str:
+    """Of a parameter by its name; "" for a pure number."""
+    found = unit_of(parameter)
+    return "" if found == DIMENSIONLESS else found
 
 
 def summary(serial: str, r: Result) -> list[str]:
@@ -71,7 +99,7 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
         yield n.sentence, "  "
         yield f"{named_line(n)}  p {chance(n.p)}", "    "
     for a in r.ambiguous:
-        yield f"cannot be distinguished: {', '.join(a.effects)}; next experiment: {a.experiment}", "  "
+        yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
     for u in r.unnamed:
         poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
         level = ", depends on the level" if u.level_dependent else ""
@@ -98,9 +126,13 @@ def experiment_line(t: Tested) -> str:
 
 
 def _limit(effect: str, values: Mapping[str, float]) -> str:
-    """`loop_delay tau_us 1.9`: the parameter says what the number is of, and in which unit."""
-    name, value = list(values.items())[-1]
-    return f"{effect} {name} {number(value)}"
+    """`loop delay tau 1.9 us`."""
+    return f"{words_of(effect)} {value_words(*list(values.items())[-1])}"
+
+
+def value_words(name: str, value: float) -> str:
+    """`dx 53.5 um`."""
+    return f"{symbol(name)} {number(value)} {unit(name)}".rstrip()
 
 
 def _wrapped(words: str, indent: str) -> list[str]:
@@ -115,12 +147,12 @@ def one_line(document: Mapping[str, Any]) -> str:
         worst = max(document["gap_after"]["channels"].values())
         return f"agrees with model {document['model']} (largest G {worst:.2g})"
     parts = [_named(n) for n in document["named"]]
-    parts += [f"{' or '.join(a['effects'])} (cannot be distinguished)" for a in document["ambiguous"]]
+    parts += [f"{' or '.join(map(words_of, a['effects']))} (cannot be distinguished)" for a in document["ambiguous"]]
     parts += [f"unidentified effect on {u['channel']}{_pole(u)}" for u in document["unnamed"]]
-    words = document["verdict"].replace("_", " ")
     told = document["named"] or document["ambiguous"]
-    left = f"gap {gap_of(document)}" if told else f"remaining gap {_left(document)}"
-    return f"does not fit model {document['model']}, {words}: {'; '.join(parts)}; {left}"
+    head = f"{HEADLINE[document['verdict']].lower()}: " if told else ""
+    left = f"G of {gap_of(document)}" if told else f"remaining G of {_left(document)}"
+    return f"does not fit model {document['model']}; {head}{'; '.join(parts)}; {left}"
 
 
 def gap_of(document: Mapping[str, Any]) -> str:
@@ -138,8 +170,8 @@ def _left(document: Mapping[str, Any]) -> str:
 
 
 def _named(n: Mapping[str, Any]) -> str:
-    values = " ".join(f"{k} {n['parameters'][k]['value']:.3g}" for k in in_order(n))
-    return f"{n['effect']} {values}".rstrip()
+    values = ", ".join(value_words(k, float(f"{n['parameters'][k]['value']:.3g}")) for k in in_order(n))
+    return f"{words_of(n['effect'])} ({values})" if values else words_of(n["effect"])
 
 
 def in_order(n: Mapping[str, Any]) -> list[str]:
@@ -156,7 +188,7 @@ def values_of(n: Mapping[str, Any]) -> list[Value]:
 
 def alternatives(a: Mapping[str, Any]) -> str:
     """Effects of an entry of `ambiguous`, and the experiment that distinguishes them."""
-    return f"Cannot be distinguished: {', '.join(a['effects'])}. Next experiment: {a['experiment']}."
+    return f"Cannot be distinguished: {', '.join(map(words_of, a['effects']))}. Next experiment: {a['experiment']}."
 
 
 def without_a_name(u: Mapping[str, Any]) -> str:

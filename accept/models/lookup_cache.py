@@ -100,7 +100,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
     try:
         return read_table(plan)
     except FileNotFoundError:
-        say(f"{plan.path.name}: not there yet, building it")
+        say(f"{plan.model.name}: computing its table of misalignments (once)")
     except TableError as e:
         say(f"{e}; rebuilding the table")
     return build(plan, say, workers)
@@ -112,12 +112,12 @@ def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Cluster | 
     ready = dict(_finished(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
-        say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows are there, going on")
+        say(f"{plan.model.name}: table of misalignments: {len(ready)} of {plan.dx.size} rows are there, going on")
     for i, row in steps(_from(cluster, plan, missing, workers), "rows of the table", len(missing)):
         write_atomic(_row_file(plan, i), _bytes(row=row))
         ready[i] = row
         if len(ready) % 5 == 0 or len(ready) == plan.dx.size:
-            say(f"{plan.path.name}: {len(ready)} of {plan.dx.size} rows")
+            say(f"{plan.model.name}: table of misalignments: {len(ready)} of {plan.dx.size} rows")
     table = MisalignmentTable(
         plan.dx, plan.dy, plan.f, np.array([ready[i] for i in range(plan.dx.size)]), plan.model.name, plan.sha256
     )

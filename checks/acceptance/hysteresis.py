@@ -51,7 +51,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     record: Record = values["record"]
     cycles = _cycles(record, float(spec.settings.get("min_amplitude_V", MIN_AMPLITUDE_V)))
     loops = _loops(record, "de", cycles)
-    notes = [f"loops at {', '.join(f'{loop.amplitude:.3g}' for loop in loops)} V about {cycles[-1].centre:.3g} V of Va"]
+    levels, centre = ", ".join(f"{loop.amplitude:.3g}" for loop in loops), round(cycles[-1].centre, 6) + 0.0
+    notes = [f"loops at {levels} V about {centre:.3g} V of Va"]
     _check_order(loops[-1], cycles[-1])
     _check_actuator(loops[-1], spec)
     if _falls(loops[-1]):

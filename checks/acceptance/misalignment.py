@@ -76,7 +76,7 @@ def _quantity(name: str, along: Along, found: MisalignmentEstimate) -> Quantity:
         return Quantity.missing(name, found.reason)
     source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
     u = round(along.U, DIGITS) / COVERAGE_FACTOR
-    return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u), note=found.meaning)
+    return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
 
 
 def _notes(found: MisalignmentEstimate) -> list[str]:

@@ -42,10 +42,10 @@ NEAR_UM = 5.0  # places no further apart are one
 WORTH_A_FIT = 50.0  # of log likelihood on few bins behind the best start
 SENSOR_GAIN = ("constants.gs_V_per_m", "constants.gs_V_per_N")
 OF_THE_LINE = (
-    "offset of the line along which the APA pushes from the joints' axis; the metal of an APA that is lopsided lies "
-    "elsewhere, which no record shows"
+    "offset of the APA's line of action from the axis of the joints; the metal of an asymmetric APA may lie elsewhere, "
+    "which the records do not show"
 )
-OF_THE_METAL = "offset of the APA's metal from the joints' axis; U includes how lopsided the model says such APAs are"
+OF_THE_METAL = "offset of the APA's metal from the axis of the joints; U includes the asymmetry that the model states"
 
 
 def estimate(

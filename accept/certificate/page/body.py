@@ -5,11 +5,21 @@ from html import escape
 from typing import Any
 
 from reportlab.lib.units import mm
-from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
+from reportlab.platypus import Flowable, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
-from accept.gap.text import REFUSED, alternatives, gap_number, headline_of, parameters, values_of, without_a_name
+from accept.gap.text import (
+    REFUSED,
+    alternatives,
+    gap_number,
+    headline_of,
+    parameters,
+    values_of,
+    without_a_name,
+    words_of,
+)
+from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
@@ -95,7 +105,7 @@ def explanation(contents: CertificateContent) -> list[Flowable]:
     table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
     table.setStyle(TableStyle([("LINEBELOW", (0, 0), (-1, 0), 0.5, page_style.GREY_COLOUR), *_padding(0.4, left=2)]))
     legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
-    return [*story, table, words(legend, page_style.QUIET)]
+    return [*story, KeepTogether([table, words(legend, page_style.QUIET)])]
 
 
 def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
@@ -110,7 +120,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
     ]
     for n in found["named"]:
         values = parameters(values_of(n), "{} {} ({} to {})", "; ")
-        story.append(words(f"{n['sentence']} {n['effect']}{': ' if values else ''}{values}", page_style.BODY))
+        story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
     for a in found["ambiguous"]:
         story.append(words(alternatives(a), page_style.BODY))
     for u in found["unnamed"]:
@@ -121,7 +131,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
 def budgets(contents: CertificateContent) -> list[Flowable]:
     """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated ([JCGM100])."""
     lines = [
-        f"{numbers.title_of(f['quantity'], f['unit'])}: "
+        f"{label_of(f['quantity'])}: "
         + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])
         for f in contents.result["findings"]
         if f.get("budget")
@@ -148,7 +158,7 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
     sign = page_style.FINDING_SIGNS[finding["verdict"]]
     value, U = numbers.value_and_U(finding["value"], finding["U"])
     shown = f"{value} ± {U}" if U else value
-    name = f"<b>{escape(numbers.title_of(finding['quantity'], unit), quote=False)}</b>"
+    name = f"<b>{escape(label_of(finding['quantity']), quote=False)}</b>"
     optional = "" if finding.get("required", True) else ", not required"
     below = f"<font size='5.8' color='#777777'>{escape(finding['check'] + optional, quote=False)}</font>"
     unit_text = "" if unit == "1" else f" {unit}"
@@ -181,7 +191,7 @@ def _information_row(row: Mapping[str, Any]) -> list[Any]:
     unit_text = "" if row["unit"] == "1" or row["value"] is None else f" {row['unit']}"
     shown = (f"{value} ± {U}" if U else value) + unit_text
     remark = "; ".join(part for part in (row.get("reason"), row.get("note")) if part)
-    texts = (row["check"], numbers.title_of(row["quantity"], row["unit"]), shown, _shortened(remark))
+    texts = (row["check"], label_of(row["quantity"]), shown, _shortened(remark))
     return [words(text, page_style.SMALL) for text in texts]
 
 

@@ -10,9 +10,9 @@ from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
 from accept.certificate.contents.content import CertificateContent
+from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, fitted
-from accept.pictures.pdf.numbers import title_of
 
 TECHNICIAN, QA = "technician", "qa"
 BOXES = {TECHNICIAN: "Technician", QA: "Quality assurance"}
@@ -91,7 +91,7 @@ def summary(result: Mapping[str, Any]) -> str:
     """Why the unit has its verdict, in a sentence that names the quantities."""
     by_verdict: dict[str, list[str]] = {}
     for finding in result["findings"]:
-        by_verdict.setdefault(finding["verdict"], []).append(title_of(finding["quantity"], finding["unit"]))
+        by_verdict.setdefault(finding["verdict"], []).append(label_of(finding["quantity"]))
     deciding = {"rejected": "fail", "incomplete": "no_result", "conditional": "conditional"}.get(
         result["verdict"], "pass"
     )

@@ -1,5 +1,6 @@
 """`accept history`, `list`, `yield` and `trend`."""
 
+from math import isnan
 from pathlib import Path
 
 import pandas as pd
@@ -8,13 +9,15 @@ from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
-from accept.commands.fleet.tables import check, show, write
+from accept.commands.fleet.tables import check, show, telling, write
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
 from accept.fleet.measurements import FleetError, attempts, between, day, latest, measurements
 from accept.pictures.formats import format_of
+from accept.pictures.labels import label_of
 from accept.store import open_store
+from checks.rounding import rounded, rounded_U
 
 
 def chosen(frame: pd.DataFrame, choice: Choice) -> pd.DataFrame:
@@ -41,17 +44,29 @@ def history(serial: str, outputs: Outputs) -> Exit:
         raise FleetError(f"no judgement of a unit '{serial}' in the store")
     changed = histories.changes(frame)
     tries = attempts(frame)
-    show(tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]], serial)
+    show(telling(tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]], "bench"), serial)
     columns = ["attempt", "quantity", "value", "U", "unit", "verdict", "change", "En", "changed"]
-    show(changed[columns], "values", {"En": "{:.2f}", "U": "{:.2g}", "change": "{:+.3g}"})
+    shown = telling(_to_the_digits_of_U(changed[columns]), "change", "En", "changed")
+    show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
     for row in changed[changed["changed"].eq(True)].itertuples():
         stdout.print(
-            f"attempt {row.attempt}: {row.quantity} changed by {row.change:+.3g} {row.unit}, "
-            f"{row.En:.1f} times what both uncertainties allow",
+            f"attempt {row.attempt}: {label_of(str(row.quantity))} ({row.quantity}) changed by {row.change:+.3g} "
+            f"{row.unit}, {row.En:.1f} times what both uncertainties allow",
             soft_wrap=True,
         )
     write(outputs, changed)
     return Exit.ACCEPTED
+
+
+def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
+    """Value and U as texts, "-" where there is none."""
+
+    def both(value: float, U: float) -> tuple[str, str]:
+        known = not isnan(U) and U > 0.0
+        return "-" if isnan(value) else rounded(value, U if known else None), rounded_U(U) if known else "-"
+
+    pairs = [both(value, U) for value, U in zip(frame["value"], frame["U"], strict=True)]
+    return frame.assign(value=[value for value, _ in pairs], U=[U for _, U in pairs])
 
 
 @clear_errors
@@ -68,7 +83,9 @@ def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
     if wanted.check is not None:
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
     rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]]
-    show(rows, f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units")
+    title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
+    one_spec = ["spec"] if rows["spec"].eq(rows["kind"]).all() else []  # the built-in one of each kind: said already
+    show(telling(rows, "bench").drop(columns=one_spec), title)
     write(outputs, rows)
     return Exit.ACCEPTED
 
@@ -107,7 +124,7 @@ def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs
         format = format_of(plot)
     made = trends.trends(chosen(_stored(), choice), quantity, by.value)
     rows = pd.DataFrame([_summary(t) for t in made])
-    show(rows, f"{quantity} [{made[0].unit}], first attempts")
+    show(rows, f"{label_of(quantity)} ({quantity}) [{made[0].unit}], first attempts")
     rang = False
     for each in made:
         for words in each.why:

@@ -10,8 +10,25 @@ from rich.text import Text
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import stdout
 from accept.commands.fleet.options import Outputs
+from accept.fleet.measurements import NOT_STATED
+from accept.pictures.labels import label_of
 
-WHOLE = ("serial", "time")  # columns that are looked for by eye
+WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
+NARROW = 100  # columns of a terminal below which the day stands alone
+TITLES = {  # on the terminal; files keep the names of the columns
+    "unit_verdict": "verdict",
+    "causes": "not passed",
+    "first": "passed first",
+    "last": "passed by now",
+    "first_pass": "first-pass yield",
+    "lo": "from",
+    "hi": "to",
+    "lower_3_sigma": "mean - 3 sigma",
+    "upper_3_sigma": "mean + 3 sigma",
+    "Cpk_lo": "Cpk from",
+    "Cpk_hi": "to",
+    "percent_of_study": "% of study",
+}
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
 
@@ -39,21 +56,38 @@ def _cell(value: object) -> object:
 
 def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = None) -> None:
     """Print rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut into pieces."""
-    table = Table(*map(str, frame.columns), title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    names = list(map(str, frame.columns))
+    titles = [TITLES.get(name, name) for name in names]
+    table = Table(*titles, title=title, box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     table.title_justify = "left"
-    for column in table.columns:
-        column.no_wrap = column.header in WHOLE
+    for name, column in zip(names, table.columns, strict=True):
+        column.no_wrap = name in WHOLE
+        column.min_width = max(map(len, str(column.header).split()), default=1)  # no word of a title is cut
     given = formats or {}
     for row in frame.itertuples(index=False):
-        table.add_row(*(Text(_shown(v, given.get(str(name)))) for name, v in zip(frame.columns, row, strict=True)))
+        table.add_row(*(Text(_told(n, _shown(v, given.get(n)))) for n, v in zip(names, row, strict=True)))
     stdout.print(table)
+
+
+def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
+    """Without those of these columns that say nothing in any row."""
+    return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].eq(NOT_STATED).all()])
+
+
+def _told(column: str, text: str) -> str:
+    """Quantities by their label; their code name, which other commands take, stands beside it or in the files."""
+    if column == "quantity":
+        return f"{label_of(text)} ({text})"
+    if column == "causes":
+        return "; ".join(map(label_of, text.split(", "))) if text else ""
+    return text.replace("_", " ") if column in ("verdict", "unit_verdict") else text
 
 
 def _shown(value: object, format: str | None) -> str:
     if value is None or value is pd.NaT or (isinstance(value, float) and value != value):
         return "-"
     if isinstance(value, pd.Timestamp):
-        return value.strftime("%Y-%m-%d %H:%M")
+        return value.strftime("%Y-%m-%d %H:%M" if stdout.width >= NARROW else "%Y-%m-%d")
     if isinstance(value, bool):
         return "yes" if value else "no"
     text = (format or ("{:.5g}" if isinstance(value, float) else "{}")).format(value)

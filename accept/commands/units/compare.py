@@ -25,6 +25,7 @@ from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
 from accept.pictures.formats import format_of
+from accept.pictures.labels import LABELS, label_of
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.picture import Panel
@@ -75,11 +76,16 @@ def _show(found: Fleet) -> None:
         return
     stdout.print(table(found))
     for serial, names in found.outliers.items():
-        stdout.print(f"{serial} stands out: {', '.join(names)}", soft_wrap=True)
+        stdout.print(f"{serial} stands out: {'; '.join(map(_label, names))}", soft_wrap=True)
     if not found.outliers:
         stdout.print(f"no {found.kind} stands out: no chance is below {CHANCE:g}")
     if found.too_few:
         say(f"fewer than {MIN_UNITS} units have these quantities, too few to find outliers: {', '.join(found.too_few)}")
+
+
+def _label(name: str) -> str:
+    """`Misalignment dy (dy_um)`; a curve by its name."""
+    return f"{label_of(name)} ({name})" if name in LABELS else name
 
 
 def table(found: Fleet) -> Table:
@@ -103,7 +109,7 @@ def table(found: Fleet) -> Table:
 def _row(c: Comparison) -> list[Text]:
     far = min(c.members, key=lambda m: (m.p, -abs(m.score)))
     style = "bold red" if far.outlier else ""
-    name = f"{c.name} [dB apart]" if c.curve else c.name
+    name = f"{c.name} [dB apart]" if c.curve else _label(c.name)
     cells = [name, f"{c.median:.4g}"]
     return [*map(Text, cells), *(Text(t, style=style) for t in _farthest(far))]
 

@@ -19,7 +19,7 @@ from accept.commands.physics.model import model_for
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import lines, write_population
-from accept.gap.text import gap_of, in_order, one_line
+from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
 from accept.judging.judge_unit import load_spec
 from accept.simulate import published_units, write
 from accept.simulate.demo import EARLIER, MODEL, demo_strut, earlier_strut
@@ -92,14 +92,14 @@ def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -
     if not found.get("named"):
         return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"
     named = "; ".join(_beside(n, truth.get(n["effect"], {})) for n in found["named"])
-    return f"{strut['serial']}: {named}, added to the model ({found['improved']}); gap {gap_of(found)}"
+    return f"{strut['serial']}: {named}, added to the model ({found['improved']}); G of {gap_of(found)}"
 
 
 def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
     names = in_order(named)
-    values = ", ".join(f"{k} {round(named['parameters'][k]['value'])}" for k in names)
+    values = ", ".join(f"{symbol(k)} {round(named['parameters'][k]['value'])} {unit(k)}".rstrip() for k in names)
     true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
-    return f"{named['effect']} {values} named (truth {true})"
+    return f"{words_of(named['effect'])} {values} named (truth {true})"
 
 
 def _published() -> dict[str, str]:

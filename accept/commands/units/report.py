@@ -23,6 +23,7 @@ from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.attach_to_result import StartModel
+from accept.gap.text import one_line
 from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.models.model_file import open_model
@@ -62,6 +63,8 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     result = judged.result
     for line in reasons_of(result):
         say(line)
+    if result.gap is not None:
+        say(f"{result.serial}: {one_line(result.gap)}")
     say(f"{result.serial}: {result.verdict}; {'certificate' if credential else 'unsigned report'} in {wanted.out}")
     return of_verdicts([str(result.verdict)])
 

@@ -11,7 +11,7 @@ from accept.pictures.colours import INK
 from accept.pictures.pdf.fonts import REGULAR
 from accept.pictures.pdf.plot_area import Area
 from checks.arrays import Array
-from checks.picture import Band, Heights, Item, Line, Text
+from checks.picture import Band, Heights, Item, Line, Mark, Text
 
 _SIZE, _LEADING = 5.8, 7.6  # pt
 _HANDLE, _GAP, _EDGE = 9.3, 4.6, 2.0
@@ -98,6 +98,14 @@ def _points(area: Area, items: Sequence[Item]) -> tuple[Array, Array]:
                 start = float(area.x_of(item.x))
                 xs.append(start + np.arange(0.0, stringWidth(item.words, REGULAR, _SIZE), 4.0))
                 ys.append(np.full(xs[-1].size, float(area.y_of(item.y)) + 4.0))
+            case Mark() if item.label:
+                along = np.arange(0.0, stringWidth(item.label, REGULAR, _SIZE), 4.0)  # its words, as they are drawn
+                if item.axis == "x":
+                    xs.append(np.full(along.size, float(area.x_of(item.at)) - 4.0))
+                    ys.append(area.top - 0.03 * area.height - along)
+                else:
+                    xs.append(area.right - 0.015 * area.width - along)
+                    ys.append(np.full(along.size, float(area.y_of(item.at)) + 4.0))
             case _:
                 pass
     return np.concatenate(xs), np.concatenate(ys)

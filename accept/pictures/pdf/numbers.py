@@ -4,16 +4,18 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from checks.rounding import rounded, rounded_U
+from checks.rounding import with_U
 
 
 def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
-    """Value and U with two significant digits of U, the value to the same place; U unknown: six digits and "?"."""
+    """Value and U with two significant digits of U, the value to the same place; U unknown: six digits and "?". A U so
+    small that nobody believes it is said to be less than the last of four digits."""
     if value is None:
         return "–", ""
     if U is None or not math.isfinite(U) or U <= 0:
         return _signed(f"{value:.6g}"), "0" if U == 0 else "?"
-    return _signed(rounded(value, U)), rounded_U(U)
+    shown, _, shown_U = with_U(value, U).partition(" ± ")
+    return _signed(shown), shown_U
 
 
 def _signed(text: str) -> str:
@@ -42,10 +44,3 @@ def risk(probability: float | None, verdict: str) -> str:
     if verdict == "fail":
         return "0 %"
     return f"{100 * probability:.2g} %" if probability >= 1e-5 else "< 0.001 %"
-
-
-def title_of(quantity: str, unit: str) -> str:
-    """`k_closed_N_per_um` -> `k closed`: the name without its unit, which stands beside the value."""
-    suffix = {"percent": "percent", "1": ""}.get(unit, unit.replace("/", "_per_").replace(" ", "_"))
-    bare = quantity.removesuffix("_" + suffix) if suffix else quantity
-    return bare.replace("_", " ")

@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap.text import REFUSED, alternatives, headline_of, number, parameters, values_of, without_a_name
+from accept.gap.text import REFUSED, alternatives, headline_of, number, parameters, values_of, without_a_name, words_of
 from accept.pictures import signs
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
@@ -100,7 +100,7 @@ def answer(found: Mapping[str, Any]) -> Text:
         return text
     for effect in found["named"]:
         text.append(f"  {effect['sentence']}\n", "bold")
-        text.append(f"    {effect['effect']}: {parameters(values_of(effect))}\n", "dim")
+        text.append(f"    {words_of(effect['effect'])}: {parameters(values_of(effect))}\n", "dim")
     for rivals in found["ambiguous"]:
         text.append(f"  {alternatives(rivals)}\n", "yellow")
     for nameless in found["unnamed"]:

@@ -4,12 +4,12 @@ from functools import partial
 
 from textual.widgets import Static
 
+from accept.pictures.labels import label_of
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.page import Page
 from accept.tui.widgets.findings import Findings, missing_words
-from accept.tui.widgets.labels import label_of
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_words import head, setup

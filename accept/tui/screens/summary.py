@@ -13,11 +13,11 @@ from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.result import UnitResult
 from accept.pictures import signs
+from accept.pictures.labels import label_of
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
-from accept.tui.widgets.labels import label_of
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rich.text import Text
 from textual.widgets import Static
 
-from accept.tui.widgets.labels import label_of
+from accept.pictures.labels import label_of
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
 from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement

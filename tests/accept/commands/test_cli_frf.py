@@ -117,7 +117,7 @@ def test_compare_prints_who_stands_out_and_writes_it(tmp_path: Path):
     seed_units(tmp_path / "units")
     out, plot = tmp_path / "c.json", tmp_path / "c.pdf"
     found = accept("compare", tmp_path / "units", "--spec", "apa-basic", "--json", out, "--plot", plot)
-    assert "APA-07 stands out: k_closed_N_per_um" in found.stdout
+    assert "APA-07 stands out: Stiffness, closed circuit (k_closed_N_per_um)" in found.stdout
     assert found.stdout.count("stands out") == 1
     (written,) = json.loads(out.read_text())["fleets"]
     assert written["outliers"] == {"APA-07": ["k_closed_N_per_um"]}

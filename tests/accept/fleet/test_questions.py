@@ -60,8 +60,18 @@ def test_what_changed_significantly(bench, tmp_path):
     changed = {r["quantity"]: (r["changed"], r["En"]) for r in rows}
     assert changed["sensor_uF"] == (True, pytest.approx(3.3 / np.hypot(0.02, 0.02)))
     assert changed["stroke_um"] == (False, pytest.approx(0.3 / np.hypot(0.5, 0.5)))
-    assert "sensor_uF changed by +3.3 uF" in done.output
+    assert "Sensor stack (sensor_uF) changed by +3.3 uF" in done.output
+    assert "Stroke, three stacks (stroke_um) 360.30 0.50 um" in " ".join(done.output.split())  # to the digits of U
     assert ask("history", "Z").exit_code == 6
+
+
+def test_tables_name_quantities_by_their_labels_and_leave_out_what_says_nothing(bench):
+    shown = ask("list", "--failed", "--all-attempts").output
+    assert "Sensor stack" in shown
+    assert "sensor_uF" not in shown  # code names are in the files, and in `history` beside the label
+    assert "unit_verdict" not in shown
+    assert "En" not in ask("history", "A-01").output.split()  # one attempt: nothing changed
+    assert "bench-1" in shown
 
 
 def test_first_pass_yield_and_its_causes(bench):

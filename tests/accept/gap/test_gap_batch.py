@@ -73,7 +73,7 @@ class TestResults:
         assert found["X-1"]["gap"]["start"] == "strut"
         assert found["X-1"]["gap"]["model_sha256"] == open_model("strut").sha256
         assert "gap" not in found["N-1"]
-        assert "X-1: does not fit model strut, explained: sensor_highpass" in judged.run.stdout
+        assert "X-1: does not fit model strut; cause found: sensor highpass (f 4" in judged.run.stdout
 
     def test_no_verdict_comes_of_it(self, judged: SimpleNamespace) -> None:
         found = entries(judged.out)
@@ -84,9 +84,9 @@ class TestResults:
 
     def test_table_and_build_server(self, judged: SimpleNamespace) -> None:
         rows = list(csv.DictReader(io.StringIO((judged.out / "results.csv").read_text())))
-        assert all(("sensor_highpass" in row["gap"]) == (row["serial"] == "X-1") for row in rows)
+        assert all(("sensor highpass" in row["gap"]) == (row["serial"] == "X-1") for row in rows)
         suites = {s.get("name"): s for s in ET.parse(judged.out / "junit.xml").getroot()}
-        assert "sensor_highpass" in (suites["X-1"].findtext("system-out") or "")
+        assert "sensor highpass" in (suites["X-1"].findtext("system-out") or "")
         assert suites["N-1"].find("system-out") is None
         assert (suites["X-1"].get("failures"), suites["X-1"].get("errors")) == ("0", "0")
 

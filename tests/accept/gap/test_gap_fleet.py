@@ -76,5 +76,5 @@ def test_fleet_of_simulated_struts(tmp_path: Path) -> None:
     shown = found["common"][0]["parameters"]["f_Hz"]
     assert shown["lo"] <= 4.0 <= shown["hi"] or abs(shown["value"] - 4.0) < shown["hi"] - shown["lo"]
     assert names(found["single"]) == (["loop_delay"] if SOAK else [])
-    assert "of the bench: sensor_highpass" in done.stdout
+    assert "of the bench: sensor highpass" in done.stdout
     assert (tmp_path / "out" / "F-2" / "model.toml").is_file()

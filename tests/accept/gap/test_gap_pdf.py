@@ -10,12 +10,13 @@ from pypdf import PdfReader
 
 from accept.gap import analyse_unit
 from accept.gap.empirical import Added
-from accept.gap.reasons import moved
+from accept.gap.reasons import candidates, moved
 from accept.gap.report_pdf import render
 from accept.gap.text import COLUMNS, LINES, gap_number, one_line, summary
 from checks.gap.decision.result import Ambiguous, Nameless, Result
 from checks.gap.empirical import Fitted
 from checks.model.unidentified import Element
+from checks.rounding import rounded
 
 AMBIGUOUS = Ambiguous(("amplifier_bandwidth", "loop_delay"), "drive a dummy capacitor and read it back")
 NAMELESS = Nameless("Vs", (750.4,), (762.8,), False, "Vs times a mode would explain it")
@@ -55,8 +56,9 @@ def test_the_first_page_has_sentence_numbers_and_reasons_the_second_the_bode_plo
         for G in document[key]["channels"].values():
             assert gap_number(G) in text
     found = document["named"][0]["parameters"]["f_Hz"]
-    for value in (found["value"], *found["ci95"]):
-        assert f"{value:.4g}" in text
+    half = (found["ci95"][1] - found["ci95"][0]) / 2.0
+    at, low, high = (rounded(x, half) for x in (found["value"], *found["ci95"]))
+    assert f"f = {at} Hz [{low}, {high}]" in text
     assert result.tried[0].names[0].replace("_", " ") in text  # the candidates, the best first
     assert "Cause found" in text
 
@@ -82,7 +84,7 @@ def test_equal_answers_give_equal_bytes(result: Result) -> None:
 
 def test_what_is_not_told_apart_and_what_would_tell(crowded: Result) -> None:
     text = text_of(render("X-1", crowded))
-    told = "Cannot be distinguished: amplifier_bandwidth, loop_delay."
+    told = "Cannot be distinguished: amplifier bandwidth, loop delay."
     assert f"{told} Next experiment: drive a dummy capacitor and read it back." in text
     assert "Unidentified effect: Vs, poles 750.4 Hz, zeros 762.8 Hz" in text
     assert "Partly explained" in text
@@ -98,11 +100,21 @@ def test_terminal(result: Result, crowded: Result) -> None:
     assert any("for the rest see gap.json" in line for line in summary("X-1", crowded))
 
 
+def test_what_was_named_stands_among_what_was_tried(result: Result) -> None:
+    """Also where the search came to it from an explanation with more in it, which it then did not need."""
+    named = {n.effect for n in result.named}
+    without = replace(result, tried=tuple(t for t in result.tried if set(t.names) != named))
+    for shown in (result, without):
+        rows = [(words, why) for words, _, _, why in candidates(shown)]
+        assert ("sensor highpass", "named") in rows
+        assert all(why.startswith(("not named", "leaves the gap")) for words, why in rows if words != "sensor highpass")
+
+
 def test_one_line_says_it_all(crowded: Result, result: Result) -> None:
     line = one_line(analyse_unit.to_json("X-1", crowded) | {"reason": None})
     for words in (
-        "sensor_highpass f_Hz",
-        "amplifier_bandwidth or loop_delay (cannot be distinguished)",
+        "partly explained: sensor highpass (f ",
+        "amplifier bandwidth or loop delay (cannot be distinguished)",
         "on Vs (750.4 Hz)",
     ):
         assert words in line

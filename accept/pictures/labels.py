@@ -65,6 +65,14 @@ def label_of(quantity: str) -> str:
     return LABELS.get(quantity) or _from_name(quantity)
 
 
+def with_labels(text: str) -> str:
+    """A sentence with the labels of the quantities that it names by their code names."""
+    return _NAMES.sub(lambda found: LABELS[found.group()], text)
+
+
+_NAMES = re.compile(r"\b(?:" + "|".join(sorted(LABELS, key=len, reverse=True)) + r")\b")
+
+
 def _from_name(quantity: str) -> str:
     suffix = re.sub(r"\W+", "_per_", unit_of(quantity)) if unit_of(quantity) != "1" else ""
     words = quantity.removesuffix(f"_{suffix}").replace("_", " ").strip() or quantity
