@@ -66,7 +66,7 @@ def test_demo(demo_run: DemoRun) -> None:
     assert len(list((out / "certificates").glob("*.pdf"))) == 8
     assert "8 of 8 verified" in done.stderr
     last = done.stdout.strip().splitlines()[-1]
-    assert "misalignment dx_um" in last
+    assert "misalignment dx 0 um, dy -1" in last
     assert "named (truth 0, -170)" in last
     hidden = next(u for u in results(out)["units"] if u["serial"] == "SIM-STRUT-04")["gap"]
     lo, hi = hidden["named"][0]["parameters"]["dy_um"]["ci95"]
