@@ -135,7 +135,10 @@ class MarkedPort:
 
     def read(self, size: int = 1, /) -> bytes:
         """Bytes without marks. Raises DamagedCharacter, OSError."""
-        came: bytes = self._half + self._port.read(size)
+        try:
+            came: bytes = self._half + self._port.read(size)
+        except TypeError as e:  # so pyserial fails where another thread has closed the port meanwhile
+            raise OSError(errno.EBADF, "it was closed while it was read") from e
         self._half = b""
         if self._doubled is None or MARK not in came:
             return came

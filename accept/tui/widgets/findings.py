@@ -1,6 +1,7 @@
 """Findings of a step, each with its value in place inside its limits."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from rich.text import Text
 from textual.widgets import Static
@@ -15,7 +16,7 @@ from checks.verdict import Finding
 
 _STRIP = 30
 _FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
-_NAME, _VALUE = 27, 20  # columns of that table
+_NAME, _VALUE = 25, 18  # columns of that table; with its limits it fits beside the steps at 80 columns
 
 
 class Findings(Static):
@@ -28,12 +29,13 @@ class Findings(Static):
 
 
 def findings_text(check: Check, judgement: StepJudgement) -> Text:
-    """What to do stands below the finding that it is about; findings of one cause share it. What is for information
-    comes last, and what is beyond doubt before what is not."""
+    """What to do stands below the finding that it is about; findings of one cause share reason and advice. What is for
+    information comes last, and what is beyond doubt before what is not."""
     text, told = Text(), set[str]()
     one = finding_text if len(judgement.findings) <= _FEW else finding_row
     for finding in judgement.findings:
-        text.append_text(one(finding))
+        text.append_text(one(replace(finding, reason="as above") if finding.reason in told else finding))
+        told.add(finding.reason or "")
         for line in advice(check, finding):
             if line not in told:
                 text.append(f"  → {line}\n", "bold yellow")

@@ -21,6 +21,9 @@ from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, summary
 from accept.pictures.pdf.limit_bar import _view
 from accept.pictures.pdf.numbers import limits, risk, value_and_U
+from checks.quantity import Quantity
+from checks.verdict import judge
+from specs.spec import Limit
 from tests.accept.certificate.certificate_help import (
     RECORD,
     SPEC_TEXT,
@@ -264,6 +267,26 @@ def test_a_unit_without_pictures_and_information(made: CertificateContent) -> No
 )
 def test_digits_follow_the_uncertainty(value: float | None, U: float | None, shown: tuple[str, str]) -> None:
     assert value_and_U(value, U) == shown
+
+
+@pytest.mark.parametrize(
+    ("other", "sentence"),
+    [
+        (-130.0, "The two estimates agree."),
+        (-160.0, "They differ by more than their uncertainties in Misalignment dy."),
+    ],
+)
+def test_two_estimates_of_one_quantity_are_not_left_without_a_word(tmp_path: Path, other: float, sentence: str) -> None:
+    limit = Limit(lower=-100.0, upper=100.0, unit="um", rule="guarded", source="test")
+    dy = judge("misalignment", Quantity("dy_um", -128.5, 7.2), limit)
+    parameters = {"dy_um": {"value": other, "ci95": [other - 6.0, other + 6.0]}}
+    named = [{"effect": "misalignment", "parameters": parameters, "sentence": "The APA sits beside the axis."}]
+    gap = {"channels": {"de": 5.0}}
+    found = {"verdict": "explained", "model": "strut", "start": "strut", "named": named, "ambiguous": [], "unnamed": []}
+    unit = replace(result(), findings=(*result().findings, dy), gap=found | {"gap_before": gap, "gap_after": gap})
+    text = " ".join(" ".join(words(render(certificate_contents(tmp_path, unit)))).split())
+    assert "Judged are the findings above: Misalignment dy −128.5 ± 7.2 µm" in text
+    assert sentence in text
 
 
 @given(st.floats(-1e9, 1e9), st.floats(1e-7, 1e6))

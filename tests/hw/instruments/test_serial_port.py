@@ -140,3 +140,14 @@ def test_a_port_that_another_program_holds():
     other.close()
     os.close(master)
     os.close(slave)
+
+
+def test_a_port_that_another_thread_closes_is_lost_and_no_fault_of_the_program() -> None:
+    """The live value goes on in its thread while the screen leaves: pyserial reads a file that is None then."""
+
+    class Closed(Bytes):
+        def read(self, size: int = 1, /) -> bytes:
+            raise TypeError("'NoneType' object cannot be interpreted as an integer")
+
+    with pytest.raises(OSError, match="closed while it was read"):
+        MarkedPort(Closed(), doubled=True).read(1)
