@@ -20,9 +20,9 @@ def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
     H = Driven(found.model).frf(f, found.fit.at, data.channels)
     straight = found.model.frf(f, _aligned(found), data.channels)
-    curves = {"measured": R, "model": H[:, 0] / H[:, 1], "the same, aligned": straight[:, 0] / straight[:, 1]}
-    roles = {"measured": "data", "model": "model", "the same, aligned": "before"}
-    styles = {"measured": "points", "model": "solid", "the same, aligned": "dashed"}
+    curves = {"measured": R, "model": H[:, 0] / H[:, 1], "without misalignment": straight[:, 0] / straight[:, 1]}
+    roles = {"measured": "data", "model": "model", "without misalignment": "before"}
+    styles = {"measured": "points", "model": "solid", "without misalignment": "dashed"}
     size = [Line(f, np.abs(c), n, styles[n], roles[n]) for n, c in curves.items()]
     angle = [Line(f, np.degrees(np.angle(c)), n, "points", roles[n]) for n, c in curves.items()]
     title = f"de / da: dx {found.dx.value:.1f} ± {found.dx.U:.1f}, dy {found.dy.value:.1f} ± {found.dy.U:.1f} um"

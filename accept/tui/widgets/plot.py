@@ -73,8 +73,8 @@ class PanelPlot(PlotWidget):
         self.set_xlabel(panel.x_label)
         ends = _span(panel)
         colours = iter(SERIES * 4)
-        for item in panel.items:
-            self._draw(item, ends, colours)
+        for item in sorted(panel.items, key=lambda i: getattr(i, "role", "") != "before"):
+            self._draw(item, ends, colours)  # what comes later hides what was there: first what is no longer so
         if panel.x_range is not None:
             self.set_xlimits(*(_logged(np.array(panel.x_range), panel.x_log)))
         if panel.y_range is not None:
