@@ -1,6 +1,8 @@
 """A map in the terminal: shades, which tell without colour too, and upon them an estimate and its region."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -16,7 +18,12 @@ _LEFT = 9  # columns for the numbers of the y axis
 
 
 def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Text:
-    """The map with y upwards, the largest value darkest, numbers on both axes and what marks say on top."""
+    """The map with y upwards (downwards where its panel says so), the largest value fullest, numbers or names on both
+    axes and what marks say on top."""
+    names = panel.y_names
+    if panel.y_range is not None and panel.y_range[0] > panel.y_range[1]:
+        item, names = replace(item, y=item.y[::-1], z=item.z[::-1]), names[::-1]
+    left = max([_LEFT, *(len(name) + 2 for name in names)])
     cells = shaded(item, width, height)
     for up, along in _region(item, panel, width, height):
         cells[up][along] = REGION
@@ -25,24 +32,37 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
         cells[place[0]][place[1]] = PLACE
     text = Text()
     for n, row in enumerate(cells):
-        text.append(f"{_y_label(item, n, height):>{_LEFT - 1}} ", "dim")
+        label = _name(names, n, height) if names else _y_label(item, n, height)
+        text.append(f"{label:>{left - 1}} ", "dim")
         for marked, cells_alike in groupby(row, key=(REGION, PLACE).__contains__):
             text.append("".join(cells_alike), "bold yellow" if marked else "bright_blue")
         text.append("\n")
-    text.append(" " * _LEFT + _x_labels(item, width) + "\n", "dim")
-    text.append(" " * _LEFT + f"{panel.x_label}; up: {panel.y_label}; {item.label}", "dim")
+    text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
+    upwards = f"up: {panel.y_label}; " if panel.y_label else ""
+    text.append(" " * left + f"{panel.x_label}; {upwards}{item.label}", "dim")
     return text
 
 
 def shaded(item: Image, width: int, height: int) -> list[list[str]]:
     """height x width characters."""
-    rows = np.linspace(item.z.shape[0] - 1, 0, height).round().astype(int)
+    rows = _rows(item.z.shape[0], height)
     columns = np.linspace(0, item.z.shape[1] - 1, width).round().astype(int)
     z = item.z[np.ix_(rows, columns)]
     known = np.isfinite(z)
     lo, hi = (float(z[known].min()), float(z[known].max())) if known.any() else (0.0, 0.0)
     level = np.zeros(z.shape) if hi == lo else (np.where(known, z, lo) - lo) / (hi - lo)
     return [[SHADES[min(int(v * len(SHADES)), len(SHADES) - 1)] for v in row] for row in level]
+
+
+def _rows(count: int, height: int) -> NDArray[np.int_]:
+    """Which row of a map each line shows, the last one on top."""
+    return np.linspace(count - 1, 0, height).round().astype(int)
+
+
+def _name(names: Sequence[str], line: int, height: int) -> str:
+    """Of the row that a line shows, beside the first of its lines."""
+    rows = _rows(len(names), height)
+    return names[rows[line]] if line == 0 or rows[line] != rows[line - 1] else ""
 
 
 def _cell(value: float, axis: Array, count: int) -> int | None:
@@ -83,8 +103,10 @@ def _y_label(item: Image, row: int, height: int) -> str:
     return f"{float(shown[row]):.3g}" if row in shown else ""
 
 
-def _x_labels(item: Image, width: int) -> str:
-    left, middle, right = (f"{float(v):.3g}" for v in (item.x[0], _middle(item.x), item.x[-1]))
+def _x_labels(item: Image, width: int, log: bool) -> str:
+    """Columns follow the places of the map: where these lie on a logarithmic axis, so does the middle."""
+    halfway = item.x[item.x.size // 2] if log else _middle(item.x)
+    left, middle, right = (f"{float(v):.3g}" for v in (item.x[0], halfway, item.x[-1]))
     gap = max(1, width // 2 - len(left) - len(middle) // 2)
     first = f"{left}{' ' * gap}{middle}"
     return first + right.rjust(max(len(right) + 1, width - len(first)))
