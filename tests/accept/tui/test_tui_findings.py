@@ -1,4 +1,4 @@
-"""Findings of a step on the screen of 80 columns, one reason read once and nothing cut; maps with the names of their rows."""
+"""Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
 import numpy as np
 
