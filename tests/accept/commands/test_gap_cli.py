@@ -165,7 +165,9 @@ class TestImprovedModel:
     @pytest.mark.parametrize("name", sorted(n for n, e in EFFECTS.items() if e.in_model))
     def test_no_effect_counts_twice(self, name: str, tmp_path: Path, crossed: SimpleNamespace) -> None:
         """A model written with any effect answers as the fit did, also where a calibrated value says the same thing."""
-        effect, given = EFFECTS[name], opened("strut")
+        effect = EFFECTS[name]
+        models = (opened(model) for model in ("strut", "strut-as-built"))  # the first that has what the effect changes
+        given = next(m for m in models if all(p.targets(m.model) for p in effect.parameters if p.sets or p.adds))
         response = Augmented(given.model, (effect,))
         at = {p.name: p.begin for p in response.free()}
         at |= {f"{name}.{p.name}": p.start + 0.5 * p.scale for p in effect.parameters}
