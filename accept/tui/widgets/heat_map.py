@@ -38,8 +38,8 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
             text.append("".join(cells_alike), "bold yellow" if marked else "bright_blue")
         text.append("\n")
     text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
-    upwards = f"up: {panel.y_label}; " if panel.y_label else ""
-    text.append(" " * left + f"{panel.x_label}; {upwards}{item.label}", "dim")
+    upwards = f"up: {panel.y_label}" if panel.y_label else ""
+    text.append(" " * left + "; ".join(w for w in (panel.x_label, upwards, item.label) if w), "dim")
     return text
 
 

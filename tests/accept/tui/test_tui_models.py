@@ -120,7 +120,7 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         await open_row(pilot, "gap")
         said = words(pilot, "#answer")
         assert "The APA sits 12 um (x) and 149 um (y) beside the axis of the joints." in said
-        assert "dy_um = 149 [143, 155]" in said
+        assert "dy = 149.0 um [143.0, 155.0]" in said
         assert "de 81 → 1.02" in said
         await press(pilot, "escape")
         assert "cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "more"))
@@ -181,7 +181,7 @@ def test_an_answer_says_what_cannot_be_told_apart_and_what_has_no_name():
     }
     text = answer({**FOUND, "verdict": "partly_explained", "ambiguous": [rivals], "unnamed": [nameless]}).plain
     assert (
-        "Cannot be distinguished: payload_mass, encoder_mass. Next experiment: repeat with +0.5 kg on the payload"
+        "Cannot be distinguished: payload mass, encoder mass. Next experiment: repeat with +0.5 kg on the payload"
         in text
     )
     assert "Unidentified effect: Vs, poles 620.3 Hz" in text
