@@ -135,6 +135,11 @@ class Spec(SpecDocument):
     sha256: str
     text: str
 
+    @property
+    def instruments(self) -> dict[str, str]:
+        """What each check is to be measured with, where the spec says so."""
+        return {name: check.instrument for name, check in self.checks.items() if check.instrument}
+
 
 def builtin() -> dict[str, Path]:
     """Name -> file of the specs that come with the program."""

@@ -10,7 +10,7 @@ from rich.text import Text
 from accept.gap.text import one_line
 from accept.judging.result import UnitResult
 from accept.pictures import signs
-from accept.pictures.labels import label_of, with_labels
+from accept.pictures.labels import label_and_name, label_of, with_labels
 from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
@@ -59,11 +59,10 @@ def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterat
     for quantity, verdict, reason in findings:
         if verdict == Verdict.PASS:
             continue
-        label = label_of(quantity)
         parts = with_labels(reason or "no reason is stated").split("; ")
         new = "; ".join(part for part in parts if part not in told)
-        yield f"{serial}: {label} ({quantity}): {verdict.replace('_', ' ')}, {new or f'see {told[parts[0]]}'}"
-        told |= {part: label for part in parts if part not in told}
+        yield f"{serial}: {label_and_name(quantity)}: {verdict.replace('_', ' ')}, {new or f'see {told[parts[0]]}'}"
+        told |= {part: label_of(quantity) for part in parts if part not in told}
 
 
 def explanations(units: list[dict[str, Any]]) -> list[str]:

@@ -61,8 +61,6 @@ def _record(run: Run, take: Take, circuit: str) -> tuple[np.ndarray, np.ndarray]
     de = np.interp(t, when, value)
     try:
         deflection_of(Record(t, {"de": de}, {"de": "m"}))
-    except NoResult as e:
-        raise Implausible(f"{circuit}: {e}") from e
-    except ValueError as e:
+    except (NoResult, ValueError) as e:
         raise Implausible(f"{circuit}: {e}") from e
     return t, de

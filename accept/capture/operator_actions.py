@@ -20,6 +20,8 @@ NAMES = {
     "open_circuit": "Disconnect the stacks",
 }
 
+NO_MASS = "the simulated bench has no mass to put on"
+
 
 class Hands(Protocol):
     """Every call returns when it is done. Voltages in V on the stacks, points counted from 1. sets_each_voltage: a
@@ -111,10 +113,10 @@ class Staged:
         self._set(V=V)
 
     def weigh(self) -> str:
-        raise SettingsError("the simulated bench has no mass to put on")
+        raise SettingsError(NO_MASS)
 
     def load(self, _: str) -> None:
-        self.weigh()
+        raise SettingsError(NO_MASS)
 
     def _set(self, **what: object) -> None:
         self._file.write(replace(self._file.read(), **what))  # type: ignore[arg-type]

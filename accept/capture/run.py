@@ -70,8 +70,8 @@ class Take:
             at(now)
             reading = instrument.sample()
             when = link.clock()
-            self._journal.keep(what, reading, sync=when - synced > SYNC_S)
-            synced = when if when - synced > SYNC_S else synced
+            self._journal.keep(what, reading, sync=(due := when - synced > SYNC_S))
+            synced = when if due else synced
             came.append((when - start, reading.value))
         self._journal.sync()
         return came

@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from accept.gap.text import chance
+from accept.gap.text import chance, words_of
 from checks.gap.decision.result import EXPLAINED, Result, Tried
 
 SHOWN = 8  # of each: what follows says less
@@ -36,7 +36,7 @@ def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
     if chosen is not None and chosen not in shown:
         shown = (chosen, *shown)
     for tried in shown:
-        words = ", ".join(name.replace("_", " ") for name in tried.names) or "none"
+        words = ", ".join(map(words_of, tried.names)) or "none"
         yield words, _gain(tried), chance(tried.p), _why(tried, chosen, named, result)
 
 

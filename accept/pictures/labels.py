@@ -65,6 +65,11 @@ def label_of(quantity: str) -> str:
     return LABELS.get(quantity) or _from_name(quantity)
 
 
+def label_and_name(quantity: str) -> str:
+    """`Misalignment dy (dy_um)`: the words, and the code name that commands take."""
+    return f"{label_of(quantity)} ({quantity})"
+
+
 def with_labels(text: str) -> str:
     """A sentence with the labels of the quantities that it names by their code names."""
     return _NAMES.sub(lambda found: LABELS[found.group()], text)

@@ -17,9 +17,9 @@ SERIAL = "SIM-STRUT-04"
 HIDDEN = ("misalignment", {"dx_um": 0.0, "dy_um": -170.0})
 
 
-def earlier_strut(serial: str) -> SimulatedUnit:
-    """One of those that the model is learned from; short records, so that the demo is quick."""
-    return _strut(serial)
+def earlier_struts() -> list[SimulatedUnit]:
+    """Those that the model is learned from; short records, so that the demo is quick."""
+    return [_strut(serial) for serial in EARLIER]
 
 
 def demo_strut() -> SimulatedUnit:

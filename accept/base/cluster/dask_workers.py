@@ -38,13 +38,6 @@ AHEAD = 3  # items handed in per worker: one in work, others at hand while resul
 
 
 @dataclass(frozen=True)
-class _TooLarge:
-    """Why a worker could not do an item: its limit of memory."""
-
-    words: str
-
-
-@dataclass(frozen=True)
 class _Raised:
     """The traceback of an error in a worker."""
 
@@ -175,12 +168,12 @@ def _first(back: Back) -> Future[Any] | None:
         return None
 
 
-def _guarded(work: Callable[[T], R], item: T) -> R | _TooLarge | _Raised:
+def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
     """In a worker. Dask sends errors home as objects and loses its way over some: words are enough."""
     try:
         return work(item)
     except MemoryError:
-        return _TooLarge(worker_process.too_large())
+        return GivenUp(worker_process.too_large())
     except Exception:  # noqa: BLE001
         return _Raised(traceback.format_exc())
 
@@ -196,8 +189,6 @@ def _outcome(future: Future[Any]) -> Any:
         found = future.result()
     except (CancelledError, OSError, TimeoutError):
         return _LOST
-    if isinstance(found, _TooLarge):
-        return GivenUp(found.words)
     if isinstance(found, _Raised):
         raise WorkFailed(found.words)
     return found

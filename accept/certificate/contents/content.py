@@ -155,7 +155,7 @@ def content_of(
         spec_title=spec.title,
         spec_text=spec.text,
         operator=operator,
-        instruments={name: check.instrument for name, check in spec.checks.items() if check.instrument},
+        instruments=spec.instruments,
         panels=result.panels,
         files=files,
         inputs=dict(sorted(result.inputs.items())),

@@ -6,6 +6,7 @@ It stands in the countersignature itself (the signed `/Reason` of its dictionary
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
 CHOICES: Mapping[str, str] = {
@@ -15,7 +16,6 @@ CHOICES: Mapping[str, str] = {
     "return": "return to the supplier",
     "scrap": "scrap",
 }
-ACCEPTED = "accepted"
 LONGEST = 120  # characters of the reason: what the box of the countersignature shows
 _HEAD = "; disposition: "
 
@@ -43,7 +43,7 @@ def decided(serial: str, verdict: str, choice: str, reason: str) -> Disposition 
     DispositionError."""
     choice, reason = choice.strip().lower(), " ".join(reason.split())
     choices = ", ".join(CHOICES)
-    if verdict == ACCEPTED:
+    if verdict == UnitVerdict.ACCEPTED:
         if choice or reason:
             raise DispositionError(f"{serial} is accepted and needs no disposition")
         return None

@@ -62,16 +62,12 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float], dis
     canvas.setLineWidth(0.8)
     canvas.rect(0.4, 0.4, width - 0.8, height - 0.8, stroke=1, fill=1)
     decided = () if disposition is None else _decided(disposition, width - 14)
+    name_size, time_size = (12.0, 8.0) if disposition is None else (9.0, 6.8)
     lines = (
-        (credential.person, BOLD, 12.0 if disposition is None else 9.0, page_style.INK_COLOUR),
+        (credential.person, BOLD, name_size, page_style.INK_COLOUR),
         (f"{BOXES[credential.role]} · {_WORDS[credential.role]}", REGULAR, 6.8, page_style.INK_COLOUR),
         *((line, font, 6.8, page_style.INK_COLOUR) for line, font in decided),
-        (
-            f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC",
-            REGULAR,
-            8.0 if disposition is None else 6.8,
-            page_style.INK_COLOUR,
-        ),
+        (f"{when.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC", REGULAR, time_size, page_style.INK_COLOUR),
         (
             f"certificate sha256 {authority.fingerprint(credential.certificate)[:32]}",
             REGULAR,

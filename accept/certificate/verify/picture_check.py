@@ -14,7 +14,6 @@ from accept.pictures.jsonform import panels_to_json
 from accept.pictures.reduce import reduced
 from checks.picture import Panel
 
-Json = Mapping[str, Any]
 SEEN = 5e-3  # of what a curve spans: a difference below it is not seen; another processor's sums differ by 1e-6
 FEW = 0.02  # of a curve's points: where two samples are as high, another processor may keep the other one
 

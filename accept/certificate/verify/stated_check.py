@@ -17,11 +17,10 @@ def check_stated(contents: CertificateContent, technician: str | None) -> None:
         spec = parse(contents.spec_text.encode(), "the attached spec")
     except SpecError as e:
         raise InvalidCertificate(f"the attached spec cannot be used: {e}") from e
-    instruments = {name: check.instrument for name, check in spec.checks.items() if check.instrument}
     for what, stated, there in (
         ("name", contents.spec_name, spec.name),
         ("title", contents.spec_title, spec.title),
-        ("list of instruments", dict(contents.instruments), instruments),
+        ("list of instruments", dict(contents.instruments), spec.instruments),
     ):
         if stated != there:
             raise InvalidCertificate(f"the page gives the spec another {what} than the attached spec has: '{there}'")

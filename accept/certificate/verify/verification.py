@@ -10,7 +10,6 @@ from typing import Any
 from cryptography import x509
 
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.disposition import ACCEPTED
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.contents.step import Step
@@ -26,6 +25,7 @@ from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_stated
 from accept.store.seal import head_problem
+from checks.verdict import UnitVerdict
 
 Known = Callable[[bytes, CertificateContent], Sequence[Step]]
 """Asks a bench's store about what the technician signed, and its content."""
@@ -181,7 +181,7 @@ def _check_attached_list(
 
 def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:
     """What was decided about a unit that was not accepted; one that was has nothing to decide."""
-    if len(signatures) < 2 or contents.result["verdict"] == ACCEPTED:
+    if len(signatures) < 2 or contents.result["verdict"] == UnitVerdict.ACCEPTED:
         return []
     return [f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}"]
 

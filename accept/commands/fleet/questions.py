@@ -15,7 +15,7 @@ from accept.fleet import trend as trends
 from accept.fleet import yields
 from accept.fleet.measurements import FleetError, attempts, between, day, latest, measurements
 from accept.pictures.formats import format_of
-from accept.pictures.labels import label_of
+from accept.pictures.labels import label_and_name
 from accept.store import open_store
 from checks.rounding import rounded, rounded_U
 
@@ -50,7 +50,7 @@ def history(serial: str, outputs: Outputs) -> Exit:
     show(shown, "values, with their expanded uncertainty U (k = 2)", {"En": "{:.2f}", "change": "{:+.3g}"})
     for row in changed[changed["changed"].eq(True)].itertuples():
         stdout.print(
-            f"attempt {row.attempt}: {label_of(str(row.quantity))} ({row.quantity}) changed by {row.change:+.3g} "
+            f"attempt {row.attempt}: {label_and_name(str(row.quantity))} changed by {row.change:+.3g} "
             f"{row.unit}, {row.En:.1f} times what both uncertainties allow",
             soft_wrap=True,
         )
@@ -124,7 +124,7 @@ def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs
         format = format_of(plot)
     made = trends.trends(chosen(_stored(), choice), quantity, by.value)
     rows = pd.DataFrame([_summary(t) for t in made])
-    show(rows, f"{label_of(quantity)} ({quantity}) [{made[0].unit}], first attempts")
+    show(rows, f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
     rang = False
     for each in made:
         for words in each.why:

@@ -11,7 +11,7 @@ from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import stdout
 from accept.commands.fleet.options import Outputs
 from accept.fleet.measurements import NOT_STATED
-from accept.pictures.labels import label_of
+from accept.pictures.labels import label_and_name, label_of
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
 NARROW = 100  # columns of a terminal below which the day stands alone
@@ -77,7 +77,7 @@ def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
 def _told(column: str, text: str) -> str:
     """Quantities by their label; their code name, which other commands take, stands beside it or in the files."""
     if column == "quantity":
-        return f"{label_of(text)} ({text})"
+        return label_and_name(text)
     if column == "causes":
         return "; ".join(map(label_of, text.split(", "))) if text else ""
     return text.replace("_", " ") if column in ("verdict", "unit_verdict") else text

@@ -25,7 +25,7 @@ from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
 from accept.pictures.formats import format_of
-from accept.pictures.labels import LABELS, label_of
+from accept.pictures.labels import LABELS, label_and_name
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.picture import Panel
@@ -85,7 +85,7 @@ def _show(found: Fleet) -> None:
 
 def _label(name: str) -> str:
     """`Misalignment dy (dy_um)`; a curve by its name."""
-    return f"{label_of(name)} ({name})" if name in LABELS else name
+    return label_and_name(name) if name in LABELS else name
 
 
 def table(found: Fleet) -> Table:

@@ -18,11 +18,11 @@ from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.physics.model import model_for
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.fleet.population.learn import learn_population, measured_units
-from accept.fleet.population.report import lines, write_population
+from accept.fleet.population.report import lines, shifts, write_population
 from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
 from accept.judging.judge_unit import load_spec
 from accept.simulate import published_units, write
-from accept.simulate.demo import EARLIER, MODEL, demo_strut, earlier_strut
+from accept.simulate.demo import MODEL, demo_strut, earlier_struts
 from accept.simulate.unit import TRUTH_FILE, SimulatedUnit
 from accept.store import open_store
 
@@ -72,11 +72,10 @@ def _write(unit: SimulatedUnit, folder: Path) -> Path:
 def _learned(out: Path) -> Path:
     """The model file that struts made before the judged one, of the same batch, teach; says what it learned."""
     given, path = model_for(MODEL, "strut"), out / LEARNED
-    earlier = [_write(earlier_strut(serial), out / "batch") for serial in EARLIER]
+    earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
     found = learn_population(measured_units(earlier, given), given, lambda _: None)
     write_population(path, found)
-    first, *values = lines(found)
-    tell(f"{first} ({path})", *values[1 : 1 + SHOWN])
+    tell(f"{lines(found)[0]} ({path})", *(f"  {line}" for line in shifts(found, SHOWN)))
     return path
 
 

@@ -122,13 +122,13 @@ def lines(found: Population) -> list[str]:
         out.append(f"of the bench, in all units alike: {name} {given}")
     if compared:
         out.append(f"{inside} of {compared} values lie where the other units foretell them with 95 %")
-    out += [f"  {line}" for line in _shifts(found)]
+    out += [f"  {line}" for line in shifts(found)]
     if not found.holds:
         out.append("these units do not hold together: too few of them belong to one batch to learn from")
     return out
 
 
-def _shifts(found: Population, most: int = 8) -> list[str]:
+def shifts(found: Population, most: int = 8) -> list[str]:
     """What the batch has learned, largest shift first."""
     order = _by_shift(found)[:most]
     return [

@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, Footer, Label, Static
 
-from accept.certificate.contents.disposition import ACCEPTED, CHOICES
+from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.result import UnitResult
@@ -24,7 +24,7 @@ from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
-from checks.verdict import Finding, Verdict
+from checks.verdict import Finding, UnitVerdict, Verdict
 
 _OUTCOMES = {
     Validity.VALID: "✓ verified",
@@ -156,7 +156,7 @@ class Summary(Working[bool]):
     def _asked_of_qa(self, verdict: str) -> Question:
         """The passphrase, and for a unit that was not accepted what is to be done with it."""
         words, lines = "As quality assurance, with the QA key's own passphrase.", []
-        if verdict != ACCEPTED:
+        if verdict != UnitVerdict.ACCEPTED:
             words = f"The unit is {verdict}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
             lines = [QuestionLine("Disposition"), QuestionLine("Reason")]
         passphrase = QuestionLine("QA passphrase", secret=True)

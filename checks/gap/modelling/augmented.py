@@ -151,7 +151,9 @@ class Augmented:
 def _of_its_sign(p: Free) -> Free:
     """A parameter that keeps the sign of its prior: a constant that turned would undo a polarity that turned."""
     least = LEAST * p.prior
-    return replace(p, lo=max(p.lo, least)) if p.prior > 0.0 else replace(p, hi=min(p.hi, least)) if least else p
+    if least > 0.0:
+        return replace(p, lo=max(p.lo, least))
+    return replace(p, hi=min(p.hi, least)) if least < 0.0 else p
 
 
 def _evaluated(member: Member, values: Values, s: Complex) -> Complex:
