@@ -115,7 +115,7 @@ def test_results_json_csv_and_junit(tmp_path: Path) -> None:
     assert keys <= set(sensor)
     assert (sensor["value"], sensor["verdict"], sensor["p_false_accept"]) == (1.72, "fail", 0.0)
     assert sensor["reason"]
-    rows = list(csv.DictReader((tmp_path / "out" / "results.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "out" / "results.csv").read_text(encoding="utf-8").splitlines()))
     assert list(rows[0]) == COLUMNS
     assert len(rows) == len(a["findings"]) + len(b["findings"])
     assert {row["attempt"] for row in rows} == {"1"}
@@ -131,7 +131,7 @@ def test_a_row_of_results_csv_says_who_judged_when_and_which_attempt(tmp_path: P
     batch(*words, "Ada")
     make_unit(tmp_path / "in" / "b", "B", GOOD.replace("5.10", "1.72"))
     batch(*words, "Bob")
-    rows = list(csv.DictReader((tmp_path / "out" / "results.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "out" / "results.csv").read_text(encoding="utf-8").splitlines()))
     with open_store() as store:
         times = [event.time for event in store.events(what="unit_judged")]
     told = dict.fromkeys((row["serial"], row["attempt"], row["time"], row["operator"]) for row in rows)
