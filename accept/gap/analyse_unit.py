@@ -22,7 +22,8 @@ from checks.gap.decision.result import Gaps, Result, Tested
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
-from checks.signals.disturbances import hum, interpolation_error
+from checks.signals.disturbances import hum
+from checks.signals.interpolation import interpolation_errors, taken_out
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
@@ -71,16 +72,16 @@ def analyse(
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = realisations(measured, given.model.tolerance)
     trials, lost = trials_of(held, measured, given.model.tolerance)
-    low, slow = measured.records["low"], _slow(held)
+    low = measured.records["low"]
     inputs = Inputs(
         model=given.model,
         A=A,
         B=B,
         fs=low.fs,
         merge_Hz=measured.merge_Hz,
-        slow=slow,
+        slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_of_the_bench(low, slow), *lost),
+        notes=(*notes, *more, *_quality(A), *_of_the_bench(low), *lost),
         trials=trials,
     )
     try:
@@ -138,7 +139,7 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
 
 
-def _of_the_bench(low: Record, slow: Record | None) -> tuple[str, ...]:
+def _of_the_bench(low: Record) -> tuple[str, ...]:
     """Notes on what the bench adds to the records: hum, and an encoder that interpolates with an error."""
     units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
     lines = hum(low, tuple(units))
@@ -148,11 +149,7 @@ def _of_the_bench(low: Record, slow: Record | None) -> tuple[str, ...]:
         most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
         listed = ", ".join(f"{c} {size:.2g} {units[c][1]}" for c, size in sizes.items())
         words.append(f"mains hum of {most:.2f} Hz in the records: {listed}")
-    error = None if slow is None or "de" not in slow.channels else interpolation_error(slow)
-    if error is not None:
-        size, period = f"{1e9 * error.amplitude_m:.2g} nm", f"{1e6 * error.period_m:.3g} um"
-        words.append(f"the encoder's interpolation has an error of {size} that repeats every {period}")
-    return tuple(words)
+    return (*words, *taken_out(interpolation_errors(low)))
 
 
 def _slow(unit: LoadedUnit) -> Record | None:

@@ -20,6 +20,7 @@ from checks.misalignment.table import MisalignmentTable, grid, ratios, table_fre
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
+from checks.signals.interpolation import interpolation_errors, taken_out
 from specs.spec import CheckSpec
 
 PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
@@ -41,7 +42,8 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     except ModelError as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
     quantities = (_quantity("dx_um", found.dx, found), _quantity("dy_um", found.dy, found))
-    return Outcome(quantities, tuple(_notes(found)), panels(found))
+    low: Record = values["low"]
+    return Outcome(quantities, (*_notes(found), *taken_out(interpolation_errors(low))), panels(found))
 
 
 def _at_the_payload(model: Model, values: Values) -> Model:

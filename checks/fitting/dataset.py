@@ -18,6 +18,7 @@ from checks.errors import RecordError
 from checks.fitting.noise_pooling import shared_noise
 from checks.fitting.whitener import Whitener, whitener
 from checks.record import Record
+from checks.signals.interpolation import Errors, interpolation_errors, of_another_record, without_errors
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
@@ -118,10 +119,13 @@ def dataset_from_records(
     f_hi: float = F_HI,
     name: str | None = None,
 ) -> Dataset:
-    """Responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone.
+    """Responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone. An error of
+    the encoder's interpolation that low shows is taken out of both.
 
     Raises RecordError for a channel that is missing, no merge frequency, or a band without drive."""
     called = name or low.name
+    errors = interpolation_errors(low, drive=input) if "de" in channels else ()
+    low, high = without_errors(low, errors), _as_low(high, errors, input)
     if high is None:
         return _of_record(low, tolerance, channels, input, f_lo, f_hi, called)
     if merge_Hz is None or not f_lo < merge_Hz < f_hi:
@@ -129,6 +133,11 @@ def dataset_from_records(
     below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
     above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
     return joined(below, above.at(above.f > below.f[-1]))
+
+
+def _as_low(high: Record | None, errors: Errors, drive: str) -> Record | None:
+    """Without the errors that the encoder made in the other record."""
+    return high and without_errors(high, of_another_record(errors, high, drive=drive))
 
 
 def joined(below: Dataset, above: Dataset) -> Dataset:

@@ -1,11 +1,11 @@
-"""Hum and errors of interpolation: added to records of which everything is known, at the size of rough benches."""
+"""Hum: added to records of which everything is known, at the size of rough benches."""
 
 import numpy as np
 import pytest
 from scipy import signal
 
 from checks.record import Record
-from checks.signals.disturbances import hum, interpolation_error
+from checks.signals.disturbances import hum
 from tests.soak import SOAK
 
 FS, SECONDS = 10_000.0, 12.0
@@ -40,25 +40,3 @@ def test_no_hum_where_there_is_none() -> None:
     assert [hum(record(*driven(seed)), ["de"]) for seed in SEEDS] == [{} for _ in SEEDS]
     drive, y = driven(0)
     assert hum(record(drive[:3000], y[:3000]), ["de"]) == {}  # 0.3 s: no line is told from its neighbours
-
-
-def slow(seed: int, error_m: float, period_m: float) -> Record:
-    """Slow sines of two amplitudes: a loop of hysteresis, what a converter's steps make ring, noise of 8 nm."""
-    rng = np.random.default_rng(seed)
-    angle = 2 * np.pi * np.arange(3000) / 1000.0
-    Va = np.concatenate([a * np.sin(angle) for a in (1.0, 2.0)])
-    x = 45e-6 * Va + 2e-6 * np.concatenate([a * np.sin(angle - 0.05) ** 3 for a in (1.0, 2.0)])
-    x = x + 20e-9 * np.sin(2 * np.pi * 91.3 * np.arange(x.size) / 1000.0) + 8e-9 * rng.standard_normal(x.size)
-    x = x + error_m * np.sin(2 * np.pi * x / period_m)
-    return Record(np.arange(x.size) / 1000.0, {"Va": Va, "de": x}, {"Va": "V", "de": "m"}, "slow")
-
-
-@pytest.mark.parametrize("period_m", [0.6e-6, 1.1e-6, 2.0e-6])
-def test_the_period_of_an_interpolation(period_m: float) -> None:
-    found = [interpolation_error(slow(seed, 8e-9, period_m)) for seed in range(4)]
-    assert all(f is not None and f.period_m == pytest.approx(period_m, rel=0.01) for f in found)
-    assert [f.amplitude_m for f in found if f] == pytest.approx([8e-9] * 4, rel=0.4)  # the first harmonics take some
-
-
-def test_no_interpolation_where_there_is_none() -> None:
-    assert [interpolation_error(slow(seed, 0.0, 1e-6)) for seed in SEEDS] == [None for _ in SEEDS]

@@ -1,0 +1,212 @@
+"""The error that an encoder makes within each of its signal periods, found in the records of a response and taken out.
+
+The two signals of an encoder are not quite equal, so the reading x is off by c cos(2 pi x / p) + s sin(2 pi x / p) with
+the signal period p, and by its harmonics ([HEYDEMANN81]). To a small motion that is a gain of 1 + 2 pi s / p, to a
+large one it is noise: a response is off by percents in one band and not in the other.
+
+It repeats over position and not over time, which nothing else does. So: what the drive does not explain, by local
+polynomials over the spectrum, weighed by its own power; its transform over position; where a line stands out, c and s
+by least squares, with cosine and sine less what the drive explains of them too.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.fft
+
+from checks.arrays import Array, Complex
+from checks.record import Record
+
+PERIODS_M = (0.3e-6, 6e-6)  # of scales that are read by interpolation
+WHOLE = 5.0  # periods within the motion, at least: a curve of few bends is the strut's
+STANDS_OUT = 10.0  # times the median over all periods: chance makes it once in 1e30 records
+LINES = 3  # the period and two of its harmonics
+BINS, ORDER = 24, 3  # of the spectrum at once, and of the polynomials for response and transient
+CELL_M = 10e-9  # of position, in which the residual is added up
+LONGEST_M = 10e-3  # of a motion: no strut goes as far, and nothing is to be found in what says so
+FINE = 8  # places within the resolution over 1 / period
+LEAST_BLOCKS = 20  # of a record that says anything
+ROUNDS = 4  # each weighs by what the last one left
+ZEROED = 50.0  # of the sum of squares in standard deviations: chance makes it once in 1e10 records
+
+
+@dataclass(frozen=True)
+class PeriodicError:
+    """Of a reading x [m]: cosine_m cos(2 pi x / period_m) + sine_m sin(2 pi x / period_m)."""
+
+    period_m: float
+    cosine_m: float = 0.0
+    sine_m: float = 0.0
+
+    @property
+    def amplitude_m(self) -> float:
+        return float(np.hypot(self.cosine_m, self.sine_m))
+
+
+Errors = tuple[PeriodicError, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Left:
+    """What the drive does not explain. x (N,) reading [m]; Q (B, BINS, 2 (ORDER + 1)) what it explains in each of B
+    blocks of the spectrum; E (B, BINS) the reading's part that is left."""
+
+    x: Array
+    Q: Complex
+    E: Complex
+
+    @classmethod
+    def of(cls, record: Record, channel: str, drive: str) -> "_Left | None":
+        """None for a record that has no such channel, is too short, or moves as no strut does."""
+        if channel not in record.channels or drive not in record.channels:
+            return None
+        n = scipy.fft.prev_fast_len(record.t.size, real=True)
+        if not np.ptp(record[channel]) < LONGEST_M:
+            return None
+        U = _blocks(record[drive][:n])
+        if len(U) < LEAST_BLOCKS:
+            return None
+        powers = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
+        explaining = np.concatenate([U[..., None] * powers, np.broadcast_to(powers, (*U.shape, ORDER + 1))], axis=2)
+        Q = np.linalg.qr(explaining)[0]
+        x = record[channel][:n]
+        return cls(x, Q, _off(_blocks(x), Q))
+
+    def period(self, known: Errors) -> float | None:
+        """Of the strongest line over position that is not known, None where none stands out."""
+        E = self._less(known)
+        spectrum = np.zeros(self.x.size // 2 + 1, dtype=complex)
+        weighed = E / _power(E)[:, None]
+        spectrum[1 : weighed.size + 1] = weighed.ravel()
+        cells = np.rint(self.x / CELL_M).astype(np.intp)
+        over = np.bincount(cells - cells.min(), scipy.fft.irfft(spectrum, self.x.size))
+        n = scipy.fft.next_fast_len(FINE * over.size, real=True)
+        k = scipy.fft.rfftfreq(n, CELL_M)
+        longest = min(PERIODS_M[1], over.size * CELL_M / WHOLE)
+        band = (k >= 1.0 / longest) & (k <= 1.0 / PERIODS_M[0])
+        if not band.any():
+            return None
+        size = np.abs(scipy.fft.rfft(over, n))
+        top = int(np.argmax(np.where(band, size, 0.0)))
+        stands_out = size[top] > STANDS_OUT * float(np.median(size[band]))
+        return float(1.0 / (k[top] + _between(size, top) * k[1])) if stands_out else None
+
+    def fitted(self, errors: Errors) -> Errors:
+        """The same with the cosine and sine that explain most, and periods that do so too."""
+        for turn in range(ROUNDS):
+            root = np.sqrt(_power(self._less(errors)))[:, None]
+            place = self.x - _error(self.x, errors)
+            columns = [_waves(place, errors), *([_slopes(place, errors)] if turn else [])]
+            R = np.array([(_off(_blocks(column), self.Q) / root).ravel() for column in np.concatenate(columns)])
+            y = (self.E / root).ravel()
+            unit = np.maximum(np.linalg.norm(R, axis=1), 1e-300)  # of a size and of a period
+            R /= unit[:, None]
+            found = np.linalg.lstsq((np.conj(R) @ R.T).real, (np.conj(R) @ y).real, rcond=None)[0] / unit
+            sizes, away = found[: 2 * len(errors)].reshape(-1, 2), found[2 * len(errors) :]
+            errors = tuple(PeriodicError(e.period_m, *size) for e, size in zip(errors, sizes.tolist(), strict=True))
+            errors = self._moved(errors, away) if turn else errors
+        return errors
+
+    def _moved(self, errors: Errors, away: Array) -> Errors:
+        """With periods whose inverse is so much larger (L,) [1/m], by no more than the motion tells them apart."""
+        most = 0.5 / np.ptp(self.x)
+        steps = np.clip(away, -most, most).tolist()
+        return tuple(replace(e, period_m=1.0 / (1.0 / e.period_m + d)) for e, d in zip(errors, steps, strict=True))
+
+    def cost(self, errors: Errors) -> float:
+        """Sum of squares of what is left, in standard deviations of it all."""
+        return 2.0 * float(np.sum(np.abs(self._less(errors)) ** 2 / _power(self.E)[:, None]))
+
+    def _less(self, errors: Errors) -> Complex:
+        """(B, BINS) what neither the drive nor the errors explain."""
+        return self.E - _off(_blocks(_error(self.x, errors)), self.Q) if errors else self.E
+
+
+def _blocks(x: Array) -> Complex:
+    """(B, BINS) of the transform of x (N,), from the first bin above 0 Hz on."""
+    X = scipy.fft.rfft(x - x.mean())[1:]
+    whole = X.size // BINS * BINS
+    return np.asarray(X[:whole].reshape(-1, BINS))
+
+
+def _off(X: Complex, Q: Complex) -> Complex:
+    """(B, BINS) without what lies in the columns of Q."""
+    return X - (Q @ (np.conj(Q.transpose(0, 2, 1)) @ X[..., None]))[..., 0]
+
+
+def _power(E: Complex) -> Array:
+    """(B,) of each bin, for what the polynomials have taken out."""
+    share = BINS / (BINS - 2 * (ORDER + 1))
+    return np.asarray(np.maximum(share * np.mean(np.abs(E) ** 2, axis=1), 1e-300))
+
+
+def _between(size: Array, k: int) -> float:
+    """How far the top of a parabola through a peak and its neighbours lies from it, in steps."""
+    if not 0 < k < size.size - 1:
+        return 0.0
+    a, b, c = size[k - 1 : k + 2]
+    return float(0.5 * (a - c) / (a - 2.0 * b + c))
+
+
+def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
+    """The largest first; empty where nothing repeats over position, or where the record is too short to say."""
+    left = _Left.of(record, channel, drive)
+    found: Errors = ()
+    while left is not None and len(found) < LINES:
+        period = left.period(found)
+        if period is None:
+            break
+        found = left.fitted((*found, PeriodicError(period)))
+    return tuple(sorted(found, key=lambda e: -e.amplitude_m))
+
+
+def of_another_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
+    """The errors of the same encoder in another record: as they are, unless what comes out there explains far more (the
+    counter was set to zero in between). A motion of few periods cannot say so."""
+    left = _Left.of(record, channel, drive) if errors else None
+    if left is None or np.ptp(left.x) < WHOLE * max(e.period_m for e in errors):
+        return errors
+    own = left.fitted(errors)
+    return own if left.cost(own) + ZEROED < left.cost(errors) else errors
+
+
+def taken_out(errors: Errors) -> tuple[str, ...]:
+    """In words, for whoever reads an answer that was found without them; nothing where there is none."""
+    if not errors:
+        return ()
+    each = [f"{1e9 * e.amplitude_m:.2g} nm that repeats every {1e6 * e.period_m:.3g} um" for e in errors]
+    return (f"the encoder's interpolation has an error of {' and '.join(each)}; it was taken out of de",)
+
+
+def without_errors(record: Record, errors: Errors, channel: str = "de") -> Record:
+    """The record as an encoder without them would have read it."""
+    if not errors:
+        return record
+    x = record[channel]
+    return replace(record, channels={**record.channels, channel: x - _error(x, errors)})
+
+
+def _error(x: Array, errors: Errors) -> Array:
+    """(N,) of readings x (N,): the place is what is left without the error."""
+    off = np.zeros_like(x)
+    for _ in range(2):
+        off = _at(x - off, errors)
+    return off
+
+
+def _at(x: Array, errors: Errors) -> Array:
+    waves = _waves(x, errors)
+    out: Array = np.array([v for e in errors for v in (e.cosine_m, e.sine_m)]) @ waves
+    return out
+
+
+def _waves(x: Array, errors: Errors) -> Array:
+    """(2 L, N) cosine and sine of every period."""
+    angles = [2.0 * np.pi / e.period_m * x for e in errors]
+    return np.array([wave(a) for a in angles for wave in (np.cos, np.sin)])
+
+
+def _slopes(x: Array, errors: Errors) -> Array:
+    """(L, N) derivatives of every error by 1 / period [m2]."""
+    turned = [replace(e, cosine_m=e.sine_m, sine_m=-e.cosine_m) for e in errors]
+    return np.array([2.0 * np.pi * x * _at(x, (t,)) for t in turned])
