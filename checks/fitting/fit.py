@@ -274,9 +274,9 @@ class _FitProblem:
         values, slope = self.values(x), self.coordinates.slope(x)
         blocks = []
         for s in self.sets:
-            D = self.response.jacobian(s.f, self.names, values, s.channels)
-            blocks.append(-s.whitener(D * slope[:, None, None]).T)
-        return np.vstack([*blocks, self.weight * slope])
+            white = s.whitener(self.response.jacobian(s.f, self.names, values, s.channels))
+            blocks.append(np.multiply(white, -slope[:, None], out=white))
+        return np.hstack([*blocks, (self.weight * slope).T]).T
 
     def bounds(self) -> tuple[Array, Array]:
         return self.coordinates.bounds()
@@ -297,10 +297,10 @@ class _Rough(_FitProblem):
         values, slope = self.values(x), self.coordinates.slope(x)
         blocks = []
         for s, H in zip(self.sets, self.modelled(x), strict=True):
-            D = self.response.jacobian(s.f, self.names, values, s.channels) * slope[:, None, None]
-            D = -D * self._known(s) / _not_zero(H)
-            blocks += [D.real.reshape(len(slope), -1).T, D.imag.reshape(len(slope), -1).T]
-        return np.vstack([*blocks, self.weight * slope])
+            D = self.response.jacobian(s.f, self.names, values, s.channels)
+            D = D * (-self._known(s) / _not_zero(H)) * slope[:, None, None]
+            blocks += [D.real.reshape(len(slope), H.size), D.imag.reshape(len(slope), H.size)]
+        return np.hstack([*blocks, (self.weight * slope).T]).T
 
     @staticmethod
     def _known(s: Dataset) -> Array:

@@ -15,6 +15,7 @@ they had to be for a model that is exact.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,19 +36,32 @@ class Whitener:
     shrink: Array
 
     def __call__(self, residual: Complex) -> Array:
-        """(..., F, C) complex residuals -> (..., 2 F C) real numbers, independent and of unit variance."""
-        z = _lower(self.inverse, residual)
-        flat = _real(z)
-        return flat - ((flat @ self.U) * self.shrink) @ self.U.T if self.U.size else flat
+        """(..., F, C) complex residuals -> (..., 2 F C) real numbers, independent and of unit variance: channel by
+        channel, real and imaginary part of each bin side by side."""
+        white = _real(self._lower(residual))
+        if self.U.size:
+            white -= ((white @ self.U) * self.shrink) @ self.U.T
+        return white
 
+    def by_bin(self, white: Array) -> Complex:
+        """(..., F, C) complex of such numbers (..., 2 F C), each part of unit variance."""
+        F, C, _ = self.inverse.shape
+        return white.view(complex).reshape(*white.shape[:-1], C, F).swapaxes(-1, -2)
 
-def _lower(L: Complex, r: Complex) -> Complex:
-    """(..., F, C) L r of lower triangular L (F, C, C), entry by entry: quicker than many small products."""
-    out = np.zeros(r.shape, dtype=complex)
-    for i in range(L.shape[1]):
-        for j in range(i + 1):
-            out[..., i] += L[:, i, j] * r[..., j]
-    return out
+    def _lower(self, r: Complex) -> Complex:
+        """(..., C, F) lower triangle times residuals (..., F, C), entry by entry: quicker than many small products."""
+        r = r.swapaxes(-1, -2)
+        out = np.empty(r.shape, dtype=complex)
+        for i, row in enumerate(self._rows):
+            np.multiply(row[0], r[..., 0, :], out=out[..., i, :])
+            for j in range(1, i + 1):
+                out[..., i, :] += row[j] * r[..., j, :]
+        return out
+
+    @cached_property
+    def _rows(self) -> Complex:
+        """(C, C, F): the bins of an entry in one piece."""
+        return np.ascontiguousarray(np.moveaxis(self.inverse, 0, -1))
 
 
 def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) -> Whitener:
@@ -97,7 +111,7 @@ def _smooth_errors(f: Array, size: Complex, inverse: Complex) -> Array:
     columns = []
     for bump in _bumps(np.log2(f)):
         for c in range(C):
-            z = inverse[:, :, c] * (bump * size[:, c])[:, None] / np.sqrt(2.0)
+            z = (inverse[:, :, c] * (bump * size[:, c])[:, None]).T / np.sqrt(2.0)
             columns += [_real(z), _real(1j * z)]
     return np.array(columns).reshape(len(columns), 2 * F * C).T
 
@@ -115,7 +129,5 @@ def _bumps(x: Array) -> list[Array]:
 
 
 def _real(z: Complex) -> Array:
-    """(..., F, C) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
-    flat = z.reshape(*z.shape[:-2], -1)
-    parts: Array = np.sqrt(2.0) * np.concatenate([flat.real, flat.imag], axis=-1)
-    return parts
+    """(..., C, F) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
+    return (np.sqrt(2.0) * z).reshape(*z.shape[:-2], z.shape[-2] * z.shape[-1]).view(float)

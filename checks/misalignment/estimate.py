@@ -142,8 +142,9 @@ def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
     if not found:
         return []
     best = min(found, key=lambda c: c.fit.cost)
-    fit, left = best.fit, best.fit.datasets[0].whitener(best.fit.residuals[0])
-    places = peaks(data.f, np.sum(left.reshape(2, *data.H.shape) ** 2, axis=(0, 2)))
+    fit, white = best.fit, best.fit.datasets[0].whitener
+    left = white.by_bin(white(best.fit.residuals[0]))
+    places = peaks(data.f, np.sum(np.abs(left) ** 2, axis=1))
     ways = misplaced_modes(best.model, fit.free, fit.at, places, float(data.f[-1]), mechanics)
     starts = [[replace(p, start=way[p.name]) for p in fit.free] for way in ways]
     return _leads(best.model, data, starts, close=True)[:BOTH_WAYS]

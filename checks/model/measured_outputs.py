@@ -33,22 +33,25 @@ class OutputGains:
 
     def in_proportion(self, H: Complex, static: Array) -> Complex:
         """(..., F, C) of H (..., F, c), static (..., c): all but cross-talk."""
-        at_rest = static[..., self.da][..., None, None]
-        return np.asarray(H[..., self.picked] * self.gain + at_rest * self.with_rest)
+        moved = (H if self.picked == tuple(range(H.shape[-1])) else H[..., self.picked]) * self.gain
+        if self.with_rest.any():
+            moved += static[..., self.da][..., None, None] * self.with_rest
+        return np.asarray(moved)
 
 
 def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> OutputGains:
     """What is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that it has
     not."""
     e = electrical_of(v)
-    per_volt = e.drive(f) * (e.gain * e.ga)
+    drive = e.drive(f)
+    per_volt = drive * (e.gain * e.ga)
     mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"]) * per_volt
-    gain = np.empty((f.size, len(wanted)), dtype=complex)
-    with_rest, alone = np.zeros_like(gain), np.zeros_like(gain)
+    # A channel lies in one piece, as in the derivatives that are multiplied by it.
+    gain, with_rest, alone = np.zeros((3, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
     for i, channel in enumerate(wanted):
         if channel == "Vs":
             gain[:, i] = per_volt * e.gs * e.sensor(f)
-            alone[:, i] = e.crosstalk * e.gain * e.drive(f)
+            alone[:, i] = e.crosstalk * e.gain * drive
         else:
             optics = _optics(f, v) if channel == "de" else 1.0
             gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics

@@ -139,27 +139,31 @@ class Model:
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
         """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is in the
-        matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion."""
+        matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion. In memory
+        the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
         form = self.modal(changes)
         wanted = form.channels if channels is None else tuple(channels)
-        smooth = [n for n in names if self._smooth(n)]
-        moved = self._moved(f, smooth, changes)
+        inside = [i for i, n in enumerate(names) if self._smooth(n)]
+        moved = self._moved(f, [names[i] for i in inside], changes)
         converted = output_gains(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
-        inside = dict(zip(smooth, converted, strict=True))
-        outside = [n for n in names if n not in inside or _seen_otherwise(n, v)]
+        if len(inside) == len(names) and not any(_seen_otherwise(n, v) for n in names):
+            return converted
+        found = np.zeros((len(names), len(wanted), f.size), dtype=complex).swapaxes(1, 2)
+        found[inside] = converted
+        smooth = {names[i] for i in inside}
         H, static = form.frf(f), form.static()
-        found = dict(inside)
-        for name in outside:
-            known_motion = name in inside or not is_mechanical(name)
+        for i, name in enumerate(names):
+            if name in smooth and not _seen_otherwise(name, v):
+                continue
+            known_motion = name in smooth or not is_mechanical(name)
             above, below = (
                 output_gains(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
                 for end in _ends(v, name)
             )
-            slope = (above - below) / (2.0 * derivative_step(name, v[name]))
-            found[name] = inside.get(name, 0.0) + slope
-        return np.array([found[n] for n in names]).reshape(len(names), f.size, len(wanted))
+            found[i] += (above - below) / (2.0 * derivative_step(name, v[name]))
+        return found
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
         """(n,) squared frequencies [rad2/s2] of the modes without damping, rising, and (P, n) their derivatives per
@@ -212,9 +216,9 @@ class Model:
         """(P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
         system, changed, modes, order = self._changed(names, changes)
         s = 2j * np.pi * np.concatenate([[0.0], f])
-        found = (modal_derivatives if self.damping == "modal" else derivatives)(system, changed, s, modes)
         place = {n: i for i, n in enumerate(order)}
-        return found[[place[n] for n in names]]
+        kept = [place[n] for n in names]
+        return (modal_derivatives if self.damping == "modal" else derivatives)(system, changed, s, modes, kept)
 
     def _changed(self, names: Sequence[str], changes: Values) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
         """The system, its changes by some parameters, those by factors on the APA's modes apart, and whose they are."""

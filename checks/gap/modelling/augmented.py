@@ -107,18 +107,40 @@ class Augmented:
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
         """(P, F, C) derivatives per unit of each name."""
-        parts = {n: self._targets(n) for n in names}
-        needed = sorted({t for targets in parts.values() for t in targets})
         at = self.changes(changes)
-        D = dict(zip(needed, self.model.jacobian(f, needed, at, channels), strict=True)) if needed else {}
-        factor = self._factor(f, changes, channels)
-        out = np.empty((len(names), f.size, len(channels)), dtype=complex)
-        H = self.model.frf(f, at, channels) if self._factors else np.zeros(0)
+        targets = [self._targets(n) for n in names]
+        out = self._of_model(f, names, targets, at, channels)
+        if not self._factors:
+            return out
+        out *= self._factor(f, changes, channels)
+        H = self.model.frf(f, at, channels)
         for i, n in enumerate(names):
-            if parts[n]:
-                out[i] = sum(self.shift.slope(n, t) * D[t] for t in parts[n]) * factor
-            else:
+            if not targets[i]:
                 out[i] = H * self._factor_derivative(f, n, changes, channels)
+        return out
+
+    def _of_model(
+        self,
+        f: Array,
+        names: Sequence[str],
+        targets: Sequence[tuple[str, ...]],
+        at: Values,
+        channels: tuple[str, ...],
+    ) -> Complex:
+        """(P, F, C) of the model's response alone, zero for a name that stands for nothing in it."""
+        needed = list(dict.fromkeys(t for each in targets for t in each))
+        slopes = np.zeros((len(names), len(needed)))
+        for i, (name, each) in enumerate(zip(names, targets, strict=True)):
+            for t in each:
+                slopes[i, needed.index(t)] = self.shift.slope(name, t)
+        if not needed:
+            return np.zeros((len(names), f.size, len(channels)), dtype=complex)
+        D = self.model.jacobian(f, needed, at, channels)
+        if np.array_equal(slopes, np.eye(len(names), len(needed))) and len(names) == len(needed):
+            return D
+        out = np.zeros((len(names), len(channels), f.size), dtype=complex).swapaxes(1, 2)
+        for i, j in np.argwhere(slopes):
+            out[i] += slopes[i, j] * D[j]
         return out
 
     def _targets(self, name: str) -> tuple[str, ...]:

@@ -37,7 +37,8 @@ class HeldScatter:
     def turned(self, rows: Array) -> Array:
         """(p, n + q) of whitened derivatives (p, n), the scatter following."""
         r = np.concatenate([rows, np.zeros((rows.shape[0], self.tail.size))], axis=1)
-        return np.asarray(r - (r @ self.Q) @ self.Q.T)
+        r -= (r @ self.Q) @ self.Q.T
+        return r
 
     def best(self, white: Array) -> dict[str, float]:
         """The factors that explain most of whitened residuals (n,)."""
@@ -56,6 +57,6 @@ def _scatter(model: Model, held: Held, data: Dataset) -> HeldScatter:
     names, values = tuple(n for n, _ in held), np.array([v for _, v in held])
     free = free_of(model, names)
     W = prior_rows(free, model.joint)
-    J = data.whitener(model.jacobian(data.f, names, dict(held), data.channels)).T
-    Q, R = np.linalg.qr(np.vstack([J, -W]))
+    rows = data.whitener(model.jacobian(data.f, names, dict(held), data.channels))
+    Q, R = np.linalg.qr(np.hstack([rows, -W.T]).T)
     return HeldScatter(names, values, Q, R, W @ (values - np.array([p.prior for p in free])))

@@ -172,11 +172,11 @@ class _Problem:
         return np.concatenate([white, self.weight @ (x - self.prior / self.unit)])
 
     def jacobian(self, x: Array) -> Array:
-        D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
-        rows = -self.data.whitener(D * self.unit[:, None, None])
+        rows = self.data.whitener(self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels))
+        rows *= -self.unit[:, None]
         if self.scatter is not None:
             rows = self.scatter.turned(rows)
-        return np.vstack([rows.T, self.weight])
+        return np.hstack([rows, self.weight.T]).T
 
     def cost(self, x: Array) -> float:
         r = self.residual(x)

@@ -50,9 +50,7 @@ class Projected:
 
     def by_bin(self, x: Array) -> Complex:
         """(F, C) complex from the data's rows of x (n,): each of unit variance per real and imaginary part."""
-        F, C = self.data.H.shape
-        z = x[: 2 * F * C]
-        return np.asarray(z[: F * C] + 1j * z[F * C :]).reshape(F, C)
+        return self.data.whitener.by_bin(x[: 2 * self.data.H.size])
 
     @property
     def pulls(self) -> dict[str, float]:
@@ -75,12 +73,19 @@ def project(response: Augmented, data: Dataset, at: Values) -> Projected:
     names = tuple(p.name for p in free)
     priors = [p for p in free if np.isfinite(p.sd)]
     unit = np.array([p.unit for p in free])
-    D = response.jacobian(data.f, names, at, data.channels) * unit[:, None, None]
     rows = prior_rows(free, response.model.joint)[[names.index(p.name) for p in priors]] * unit
-    J = np.vstack([data.whitener(D).T, -rows])
-    U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
+    white = data.whitener(response.jacobian(data.f, names, at, data.channels)) * unit[:, None]
     known = at_known(response, data, at)
-    return replace(known, Q=U[:, s > 1e-9 * s[0]], names=names)
+    return replace(known, Q=_basis(np.hstack([white, -rows.T])), names=names)
+
+
+def _basis(rows: Array) -> Array:
+    """(n, q) orthonormal basis of rows (p, n), without directions that rounding alone tells from the others."""
+    J = rows.T / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+    Q, R = np.linalg.qr(J)
+    U, s, _ = np.linalg.svd(R)
+    told = s > 1e-9 * s[0]
+    return Q if told.all() else Q @ U[:, told]
 
 
 def at_known(response: Augmented, data: Dataset, at: Values) -> Projected:

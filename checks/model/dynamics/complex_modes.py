@@ -11,7 +11,7 @@ eigenvalue is zero: it follows statically), W is skew plus a negative semi-defin
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,11 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
+from checks.model.dynamics.far_modes import everywhere, far, points
 from checks.model.structure.matrix_builder import System
 
 FAST = 1e-9  # [s/rad] of 1/|pole|: faster than 100 MHz is at rest
+AT_REST = 1e-30  # [s/rad] beside it no mode is slow; keeps what follows at once from a division by zero
 NO_MASS = 1e-9  # of the largest 1/w^2: round-off of a coordinate without mass
 
 
@@ -40,33 +42,45 @@ class Modal:
     _outputs: Array
 
     def frf(self, f: Array) -> Complex:
-        """(F, c) response at f (F,) [Hz].
+        """(F, c) response at f (F,) [Hz]. Modes far above are summed at a few frequencies only."""
+        w = 2.0 * np.pi * f
+        swift = self._far(w)
+        if not swift.any():
+            return self._sum(w, slice(None))
+        return self._sum(w, ~swift) + everywhere(self._sum(points(w)[0], swift), w)
+
+    def _far(self, w: Array) -> NDArray[np.bool_]:
+        w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
+        return self.paired & far(w2, w2 * self._damping, w)
+
+    def _sum(self, w: Array, which: NDArray[np.bool_] | slice) -> Complex:
+        """(F, c) of some of the modes at w (F,) [rad/s].
 
         A pair is one real section of second order, so all runs in real products of (F, p) by (p, 2 c), in place:
         writing new arrays took three quarters of the time."""
-        c = len(self.channels)
-        w = 2.0 * np.pi * f[:, None]
-        im, re = w * self._damping, w * self._inverse_w
+        c, w = len(self.channels), w[:, None]
+        im, re = w * self._damping[which], w * self._inverse_w[which]
         np.subtract(1.0, np.multiply(re, re, out=re), out=re)
         scale = im * im
         scale += re * re
         re /= scale
         im /= scale
-        real, imag = re @ self._numerators, im @ self._numerators
-        H = np.empty((f.size, c), dtype=complex)
+        numerators = self._numerators[which]
+        real, imag = re @ numerators, im @ numerators
+        H = np.empty((w.size, c), dtype=complex)
         H.real = real[:, :c] - w * imag[:, c:]
         H.imag = imag[:, :c] + w * real[:, c:]
         return H
 
-    @property
+    @cached_property
     def _damping(self) -> Array:
         return np.where(self.paired, 2.0, 1.0) * self.mu.real
 
-    @property
+    @cached_property
     def _inverse_w(self) -> Array:
         return np.where(self.paired, np.abs(self.mu), 0.0)
 
-    @property
+    @cached_property
     def _numerators(self) -> Array:
         """(p, 2 c) of 1, then of s, in the numerator of each section; its denominator is 1 - damping s + (s / w)^2."""
         weight = np.where(self.paired, 2.0, 1.0)[:, None]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import eigen
+from checks.model.dynamics.far_modes import far, points
 from checks.model.dynamics.real_modes import real_modes
 from checks.model.structure.matrix_builder import System
 
@@ -77,16 +78,22 @@ class Modes:
 NO_MODES = Modes(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 
 
-def derivatives(system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES) -> Complex:
+def derivatives(
+    system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
+) -> Complex:
     """(P + 2 m, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form: by the changes, then by
-    the factors on the modes' stiffness, then by those on their damping."""
+    the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in this order.
+
+    In memory the channels come before the frequencies: what follows runs along frequencies."""
     form = eigen(system)
     terms = 1.0 / (np.multiply.outer(s, form.mu) - 1.0)
     n = len(form.T)
     shapes = form.T @ form.V[:n]
     x, *y = ((terms * w) @ shapes.T for w in form.weights.T)  # each (S, n)
     by_change = np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
-    return np.concatenate([by_change, _by_modes(modes, s, x, y)]) if modes.stiffness.size else by_change
+    found = np.concatenate([by_change, _by_modes(modes, s, x, y)]) if modes.stiffness.size else by_change
+    found = np.swapaxes(found if kept is None else found[list(kept)], 1, 2)
+    return np.swapaxes(np.ascontiguousarray(found), 1, 2)
 
 
 def _by_modes(modes: Modes, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
@@ -109,33 +116,61 @@ def _adjoint(d: Change, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex
     return out
 
 
-def modal_derivatives(system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES) -> Complex:
+def modal_derivatives(
+    system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
+) -> Complex:
     """The same, each real mode damped by itself."""
     w2, P = real_modes(system)
     C = P.T @ system.C @ P
     force, outputs = P.T @ system.force, system.outputs @ P
     apart = w2 - w2[:, None]  # [j, i]: w_i^2 - w_j^2
     apart[np.abs(apart) <= SAME * w2] = np.inf
-    poles = 1.0 / (w2 + np.multiply.outer(s, np.diag(C)) + (s * s)[:, None])
     residue = force * outputs  # (c, n)
-    of_residue, of_square, of_rate = [], [], []
+    of_each = []
     for d in changes:
         turn, dw2 = _turn(d, P, w2, apart)
         rate = 2.0 * np.einsum("ji,ji->i", turn, C) + _diagonal(d.C, P)
         dforce = turn.T @ force + P.T @ d.force
         doutputs = outputs @ turn + d.outputs @ P
-        of_residue.append(dforce * outputs + force * doutputs)
-        of_square.append(residue * dw2)
-        of_rate.append(residue * rate)
-    n, c = w2.size, len(outputs)
+        of_each.append((dforce * outputs + force * doutputs, residue * dw2, residue * rate))
+    A = np.array(of_each).reshape(-1, 3, *residue.shape)
     if modes.stiffness.size:
-        parts = _of_modes(modes, P, C, force, outputs, apart)
-        for each, of_modes in zip((of_residue, of_square, of_rate), parts, strict=True):
-            each.extend(of_modes)
-    A, B, E = (np.array(each).reshape(-1, n).T for each in (of_residue, of_square, of_rate))
-    squares = poles * poles
-    H = _times(poles, A) - _times(squares, B) - s[:, None] * _times(squares, E)
-    return np.moveaxis(H.reshape(s.size, -1, c), 0, 1)
+        A = np.concatenate([A, np.stack(_of_modes(modes, P, C, force, outputs, apart), axis=1)])
+    A = np.swapaxes(A if kept is None else A[list(kept)], 1, 2)  # (P, c, 3, n)
+    H = _sections(A.reshape(len(A) * len(outputs), 3, w2.size), w2, np.diag(C), s.imag)
+    return np.moveaxis(H.reshape(len(A), len(outputs), s.size), 1, 2)
+
+
+def _sections(A: Array, w2: Array, rate: Array, w: Array) -> Complex:
+    """(m, S) sums over modes p = 1 / (w2 + rate s + s^2) of A (m, 3, n) times p, -p^2 and -s p^2, at w (S,) [rad/s].
+
+    One real product by whatever is complex in it, real and imaginary parts side by side."""
+    swift = far(w2, rate, w)
+    sums, basis = _flat(A[..., ~swift]), _basis(w2[~swift], rate[~swift], w)
+    if swift.any():
+        few, weights = points(w)
+        there = _product(_flat(A[..., swift]), _basis(w2[swift], rate[swift], few))
+        sums = np.concatenate([sums, there.real, there.imag / few], axis=1)
+        basis = np.concatenate([basis, weights, 1j * w * weights])
+    return _product(sums, basis)
+
+
+def _basis(w2: Array, rate: Array, w: Array) -> Complex:
+    """(3 n, S)."""
+    s = 1j * w
+    poles = 1.0 / (w2[:, None] + np.multiply.outer(rate, s) + s * s)
+    squares = -poles * poles
+    return np.concatenate([poles, squares, s * squares])
+
+
+def _flat(A: Array) -> Array:
+    """(m, 3 n) of (m, 3, n)."""
+    return A.reshape(len(A), A.shape[1] * A.shape[2])
+
+
+def _product(A: Array, z: Complex) -> Complex:
+    """A (m, n) real by z (n, S) complex."""
+    return (A @ z.view(float)).view(complex)
 
 
 def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_MODES) -> tuple[Array, Array]:
@@ -166,13 +201,6 @@ def _of_modes(
         np.concatenate([residue * (own * p)[:, None], nothing]),
         np.concatenate([residue * rate[:, None], damped]),
     )
-
-
-def _times(z: Complex, A: Array) -> Complex:
-    """z (S, n) complex by A (n, m) real."""
-    out = np.empty((len(z), A.shape[1]), dtype=complex)
-    out.real, out.imag = z.real @ A, z.imag @ A
-    return out
 
 
 def _turn(d: Change, P: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
