@@ -9,6 +9,7 @@ compliances cancel ([MARES06]).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import linalg
@@ -19,6 +20,7 @@ from checks.model.parameters import MODE_DAMPING, MODE_STIFFNESS
 from checks.model.structure.apa import ELASTIC_FROM, ApaBody
 
 
+@lru_cache(maxsize=16)
 def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Flat names of the factors on stiffness and on damping, each by rising frequency of the nominal modes."""
     stiffness, damping = (tuple(f"{of}{k + 1}" for k in range(modes)) for of in (MODE_STIFFNESS, MODE_DAMPING))

@@ -45,19 +45,23 @@ def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> Outpu
     e = electrical_of(v)
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)
-    mode = suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"]) * per_volt
     # A channel lies in one piece, as in the derivatives that are multiplied by it.
     gain, with_rest, alone = np.zeros((3, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
     for i, channel in enumerate(wanted):
+        seen = factor(v, channel, f)
         if channel == "Vs":
-            gain[:, i] = per_volt * e.gs * e.sensor(f)
-            alone[:, i] = e.crosstalk * e.gain * drive
+            gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
+            alone[:, i] = drive * (e.crosstalk * e.gain * seen)
         else:
-            optics = _optics(f, v) if channel == "de" else 1.0
-            gain[:, i], with_rest[:, i] = per_volt * optics, mode * optics
-        for part in (gain, with_rest, alone):
-            part[:, i] *= factor(v, channel, f)
+            gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _optics(f, v)
+            if v["bench.mode_ratio"] != 0.0:
+                with_rest[:, i] = gain[:, i] * _bench_mode(f, v)
     return OutputGains(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
+
+
+def _bench_mode(f: Array, v: Values) -> Complex:
+    """(F,) of the motion at rest, what the bench's own mode adds to both displacements."""
+    return suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
 
 
 def _index(have: Channels, channel: str) -> int:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -195,12 +196,17 @@ class Model:
         return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
-        return _solved(self, tuple(v[n] for n in self.mechanical))
+        return _solved(self, self._mechanical(v))
 
     @cached_property
     def mechanical(self) -> tuple[str, ...]:
         """Names of the parameters that the matrices depend on, in the order of `values`."""
         return tuple(n for n in self.values if is_mechanical(n))
+
+    @cached_property
+    def _mechanical(self) -> Callable[[Values], tuple[float, ...]]:
+        """Values -> those of the mechanical parameters."""
+        return itemgetter(*self.mechanical)
 
     def _smooth(self, name: str) -> bool:
         """Whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are taken

@@ -99,6 +99,7 @@ def rule(name: str) -> Rule:
     return _RULES.get(last(name), POSITIVE)
 
 
+@lru_cache(maxsize=4096)
 def last(name: str) -> str:
     """`kz_N_per_um` of `joint.bottom.kz_N_per_um`."""
     return name.rpartition(".")[2]
@@ -107,7 +108,8 @@ def last(name: str) -> str:
 def matters(changes: Mapping[str, float]) -> dict[str, float]:
     """Of changed values, in order of their names, those that derivatives of the matrices may depend on: a factor on a
     mode of the APA changes one entry of its own, so of these only damping counts, for the damping of all."""
-    return {n: changes[n] for n in sorted(changes) if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)}
+    found = [n for n in changes if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)]
+    return {n: changes[n] for n in sorted(found)}
 
 
 def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
@@ -120,10 +122,11 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
     return tuple(
         (n, value)
         for n, value in mattering.items()
-        if (of_all or not n.startswith(MODE_DAMPING)) and not (no_matter and last(n) in no_matter)
+        if (of_all or not is_mode_factor(n)) and not (no_matter and last(n) in no_matter)
     )
 
 
+@lru_cache(maxsize=4096)
 def is_mode_factor(name: str) -> bool:
     """Is it a factor on one of the APA's free modes? It changes one entry of its matrices and nothing else."""
     return name.startswith((MODE_STIFFNESS, MODE_DAMPING))
@@ -139,12 +142,13 @@ def si(values: Mapping[str, float], name: str) -> float:
 
 def known(names: Iterable[str], allowed: Iterable[str]) -> None:
     """Raises ModelError naming the first parameter that a model does not have."""
-    have = set(allowed)
+    have = allowed if isinstance(allowed, Mapping) else set(allowed)
     for name in names:
         if name not in have:
             raise ModelError(f"no parameter '{name}' (has: {', '.join(sorted(have))})")
 
 
+@lru_cache(maxsize=4096)
 def is_mechanical(name: str) -> bool:
     """Whether a parameter changes the modes, and not only what is seen of them."""
     return not name.startswith(_SEEN_ONLY)
@@ -154,6 +158,8 @@ def in_range(values: Mapping[str, float]) -> None:
     """Raises ModelError naming the first value that is not a number or out of its bounds."""
     for name, value in values.items():
         r = rule(name)
+        if r.lo < value < r.hi and math.isfinite(value):
+            continue
         infinite_is_off = name in ("amplifier.f_Hz", "encoder.bracket_Hz") and value == math.inf
         below = value <= r.lo if r.open else value < r.lo
         if not infinite_is_off and (not math.isfinite(value) or below or value > r.hi):

@@ -3,6 +3,7 @@ effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -73,8 +74,7 @@ class Augmented:
         at = start or {}
         taken = {t for e in self.effects if not e.adds for t in e.stands_for(self.model)}
         taken |= {name for name, _ in self.held}
-        base = [p for p in free_of(self.model) if p.name not in taken]
-        base = [_of_its_sign(replace(p, start=at.get(p.name))) for p in base]
+        base = [_beginning(p, at.get(p.name)) for p in _own(self.model) if p.name not in taken]
         added = []
         for m in self.members:
             for p in m.parameters:
@@ -91,13 +91,14 @@ class Augmented:
 
     def changes(self, values: Values) -> dict[str, float]:
         """What the values are to the model."""
-        inside = {f"{m.name}.{p.name}" for m in self.members for p in m.parameters} | self.shift.names
+        inside = self._stand_for
         own = dict(self.held) | {k: v for k, v in values.items() if k not in inside}
         for e in self.effects:
             for p in e.parameters:
-                for target in p.targets(self.model):
+                name = f"{e.name}.{p.name}"
+                for target in inside[name]:
                     start = own.get(target, self.model.values[target]) if target in p.adds else 0.0
-                    own[target] = start + values[f"{e.name}.{p.name}"]
+                    own[target] = start + values[name]
         return self.shift.applied(own, values, self.model.values)
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
@@ -144,14 +145,16 @@ class Augmented:
         return out
 
     def _targets(self, name: str) -> tuple[str, ...]:
-        if name in self.shift.names:
-            return self.shift.targets(name)
-        for e in self.effects:
-            if name.startswith(f"{e.name}."):
-                return e.targets(self.model, name.removeprefix(f"{e.name}."))
-        return () if any(name.startswith(f"{m.name}.") for m in self._factors) else (name,)
+        return self._stand_for.get(name, (name,))
 
-    @property
+    @cached_property
+    def _stand_for(self) -> dict[str, tuple[str, ...]]:
+        """Names that are none of the model's -> its parameters behind them; none behind what multiplies channels."""
+        out: dict[str, tuple[str, ...]] = {f"{m.name}.{p.name}": () for m in self._factors for p in m.parameters}
+        out |= {f"{e.name}.{p.name}": p.targets(self.model) for e in self.effects for p in e.parameters}
+        return out | {n: self.shift.targets(n) for n in self.shift.names}
+
+    @cached_property
     def _factors(self) -> tuple[Member, ...]:
         return tuple(m for m in self.members if m.factor is not None)
 
@@ -168,6 +171,16 @@ class Augmented:
         h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
         above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
         return np.asarray((above - below) / (2.0 * h))
+
+
+@lru_cache(maxsize=32)
+def _own(model: Model) -> tuple[Free, ...]:
+    """The model's own uncertain parameters: a search asks for them at every start."""
+    return tuple(_of_its_sign(p) for p in free_of(model))
+
+
+def _beginning(p: Free, start: float | None) -> Free:
+    return p if start is None else Free(p.name, p.prior, p.sd, p.lo, p.hi, start)
 
 
 def _of_its_sign(p: Free) -> Free:

@@ -20,7 +20,7 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.adequacy import Adequacy, judge
-from checks.gap.statistics.projected_residual import Projected, project
+from checks.gap.statistics.projected_residual import Projected, at_known, project
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
@@ -56,7 +56,12 @@ class Candidate:
     @property
     def lnL(self) -> float:
         """Log-likelihood of B at the values from A, priors included, but for a constant."""
-        return -self.seen.cost
+        return -self._settled.cost
+
+    @cached_property
+    def _settled(self) -> Projected:
+        """The residual as it is: what the parameters could explain takes derivatives by all of them to know."""
+        return at_known(self.response, self.unseen, self.at)
 
     @cached_property
     def adequacy(self) -> Adequacy:
@@ -66,7 +71,7 @@ class Candidate:
     def adequate(self) -> bool:
         """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
         the tolerance could just explain bin by bin is still one."""
-        return self.adequacy.adequate(self.table.p_global) and self.worst_G < self.table.G
+        return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
 
     @cached_property
     def worst_G(self) -> float:
