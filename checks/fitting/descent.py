@@ -37,13 +37,23 @@ class Residuals(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """x (p,), cost (half the sum of squares), normal (p, p) J'J at x. settled: no step leads further down."""
+    """x (p,), cost (half the sum of squares). settled: no step leads further down. known: the normal matrix at x, where
+    the search has taken it already."""
 
+    problem: Residuals
     x: Array
     cost: float
-    normal: Array
     settled: bool
     steps: int
+    known: Array | None = None
+
+    @property
+    def normal(self) -> Array:
+        """(p, p) J'J at x: asked for only where a search ends for good."""
+        if self.known is not None:
+            return self.known
+        J = self.problem.jacobian(self.x)
+        return np.asarray(J.T @ J)
 
 
 def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Descent:
@@ -53,28 +63,29 @@ def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Des
     x = np.clip(x, lo, hi)
     r = problem.residual(x)
     cost, damping, growth, stretch = 0.5 * float(r @ r), FIRST, 2.0, 1.0
-    A, g = _normal(problem, x, r)
-    settled = False
+    settled, moved = False, True
     for taken in range(steps):
+        if moved:
+            A, g = _normal(problem, x, r)
         new, expected = _step(A, g, x, damping, lo, hi)
-        settled = settled or _step(A, g, x, FIRST, lo, hi)[1] < near
+        settled = settled or (expected if damping == FIRST else _step(A, g, x, FIRST, lo, hi)[1]) < near
         if stretch * expected < SETTLED * near:
-            return Descent(x, cost, A, settled, taken)
+            return Descent(problem, x, cost, settled, taken, A)
         slope = -float(g @ (new - x))
         new = np.clip(x + stretch * (new - x), lo, hi)
         trial = problem.residual(new)
         lower = 0.5 * float(trial @ trial)
         gain = (cost - lower) / expected if np.isfinite(lower) else -1.0
-        stretch = _stretch(slope, stretch, cost - lower) if gain > 0.0 else 1.0
-        if gain > 0.0:
+        moved = gain > 0.0
+        stretch = _stretch(slope, stretch, cost - lower) if moved else 1.0
+        if moved:
             x, r, cost = new, trial, lower
             damping, growth = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
-            A, g = _normal(problem, x, r)
         else:
             damping, growth = damping * growth, 2.0 * growth
         if (settled and gain < STRAIGHT) or damping > MOST:
-            return Descent(x, cost, A, settled, taken + 1)
-    return Descent(x, cost, A, settled, steps)
+            return Descent(problem, x, cost, settled, taken + 1)
+    return Descent(problem, x, cost, settled, steps)
 
 
 def _stretch(slope: float, taken: float, fall: float) -> float:
