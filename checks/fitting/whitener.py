@@ -130,4 +130,5 @@ def _bumps(x: Array) -> list[Array]:
 
 def _real(z: Complex) -> Array:
     """(..., C, F) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
-    return (np.sqrt(2.0) * z).reshape(*z.shape[:-2], z.shape[-2] * z.shape[-1]).view(float)
+    parts: Array = (np.sqrt(2.0) * z).reshape(*z.shape[:-2], z.shape[-2] * z.shape[-1]).view(float)
+    return parts

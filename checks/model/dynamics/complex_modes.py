@@ -11,7 +11,7 @@ eigenvalue is zero: it follows statically), W is skew plus a negative semi-defin
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from scipy import linalg
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
-from checks.model.dynamics.far_modes import everywhere, far, points
+from checks.model.dynamics.far_modes import far, summed
 from checks.model.structure.matrix_builder import System
 
 FAST = 1e-9  # [s/rad] of 1/|pole|: faster than 100 MHz is at rest
@@ -28,7 +28,7 @@ NO_MASS = 1e-9  # of the largest 1/w^2: round-off of a coordinate without mass
 
 
 @dataclass(frozen=True, eq=False)
-class Modal:
+class Sections:
     """H_c(s) = sum over p of residues[p, c] / (s mu[p] - 1). mu (p,) complex [s] is 1/pole, residues (p, c) in the
     channel's unit per unit of input. Of a conjugate pair only the member with Im mu < 0 (pole in the upper half) is
     kept; `paired` (p,) says so."""
@@ -36,56 +36,49 @@ class Modal:
     mu: Complex
     residues: Complex
     paired: NDArray[np.bool_]
+
+    def at(self, w: Array) -> Complex:
+        """(c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
+        return summed(self._numerators, self._basis, self._swift(w), w)
+
+    def _swift(self, w: Array) -> NDArray[np.bool_]:
+        w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
+        return self.paired & far(w2, w2 * self._damping, w)
+
+    def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
+        """(2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
+        s = 1j * w
+        over = 1.0 - np.multiply.outer(self._damping[which], s) - np.multiply.outer(self._inverse_w[which], w) ** 2
+        return np.array([1.0 / over, s / over])
+
+    @property
+    def _damping(self) -> Array:
+        return np.where(self.paired, 2.0, 1.0) * self.mu.real
+
+    @property
+    def _inverse_w(self) -> Array:
+        return np.where(self.paired, np.abs(self.mu), 0.0)
+
+    @property
+    def _numerators(self) -> Array:
+        """(c, 2, p)."""
+        weight = np.where(self.paired, 2.0, 1.0)[:, None]
+        rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
+        return np.stack([-(weight * self.residues.real).T, rate.T], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Modal(Sections):
+    """Responses of `channels` as such a sum."""
+
     channels: tuple[str, ...]
     _W: Array
     _g: Array
     _outputs: Array
 
     def frf(self, f: Array) -> Complex:
-        """(F, c) response at f (F,) [Hz]. Modes far above are summed at a few frequencies only."""
-        w = 2.0 * np.pi * f
-        swift = self._far(w)
-        if not swift.any():
-            return self._sum(w, slice(None))
-        return self._sum(w, ~swift) + everywhere(self._sum(points(w)[0], swift), w)
-
-    def _far(self, w: Array) -> NDArray[np.bool_]:
-        w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
-        return self.paired & far(w2, w2 * self._damping, w)
-
-    def _sum(self, w: Array, which: NDArray[np.bool_] | slice) -> Complex:
-        """(F, c) of some of the modes at w (F,) [rad/s].
-
-        A pair is one real section of second order, so all runs in real products of (F, p) by (p, 2 c), in place:
-        writing new arrays took three quarters of the time."""
-        c, w = len(self.channels), w[:, None]
-        im, re = w * self._damping[which], w * self._inverse_w[which]
-        np.subtract(1.0, np.multiply(re, re, out=re), out=re)
-        scale = im * im
-        scale += re * re
-        re /= scale
-        im /= scale
-        numerators = self._numerators[which]
-        real, imag = re @ numerators, im @ numerators
-        H = np.empty((w.size, c), dtype=complex)
-        H.real = real[:, :c] - w * imag[:, c:]
-        H.imag = imag[:, :c] + w * real[:, c:]
-        return H
-
-    @cached_property
-    def _damping(self) -> Array:
-        return np.where(self.paired, 2.0, 1.0) * self.mu.real
-
-    @cached_property
-    def _inverse_w(self) -> Array:
-        return np.where(self.paired, np.abs(self.mu), 0.0)
-
-    @cached_property
-    def _numerators(self) -> Array:
-        """(p, 2 c) of 1, then of s, in the numerator of each section; its denominator is 1 - damping s + (s / w)^2."""
-        weight = np.where(self.paired, 2.0, 1.0)[:, None]
-        rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
-        return np.hstack([-weight * self.residues.real, rate])
+        """(F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
+        return self.at(2.0 * np.pi * f).T
 
     def static(self) -> Array:
         """(c,) response at rest."""

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
-from checks.model.dynamics.complex_modes import eigen
-from checks.model.dynamics.far_modes import far, points
+from checks.model.dynamics.complex_modes import Sections, eigen
+from checks.model.dynamics.far_modes import far, product, summed
 from checks.model.dynamics.real_modes import real_modes
 from checks.model.structure.matrix_builder import System
 
@@ -85,34 +85,39 @@ def derivatives(
     the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in this order.
 
     In memory the channels come before the frequencies: what follows runs along frequencies."""
-    form = eigen(system)
-    terms = 1.0 / (np.multiply.outer(s, form.mu) - 1.0)
-    n = len(form.T)
-    shapes = form.T @ form.V[:n]
-    x, *y = ((terms * w) @ shapes.T for w in form.weights.T)  # each (S, n)
-    by_change = np.array([_adjoint(d, s, x, y) for d in changes]).reshape(len(changes), s.size, len(y))
+    x, y = _states(system, s)
+    by_change = _by_changes(changes, s, x, y)
     found = np.concatenate([by_change, _by_modes(modes, s, x, y)]) if modes.stiffness.size else by_change
-    found = np.swapaxes(found if kept is None else found[list(kept)], 1, 2)
-    return np.swapaxes(np.ascontiguousarray(found), 1, 2)
+    return (found if kept is None else found[list(kept)]).swapaxes(1, 2)
 
 
-def _by_modes(modes: Modes, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
-    """(2 m, S, c): of a mode's factor it is the product of how far the force and the output's force move it."""
-    moved = x @ modes.rows.T
-    both = np.array([-(moved * (each @ modes.rows.T)).T for each in y])  # (c, m, S)
-    stiffness, damping = both * modes.stiffness[:, None], both * np.multiply.outer(modes.damping, s)
-    return np.moveaxis(np.concatenate([stiffness, damping], axis=1), 0, -1)
+def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
+    """(n, S) coordinates that a force of one newton moves, and (c, n, S) those that forces along each row of the
+    outputs move."""
+    form = eigen(system)
+    n, kept = len(form.T), form.mu.imag <= 0.0
+    shapes, mu = (form.T @ form.V[:n]).T[kept], form.mu[kept]
+    residues = (form.weights[kept][:, :, None] * shapes[:, None]).reshape(len(mu), -1)
+    x, *y = Sections(mu, residues, mu.imag < 0.0).at(s.imag).reshape(-1, n, s.size)
+    return x, np.array(y)
 
 
-def _adjoint(d: Change, s: Complex, x: Complex, y: Sequence[Complex]) -> Complex:
-    """(S, c)."""
-    out = x @ d.outputs.T
-    if d.force.any():
-        out += np.column_stack([each @ d.force for each in y])
-    for power, block in ((0, d.K), (1, d.C), (2, d.M)):
-        if block is not None:
-            load = (x[:, block.rows] @ block.entries) * s[:, None] ** power
-            out -= np.column_stack([np.einsum("sr,sr->s", load, each[:, block.rows]) for each in y])
+def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
+    """(2 m, c, S): of a mode's factor it is the product of how far the force and the output's force move it."""
+    both = -product(modes.rows, x)[:, None] * product(modes.rows, y).swapaxes(0, 1)
+    return np.concatenate([both * modes.stiffness[:, None, None], both * np.multiply.outer(modes.damping, s)[:, None]])
+
+
+def _by_changes(changes: Sequence[Change], s: Complex, x: Complex, y: Complex) -> Complex:
+    """(P, c, S)."""
+    out = np.array([d.outputs @ x for d in changes]).reshape(len(changes), len(y), s.size)
+    for each, d in zip(out, changes, strict=True):
+        if d.force.any():
+            each += d.force @ y
+        for power, block in ((0, d.K), (1, d.C), (2, d.M)):
+            if block is not None:
+                load = product(block.entries, x[block.rows]) * s**power
+                each -= np.einsum("rs,crs->cs", load, y[:, block.rows])
     return out
 
 
@@ -137,40 +142,16 @@ def modal_derivatives(
     if modes.stiffness.size:
         A = np.concatenate([A, np.stack(_of_modes(modes, P, C, force, outputs, apart), axis=1)])
     A = np.swapaxes(A if kept is None else A[list(kept)], 1, 2)  # (P, c, 3, n)
-    H = _sections(A.reshape(len(A) * len(outputs), 3, w2.size), w2, np.diag(C), s.imag)
-    return np.moveaxis(H.reshape(len(A), len(outputs), s.size), 1, 2)
+    rate, A = np.diag(C), A.reshape(len(A) * len(outputs), 3, w2.size)
 
+    def basis(which: NDArray[np.bool_], w: Array) -> Complex:
+        """(3, n, S) of p = 1 / (w2 + rate s + s^2) itself, -p^2 and -s p^2."""
+        poles = 1.0 / (w2[which][:, None] + np.multiply.outer(rate[which], 1j * w) - w * w)
+        squares = -poles * poles
+        return np.array([poles, squares, 1j * w * squares])
 
-def _sections(A: Array, w2: Array, rate: Array, w: Array) -> Complex:
-    """(m, S) sums over modes p = 1 / (w2 + rate s + s^2) of A (m, 3, n) times p, -p^2 and -s p^2, at w (S,) [rad/s].
-
-    One real product by whatever is complex in it, real and imaginary parts side by side."""
-    swift = far(w2, rate, w)
-    sums, basis = _flat(A[..., ~swift]), _basis(w2[~swift], rate[~swift], w)
-    if swift.any():
-        few, weights = points(w)
-        there = _product(_flat(A[..., swift]), _basis(w2[swift], rate[swift], few))
-        sums = np.concatenate([sums, there.real, there.imag / few], axis=1)
-        basis = np.concatenate([basis, weights, 1j * w * weights])
-    return _product(sums, basis)
-
-
-def _basis(w2: Array, rate: Array, w: Array) -> Complex:
-    """(3 n, S)."""
-    s = 1j * w
-    poles = 1.0 / (w2[:, None] + np.multiply.outer(rate, s) + s * s)
-    squares = -poles * poles
-    return np.concatenate([poles, squares, s * squares])
-
-
-def _flat(A: Array) -> Array:
-    """(m, 3 n) of (m, 3, n)."""
-    return A.reshape(len(A), A.shape[1] * A.shape[2])
-
-
-def _product(A: Array, z: Complex) -> Complex:
-    """A (m, n) real by z (n, S) complex."""
-    return (A @ z.view(float)).view(complex)
+    H = summed(A, basis, far(w2, rate, s.imag), s.imag)
+    return H.reshape(len(A) // len(outputs), len(outputs), s.size).swapaxes(1, 2)
 
 
 def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_MODES) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ that falls with every Chebyshev point: for a pole at FAR of the band's end (in w
 of the ellipse through it. Of the 75 modes of a strut with uncertain ones 64 lie there.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -15,24 +16,46 @@ from checks.arrays import Array, Complex
 FAR = 2.5  # of the band's end, in w^2
 POINTS = 14  # 7.9^-14 = 3e-13, which is round-off beside a sum over modes
 MANY = 3 * POINTS  # frequencies, below which nothing is saved
+Basis = Callable[[NDArray[np.bool_], Array], Complex]  # which modes, frequencies (S,) -> (k, n, S)
 
 
 def far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
-    """(n,) which of the modes 1 / (w2 + rate s + s^2) need only `points` of w (F,) [rad/s]. An overdamped one has a
+    """(n,) which of the modes 1 / (w2 + rate s + s^2) need only a few points of w (F,) [rad/s]. An overdamped one has a
     slow pole, wherever its w2 lies."""
     if w.size < MANY or not w.max() > 0.0:
         return np.zeros(w2.size, dtype=bool)
-    return (w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2)
+    return np.asarray((w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2))
 
 
-def points(w: Array) -> tuple[Array, Array]:
-    """(K,) [rad/s] Chebyshev points in w^2 of the band that ends with w (F,), and what each counts for at w, (K, F)."""
-    return _points(np.ascontiguousarray(w).tobytes())
+def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
+    """(m, S) sums at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that are `swift`
+    summed at a few frequencies.
+
+    One real product by whatever is complex in it, real and imaginary parts side by side."""
+    rows, functions = _flat(A[..., ~swift]), basis(~swift, w)
+    functions = functions.reshape(rows.shape[1], w.size)
+    if swift.any():
+        few, weights = _points(np.ascontiguousarray(w).tobytes())
+        there = product(_flat(A[..., swift]), basis(swift, few).reshape(-1, few.size))
+        rows = np.concatenate([rows, there.real, there.imag / few], axis=1)
+        functions = np.concatenate([functions, weights, 1j * w * weights])
+    return product(rows, functions)
+
+
+def _flat(A: Array) -> Array:
+    """(m, k n) of (m, k, n)."""
+    return A.reshape(len(A), A.shape[1] * A.shape[2])
+
+
+def product(A: Array, z: Complex) -> Complex:
+    """A (m, n) real by z (..., n, S) complex, each z in one piece."""
+    return np.asarray((A @ z.view(float)).view(complex))
 
 
 @lru_cache(maxsize=64)
 def _points(band: bytes) -> tuple[Array, Array]:
-    """Remembered by the frequencies: a search asks for the same few all the time."""
+    """(K,) [rad/s] Chebyshev points in w^2 of the band that ends with w (F,), given as its bytes, and what each counts
+    for at w, (K, F). Remembered: a search asks for the same few bands all the time."""
     w = np.frombuffer(band)
     top, order = w.max() ** 2, np.arange(POINTS)
     angles = (order + 0.5) * np.pi / POINTS
@@ -40,12 +63,3 @@ def _points(band: bytes) -> tuple[Array, Array]:
     share = np.where(order == 0, 1.0, 2.0) / POINTS
     weights = (np.cos(np.outer(angles, order)) * share) @ np.cos(np.outer(order, there))
     return np.sqrt(0.5 * top * (1.0 + np.cos(angles))), weights
-
-
-def everywhere(at_points: Complex, w: Array) -> Complex:
-    """(F, c) responses at w (F,) of those (K, c) at `points`."""
-    few, weights = points(w)
-    out = np.empty((w.size, at_points.shape[1]), dtype=complex)
-    out.real = weights.T @ at_points.real
-    out.imag = w[:, None] * (weights.T @ (at_points.imag / few[:, None]))
-    return out
