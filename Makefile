@@ -57,9 +57,9 @@ bench: $(DEV)
 	for b in benchmarks/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
 
 # The blind test: 300 units nobody has seen, truth sealed beforehand, scores against their targets. Goes on where it was
-# stopped. SET=scatter-1 runs one set only, CASES=10 the first ten units of each.
+# stopped. SET=scatter-1 runs one set only, CASES=10 the first ten units of each, CLUSTER=tcp://HOST:8786 on a cluster.
 challenge: $(DEV)
-	$(BIN)/python -m validation.challenge --out out/challenge $(if $(SET),--set $(SET)) $(if $(CASES),--cases $(CASES))
+	$(BIN)/python -m validation.challenge --out out/challenge $(if $(SET),--set $(SET)) $(if $(CASES),--cases $(CASES)) $(if $(CLUSTER),--cluster $(CLUSTER))
 
 # 400 struts as built about the limits of their misalignment: how many that are accepted lie outside, against what is
 # stated of them. Goes on where it was stopped.

@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,7 @@ from accept.judging.copies import copies_of, withhold_others
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.pictures.labels import label_of
-from accept.store import SignedHead, Store, UnitState, fold
+from accept.store import Event, SignedHead, Store, UnitState, fold
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -55,7 +56,8 @@ class BatchRequest:
     """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
     calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
     pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
-    break it. cluster: judges instead of processes of this machine."""
+    break it. cluster: judges instead of processes of this machine. refused: (where, why) of units that did not even
+    come this far."""
 
     paths: Sequence[Path]
     out: Path
@@ -68,6 +70,7 @@ class BatchRequest:
     model: str | None = None
     pool: ProcessPoolExecutor | None = None
     cluster: Cluster | None = None
+    refused: Sequence[tuple[str, str]] = ()
     _models: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict, init=False, repr=False)
     _starts: dict[str, StartModel | None] = field(default_factory=dict, init=False, repr=False)
 
@@ -163,6 +166,8 @@ def _jobs(order: BatchRequest, roster: Roster, store: Store, report: BatchReport
             _refuse(path, str(e), store, order, report, say)
             continue
         before = fold(past).units.get(folder.serial)
+        if before is not None:
+            roster.known(folder.serial, before.attempts - 1, before.seq)
         if before is not None and _unchanged(folder, order, before, store):
             roster.judged(folder.serial, before.seq, unchanged=True)
             # Said again: the run that judged it may have been killed before it could.
@@ -197,6 +202,8 @@ def _numbered(say: Say, number: int, of: int) -> Say:
 def _enrol(order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say) -> None:
     """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
     refuses both."""
+    for where, reason in order.refused:
+        _refuse(where, reason, store, order, report, say)
     for path in order.paths:
         try:
             found = unit_folder.find(path)
@@ -226,7 +233,7 @@ def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:
     return spec
 
 
-def _refuse(path: Path, reason: str, store: Store, order: BatchRequest, report: BatchReport, say: Say) -> None:
+def _refuse(path: Path | str, reason: str, store: Store, order: BatchRequest, report: BatchReport, say: Say) -> None:
     events.refused(store, path, reason, order.operator)
     report.refused.append({"path": str(path), "reason": reason})
     say(f"refused: {reason}")
@@ -331,18 +338,23 @@ def _why(result: UnitResult) -> str:
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
 
 
+def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
+    """Of a unit, from one event to another."""
+    return takewhile(lambda e: e.seq <= last, store.events(serial, "unit_judged", after=first - 1))
+
+
 def _write_results(order: BatchRequest, roster: Roster, store: Store, report: BatchReport) -> None:
     """The files for scripts, from what the store holds."""
     results = Results(order.out, whole=roster.count() <= WHOLE, dataset=order.cluster is not None)
     kinds = set()
     with results:
-        for serial, seq in roster.results():
-            *earlier, judged = (e for e in store.events(serial, "unit_judged") if e.seq <= seq)
+        for serial, seq, earlier, since in roster.results():
+            *more, judged = _judgements(store, serial, since, seq)
             certificate = f"{CERTIFICATES}/{serial}.pdf" if order.credential else None
             entry = judged.data["result"] | {"certificate": certificate}
             report.verdicts[entry["verdict"]] += 1
             kinds.add(entry["kind"])
-            results.add(BatchEntry(entry, len(earlier) + 1, judged.time, judged.who))
+            results.add(BatchEntry(entry, earlier + len(more) + 1, judged.time, judged.who))
         used = [s for kind, s in order.specs.items() if kind in kinds] or list(order.specs.values())
         results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
     report.units = results.entries

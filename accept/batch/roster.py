@@ -21,7 +21,8 @@ class Roster:
         self._file = sqlite3.connect("")  # in memory while it is small, else in a temporary file without a name
         self._file.execute(
             "CREATE TABLE unit (place TEXT PRIMARY KEY, path TEXT, serial TEXT, key TEXT, "
-            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, uncertified INTEGER)"
+            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, uncertified INTEGER, "
+            "earlier INTEGER DEFAULT 0, since INTEGER DEFAULT 1)"
         )
         self._held: dict[Path, UnitFolder] = {}
         self._file.execute("CREATE INDEX by_key ON unit (key)")
@@ -80,9 +81,15 @@ class Roster:
         row = self._file.execute("SELECT uncertified FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         return None if row is None else row[0]
 
-    def results(self) -> Iterator[tuple[str, int]]:
-        """(serial, number of its event), by serial."""
-        return iter(self._file.execute("SELECT serial, seq FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
+    def known(self, serial: str, earlier: int, since: int) -> None:
+        """How many judgements of the serial were counted, in events before number `since`."""
+        row = (earlier, since, serial)
+        self._file.execute("UPDATE unit SET earlier = ?, since = ? WHERE serial = ? AND refused = 0", row)
+
+    def results(self) -> Iterator[tuple[str, int, int, int]]:
+        """(serial, number of its event, and what `known` counted: earlier, since), by serial."""
+        columns = "serial, seq, earlier, since"
+        return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
 
     def count(self, which: str = "refused = 0") -> int:
         """Units that are not refused, `seq IS NOT NULL`: judged, `unchanged`: as they were judged before."""

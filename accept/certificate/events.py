@@ -28,8 +28,8 @@ def judged(store: Store, folder: Path, result: UnitResult, spec: Spec, who: str)
     return store.append("unit_judged", result.serial, payload, who=who, spec=_name(spec))
 
 
-def refused(store: Store, path: Path, reason: str, who: str) -> Event:
-    """Store that a folder could not be judged at all."""
+def refused(store: Store, path: Path | str, reason: str, who: str) -> Event:
+    """Store that a folder, here or at an address, could not be judged at all."""
     return store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=who)
 
 

@@ -70,12 +70,15 @@ def demo(
 @app.command()
 @spread
 def batch(
-    paths: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")], wanted: BatchOptions
+    units: Annotated[
+        list[str], typer.Argument(help="Unit folders, parents of such, or addresses of them (s3://, zip://, https://).")
+    ],
+    wanted: BatchOptions,
 ) -> None:
     """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
     from accept.commands.units import batch as command
 
-    raise typer.Exit(command.run(paths, wanted))
+    raise typer.Exit(command.run(units, wanted))
 
 
 @app.command()

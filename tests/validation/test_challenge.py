@@ -17,10 +17,11 @@ import pytest
 from tests.soak import SOAK
 from validation import challenge
 from validation.cases import Case, counts, draw_cases, seal
-from validation.challenge import Job, control_jobs, run_all
+from validation.challenge import control_jobs
 from validation.effects import LIBRARY, OUTSIDE
 from validation.report import report_of_set
 from validation.results_store import Mixed, Store, stamp
+from validation.run_cases import WORKFLOW, Job, run_all
 from validation.scores import Outcome, Score, confusion, controls, power, scores, shuffled_labels, single, wilson
 
 Json = dict[str, Any]
@@ -362,7 +363,7 @@ def test_reported_and_development_seeds_differ() -> None:
 @pytest.fixture(scope="module")
 def blind() -> list[Outcome]:
     """Units of the mix through the real workflow: four, one of every kind; with ACCEPT_SOAK=1 twenty-four."""
-    return run_all(jobs(BLIND, challenge.WORKFLOW), workers=0)
+    return run_all(jobs(BLIND, WORKFLOW), workers=0)
 
 
 @needs_data

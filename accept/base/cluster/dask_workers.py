@@ -14,6 +14,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, TypeVar
 
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, WorkerPlugin
@@ -24,17 +25,17 @@ from accept.base.version import code_sha256
 
 T = TypeVar("T")
 R = TypeVar("R")
-Out = dict[Future[Any], T]  # what was handed in and has not come back
+Out = dict[Future[Any], "_Task"]  # what was handed in and has not come back
 Back = queue.SimpleQueue[Future[Any]]
 Say = Callable[[str], None]
 
-_LOST = object()
 LOCAL = "local"
 CONNECT_S = 15.0
 AWAY_S = 120.0  # how long a scheduler may be away, or without a worker, before the work is given up
 LOOK_S = 1.0  # between two looks at who works
 NEW_S = 5.0  # a worker that just came has not told its code yet
-AHEAD = 3  # items handed in per worker: one in work, others at hand while results travel
+AHEAD = 3  # tasks handed in per worker: one in work, others at hand while results travel
+TASK_S, TOGETHER = 0.1, 50  # how long the items of one task should take [s], and how many there are at most
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,34 @@ class _Raised:
     """The traceback of an error in a worker."""
 
     words: str
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Items that travel together. alone: one, while no other is anywhere."""
+
+    items: list[Any]
+    alone: bool = False
+
+
+@dataclass(frozen=True)
+class _Did:
+    """What came of the items of one task, in their order, and what they took [s]."""
+
+    found: list[Any]
+    seconds: float
+
+
+class _Pace:
+    """How many of the items that come belong into one task."""
+
+    def __init__(self) -> None:
+        self.together = 1  # nothing is known yet
+
+    def took(self, did: _Did) -> None:
+        """At most doubled: the next items may be slower."""
+        each = did.seconds / len(did.found)
+        self.together = max(1, min(2 * self.together, TOGETHER, int(TASK_S / max(each, 1e-6))))
 
 
 class Labelled(WorkerPlugin):
@@ -73,21 +102,33 @@ class DaskWorkers:
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
         """As `Cluster.unordered`."""
         self._label()
-        left, more = iter(items), True
-        out: Out[T] = {}
+        left, more, pace = iter(items), True, _Pace()
+        doubtful: list[T] = []
+        out: Out = {}
         back: Back = queue.SimpleQueue()
-        while more or out:
-            while more and len(out) < AHEAD * max(1, self._workers()):
-                more, item = _next(left)
-                if more:
-                    self._hand_in(work, item, out, back)
+        while more or out or doubtful:
+            at_once = AHEAD * max(1, self._workers())
+            while more and len(out) < at_once:
+                together = list(islice(left, pace.together))
+                more = len(together) == pace.together
+                if together:
+                    self._hand_in(work, _Task(together), out, back)
+            if doubtful and not (more or out):
+                self._hand_in(work, _Task([doubtful.pop()], alone=True), out, back)
             future = _first(back)
             if future in out and not future.cancelled():
-                found = _outcome(future)
-                if found is _LOST:
+                did = _outcome(future)
+                if did is None:
                     back.put(future)  # asked for again, or cancelled in a moment
+                    continue
+                task = out.pop(future)
+                if isinstance(did, _Did):
+                    pace.took(did)
+                    yield from _sound(zip(task.items, did.found, strict=True))
+                elif task.alone:
+                    yield task.items[0], did
                 else:
-                    yield out.pop(future), found
+                    doubtful += task.items
             lost = [future for future in out if future.cancelled()]
             if lost:
                 self._reconnected()
@@ -99,9 +140,9 @@ class DaskWorkers:
         with suppress(Exception):  # it may be gone
             self._client.close(timeout=5)
 
-    def _hand_in(self, work: Callable[[T], R], item: T, out: "Out[T]", back: "Back") -> None:
-        future = self._client.submit(_guarded, work, item, pure=False, resources={code_sha256(): 1.0})
-        out[future] = item
+    def _hand_in(self, work: Callable[[T], R], task: _Task, out: Out, back: Back) -> None:
+        future = self._client.submit(_done, work, task.items, pure=False, resources={code_sha256(): 1.0})
+        out[future] = task
         future.add_done_callback(back.put)
 
     def _label(self) -> None:
@@ -153,13 +194,6 @@ class DaskWorkers:
         self._label()
 
 
-def _next(left: Iterator[T]) -> tuple[bool, Any]:
-    try:
-        return True, next(left)
-    except StopIteration:
-        return False, None
-
-
 def _first(back: Back) -> Future[Any] | None:
     """One that came back, or None where none did for a while."""
     try:
@@ -168,8 +202,14 @@ def _first(back: Back) -> Future[Any] | None:
         return None
 
 
+def _done(work: Callable[[T], R], items: list[T]) -> _Did:
+    """In a worker."""
+    began = time.monotonic()
+    return _Did([_guarded(work, item) for item in items], time.monotonic() - began)
+
+
 def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
-    """In a worker. Dask sends errors home as objects and loses its way over some: words are enough."""
+    """Dask sends errors home as objects and loses its way over some: words are enough."""
     try:
         return work(item)
     except MemoryError:
@@ -178,20 +218,30 @@ def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
         return _Raised(traceback.format_exc())
 
 
-def _outcome(future: Future[Any]) -> Any:
-    """What came back, `_LOST` where the way to it is broken. Raises WorkFailed for what the work raised."""
+def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
+    """What came back, None where the way to it is broken. Raises WorkFailed where it cannot be had at all."""
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
             return GivenUp("every worker that tried it died (out of memory?)")
         raise WorkFailed(repr(error))
     try:
-        found = future.result()
+        did: _Did = future.result()
     except (CancelledError, OSError, TimeoutError):
-        return _LOST
-    if isinstance(found, _Raised):
-        raise WorkFailed(found.words)
-    return found
+        return None
+    return did
+
+
+def _sound(pairs: Iterable[tuple[T, R | GivenUp | _Raised]]) -> Iterator[tuple[T, R | GivenUp]]:
+    """Items and what came of them. Raises WorkFailed, after the others, for what the work raised."""
+    raised: _Raised | None = None
+    for item, found in pairs:
+        if isinstance(found, _Raised):
+            raised = raised or found
+        else:
+            yield item, found
+    if raised is not None:
+        raise WorkFailed(raised.words)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import open_model
 from accept.store import open_store
+from accept.units.remote_folders import fetched
 from specs.bench import load_bench
 from specs.errors import AcceptError
 from specs.files import read_bounded
@@ -21,15 +22,16 @@ from specs.spec import Spec
 
 
 @clear_errors
-def run(paths: list[Path], wanted: BatchOptions) -> Exit:
-    """Judge the units at or below `paths`. See `accept.batch.run`."""
+def run(wheres: list[str], wanted: BatchOptions) -> Exit:
+    """Judge the units at or below paths, or addresses of fsspec. See `accept.batch.run`."""
     if wanted.model is not None:
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
+    units = fetched(wheres, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
         order = judge_batch.BatchRequest(
-            paths,
+            units.paths,
             wanted.out,
             specs_for(wanted.spec),
             who,
@@ -38,6 +40,7 @@ def run(paths: list[Path], wanted: BatchOptions) -> Exit:
             bench=load_bench(wanted.bench) if wanted.bench else None,
             model=wanted.model,
             cluster=cluster,
+            refused=units.refused,
         )
         listed = _listed(wanted.out)
         report = judge_batch.run(order, store, say)

@@ -92,6 +92,36 @@ def test_clashing_serials_are_refused_however_many_there_are(units: Path, tmp_pa
 
 def test_a_full_store_is_not_read_for_one_unit(units: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One unit more costs what it costs on an empty store: its own events are read, not those of the others."""
+    judged(units / "T-1", tmp_path / "first")  # what is loaded once is loaded
+    with open_store() as store:
+        like = list(store.events(what="unit_judged"))[-1]
+        others = [NewEvent(like.what, f"F-{n}", like.data, like.spec) for n in range(1000)]
+        store.append_many(others, who="Ada")
+    read = events_read(monkeypatch)
+    judged(units / "T-2", tmp_path / "second")
+    assert 0 < len(read) < 50  # some are read again at each append: the end of the chain
+
+
+def test_a_unit_that_was_judged_often_is_read_once(
+    units: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A golden unit has an attempt for every shift: what came before is counted as it is read, and not read again for
+    the results. The number of the attempt is right for a new judgement and for one that stays."""
+    judged(units / "T-1", tmp_path / "first")
+    with open_store() as store:
+        like = store.latest("T-1", "unit_judged")
+        assert like is not None
+        worn = NewEvent(like.what, "T-1", like.data | {"spec_sha256": "0" * 64}, like.spec)
+        store.append_many([worn] * 300, who="Ada")
+    read = events_read(monkeypatch)
+    for n in range(2):
+        judged(units / "T-1", tmp_path / str(n))
+        assert set(pd.read_csv(tmp_path / str(n) / "results.csv")["attempt"]) == {302}
+    assert 600 < len(read) < 700
+
+
+def events_read(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Numbers of the events whose hash is taken, as they are read."""
     read: list[int] = []
     whole = Event.intact.fget
     assert whole is not None
@@ -100,11 +130,5 @@ def test_a_full_store_is_not_read_for_one_unit(units: Path, tmp_path: Path, monk
         read.append(event.seq)
         return bool(whole(event))
 
-    judged(units / "T-1", tmp_path / "first")  # what is loaded once is loaded
-    with open_store() as store:
-        like = list(store.events(what="unit_judged"))[-1]
-        others = [NewEvent(like.what, f"F-{n}", like.data, like.spec) for n in range(1000)]
-        store.append_many(others, who="Ada")
     monkeypatch.setattr(Event, "intact", property(counted))
-    judged(units / "T-2", tmp_path / "second")
-    assert 0 < len(read) < 50  # some are read again at each append: the end of the chain
+    return read

@@ -1,14 +1,22 @@
 """Gap analysis, tables and judging again on a cluster: the same as on this machine."""
 
+import hashlib
+import json
+import os
+import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import dask
 import numpy as np
 import pytest
 
+from accept.base.cluster import dask_workers
 from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
@@ -29,6 +37,10 @@ from accept.units import unit_folder
 from accept.units.shared_folder import anywhere, looks_of
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.gap_units import make_strut
+from validation import run_cases
+from validation.cases import draw_cases, seal
+from validation.run_cases import Job, run_all
+from validation.scores import Outcome
 
 pytestmark = pytest.mark.slow
 
@@ -48,6 +60,36 @@ def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Cl
     with pytest.raises(WorkFailed, match="ZeroDivisionError"):
         list(cluster.unordered(half, range(6)))
     assert sorted(cluster.unordered(half, [4, 5])) == [(4, 4.0), (5, 2.5)]
+
+
+def fatal_31(number: int) -> int:
+    if number == 31:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return -number
+
+
+def test_short_items_travel_together_and_only_what_kills_its_worker_is_given_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each comes back once. Dask blames a death on all that the dead worker had in hand; nobody believes it."""
+    tasks: list[int] = []
+    hand_in = dask_workers.DaskWorkers._hand_in
+
+    def counted(self: object, work: object, task: Any, *more: object) -> None:
+        tasks.append(len(task.items))
+        hand_in(self, work, task, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(dask_workers.DaskWorkers, "_hand_in", counted)
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+    with dask.config.set({"distributed.scheduler.allowed-failures": 0}), connected("local", print) as one:
+        assert one is not None
+        back = list(one.unordered(fatal_31, range(200)))
+    assert sorted(item for item, _ in back) == list(range(200))
+    given_up = [item for item, found in back if isinstance(found, GivenUp)]
+    assert given_up == [31]
+    assert all(found == -item for item, found in back if item != 31)
+    assert max(tasks) > 10
+    assert len([n for n in tasks if n > 1]) < 40
 
 
 def grab(gigabytes: float) -> int:
@@ -118,6 +160,64 @@ def test_the_store_judged_again_from_records(cluster: Cluster, tmp_path: Path) -
         for records in (False, True):
             specs = {"apa": load_spec("apa")}
             assert judged_again(store, specs, records, cluster) == judged_again(store, specs, records)
+
+
+def digest(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> dict[str, Any]:
+    """A workflow for the blind test: hashes of what it is handed, and a crash where an effect is left out."""
+    if without:
+        raise ValueError(f"cannot do without {', '.join(without)}")
+    found = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
+    return {"verdict": "no_missing_effect", "named": [], "files": found, "model": model.read_text()}
+
+
+@dataclass(frozen=True)
+class Small:
+    """A unit of the blind test that takes no time to record."""
+
+    serial: str
+    effects: Mapping[str, float] = field(default_factory=dict)
+    outside: tuple[str, ...] = ()
+
+    def write(self, parent: Path) -> Path:
+        return make_unit(parent / self.serial, self.serial)
+
+    def detectability(self) -> float:
+        return 7.0
+
+
+def test_the_blind_test(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers are handed the same units, byte for byte, and a crash is an outcome there as here; a worker whose
+    validation is another one is found before it counts."""
+    truth = {"effects": {}, "outside": {}, "kind": "none"}
+    named = f"{__name__}:{digest.__name__}"
+    jobs: list[Any] = [Job(Small(serial), truth, named) for serial in ("B-1", "B-2")]  # type: ignore[arg-type]
+    jobs.append(replace(jobs[0], without=("none",)))
+    assert as_text(run_all(jobs, 0, cluster=cluster)) == as_text(run_all(jobs, 0))
+    assert [o.error for o in run_all(jobs, 0)] == [None, None, "ValueError: cannot do without none"]
+    monkeypatch.setattr(run_cases, "_code", lambda: "of another version")
+    with pytest.raises(WorkFailed, match="code differ from the coordinator's"):
+        run_all(jobs, 0, cluster=cluster)
+
+
+@pytest.mark.soak
+@pytest.mark.needs_data
+def test_the_blind_test_by_the_real_workflow(cluster: Cluster) -> None:
+    cases = draw_cases(2, 7)
+    truth = json.loads(seal(cases)[0])
+    jobs = [Job(case, truth[case.serial], misalign=True) for case in cases]
+    assert as_text(run_all(jobs, 0, cluster=cluster)) == as_text(run_all(jobs, 0))
+
+
+def as_text(outcomes: Iterable[Outcome]) -> list[str]:
+    """Without the times; what is not a number is the same everywhere."""
+    return [json.dumps(asdict(replace(o, seconds=0.0, wall=0.0)), sort_keys=True) for o in outcomes]
+
+
+def test_a_unit_of_the_blind_test_that_no_worker_could_do_is_a_crash() -> None:
+    job: Any = Job(Small("B-1"), {"effects": {}, "outside": {}, "kind": "none"})  # type: ignore[arg-type]
+    (outcome,) = run_all([job], 0, cluster=Outgrown())
+    assert outcome.error == "GivenUp: it takes more than a worker may take"
+    assert outcome.verdict == "error"
 
 
 @pytest.mark.soak

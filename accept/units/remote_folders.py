@@ -1,0 +1,182 @@
+"""Unit folders that lie elsewhere: in an object store, an archive, on a web server. They are fetched before they are
+judged, so that what is judged, hashed and attached are files of this machine, under the same rules as any other.
+
+Of a folder come `unit.toml` and the files it names, each no larger than what is read of a local one. What cannot be
+fetched whole is refused: a unit without a file would only seem incomplete. The names that somebody else's server gives
+are not believed.
+"""
+
+import csv
+import hashlib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from io import TextIOWrapper
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import writing_atomic
+from accept.units import unit_folder
+from accept.units.unit_folder import MAX_UNIT_TOML_BYTES, UNIT_FILE, UnitError
+from checks.errors import RecordError
+from hw.records.limits import DEFAULT_LIMITS
+from specs.errors import AcceptError
+
+FETCHED = "fetched"  # folder of them, in that of the results
+LIST = "fetched.csv"
+MAX_DEPTH, MAX_ENTRIES = 8, 5_000_000  # of a listing: one that has no end is given up
+CHUNK_BYTES = 1 << 20
+ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(::[A-Za-z][A-Za-z0-9+.-]+)*://")
+
+Say = Callable[[str], None]
+
+
+class RemoteError(AcceptError, RuntimeError):
+    """Nothing can be fetched from there; the text says why and what to do."""
+
+
+class _NotWhole(Exception):
+    """A file that broke off or has no end."""
+
+
+@dataclass
+class Fetched:
+    """paths: what there is to judge, on this machine; refused: (where, why) of what could not be fetched whole."""
+
+    paths: list[Path] = field(default_factory=list)
+    refused: list[tuple[str, str]] = field(default_factory=list)
+
+
+def is_remote(where: str) -> bool:
+    """Whether this is an address of fsspec (`s3://BUCKET/units`, `zip://::units.zip`) and no path."""
+    return ADDRESS.match(where) is not None and not where.startswith("file://")
+
+
+def shown(where: str) -> str:
+    """An address without the password that may be in it."""
+    return re.sub(r"(://)[^/@]*@", r"\1", where)
+
+
+def fetched(wheres: Sequence[str], out: Path, say: Say) -> Fetched:
+    """What is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of `out`.
+
+    Raises RemoteError where a place cannot be listed or holds no unit, OSError where `out` cannot be written."""
+    found = Fetched()
+    for where in wheres:
+        if is_remote(where):
+            _fetch_all(where, out / FETCHED, found, say)
+        else:
+            found.paths.append(Path(where.removeprefix("file://")))
+    return found
+
+
+def _fetch_all(where: str, out: Path, found: Fetched, say: Say) -> None:
+    before = len(found.paths)
+    place = out / f"{_recognised(shown(where))}-{_short(where)}"
+    with _listed(place / LIST) as listed:
+        for fs, folder, address in _unit_folders(where):
+            target = place / f"{_recognised(folder)}-{_short(folder)}"  # beside each other, whatever is in what there
+            try:
+                for name, size, sha256 in _fetch(fs, folder, target):
+                    listed.writerow([address, name, target.name, size, sha256])
+            except Exception as e:  # noqa: BLE001 - every kind of place has its own errors
+                words = str(e) if isinstance(e, _NotWhole) else f"{type(e).__name__}: {e}"
+                found.refused.append((address, f"{address}: could not be fetched whole: {shown(words)}"))
+            else:
+                found.paths.append(target)
+    if len(found.paths) == before and not found.refused:
+        raise RemoteError(f"{shown(where)}: holds no {UNIT_FILE}, neither itself nor in any folder below")
+    say(f"{shown(where)}: {len(found.paths) - before} units fetched into {place}")
+
+
+def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
+    """(file system, unit folder there, its address) of each at or below an address. Raises RemoteError."""
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError as e:
+        raise RemoteError(f"{shown(where)}: fsspec is not installed ({e}): pip install 'accept[remote]'") from e
+    entries = 0
+    try:
+        fs, root = url_to_fs(where)
+        if not fs.exists(root):
+            raise FileNotFoundError("there is nothing")
+        for folder, folders, files in fs.walk(root, maxdepth=MAX_DEPTH, on_error="raise"):
+            entries += len(folders) + len(files)
+            if entries > MAX_ENTRIES:
+                raise RemoteError(f"{shown(where)}: lists more than {MAX_ENTRIES} names; name a smaller part of it")
+            if UNIT_FILE in files and folder.startswith(root):
+                yield fs, folder, _below(shown(where), folder.removeprefix(root).strip("/"))
+    except RemoteError:
+        raise
+    except Exception as e:  # every kind of place has its own errors
+        raise RemoteError(f"{shown(where)}: cannot be listed: {type(e).__name__}: {shown(str(e))}") from e
+
+
+def _below(where: str, relative: str) -> str:
+    """The address of a folder below another one; in a chain (`zip://...::...`) the first link is the innermost."""
+    first, chain, rest = where.partition("::")
+    return f"{first.rstrip('/') if relative else first}{'/' if relative else ''}{relative}{chain}{rest}"
+
+
+def _fetch(fs: Any, folder: str, target: Path) -> Iterator[tuple[str, int, str]]:
+    """(name, size, sha256) of `unit.toml` and of the files it names, as they come. A name that leads elsewhere is not
+    followed: whoever judges says so, as of any folder. What is not there now is not there, whatever an earlier time has
+    left."""
+    yield _copy(fs, folder, target, UNIT_FILE, MAX_UNIT_TOML_BYTES)
+    try:
+        names = unit_folder.read(target).files
+    except UnitError:
+        return  # refused with every other problem, where it is judged
+    for name in names:
+        try:
+            local = unit_folder.inside(target, name)
+        except (RecordError, ValueError):
+            continue
+        try:
+            yield _copy(fs, folder, target, name, DEFAULT_LIMITS.max_bytes)
+        except FileNotFoundError:
+            local.unlink(missing_ok=True)
+
+
+def _copy(fs: Any, folder: str, target: Path, name: str, limit: int) -> tuple[str, int, str]:
+    """One file, whole or not at all."""
+    size, digest = 0, hashlib.sha256()
+    with fs.open(f"{folder.rstrip('/')}/{name}", "rb") as source, writing_atomic(target / name) as file:
+        while content := _read(source, name):
+            size += len(content)
+            if size > limit:
+                raise _NotWhole(f"{name} is larger than {limit} bytes")
+            digest.update(content)
+            file.write(content)
+    return name, size, digest.hexdigest()
+
+
+def _read(source: Any, name: str) -> bytes:
+    """The next bytes; what goes wrong there is not taken for what goes wrong here, with the file that is written."""
+    try:
+        content: bytes = source.read(CHUNK_BYTES)
+    except OSError as e:
+        raise _NotWhole(f"{name}: {type(e).__name__}: {e}") from e
+    return content
+
+
+@contextmanager
+def _listed(path: Path) -> Iterator[Any]:
+    """The list of what was fetched: from where, which file, into which folder, its size and hash."""
+    with writing_atomic(path) as file:
+        text = TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)  # type: ignore[arg-type]
+        listed = csv.writer(text)
+        listed.writerow(["address", "file", "folder", "bytes", "sha256"])
+        yield listed
+        text.flush()
+        text.detach()
+
+
+def _recognised(where: str) -> str:
+    """The end of an address as a name of a folder here; `_short` beside it tells two apart."""
+    return re.sub(r"[^A-Za-z0-9]+", "-", where).strip("-")[-40:].strip("-") or "units"
+
+
+def _short(where: str) -> str:
+    return hashlib.sha256(where.encode()).hexdigest()[:12]

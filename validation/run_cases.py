@@ -1,0 +1,164 @@
+"""Drawn units handed to the workflow: here, in processes of this machine, or on a Dask cluster. The outcomes are the
+same wherever a unit was run; only their times differ."""
+
+import hashlib
+import importlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Protocol
+
+from accept.base.cluster.work import Cluster, GivenUp
+from validation.cases import Case
+from validation.results_store import Store, stamp
+from validation.scores import Outcome
+from validation.shell import MATRICES
+from validation.strut import MODEL_FILE
+
+WORKFLOW = "accept.gap.analyse_unit:run_gap"
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+PATIENCE_S = 900.0
+ROOT = Path(__file__).parent.parent
+
+
+class Workflow(Protocol):
+    """Folder and model file in, gap.json as a mapping out. without: effects that the library is to do without."""
+
+    def __call__(
+        self, folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()
+    ) -> Mapping[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class Job:
+    """One unit to run with a model file. without: effects to take out of the library, which makes it a control;
+    misalign: `accept misalign` is asked too, where nothing else is hidden."""
+
+    case: Case
+    truth: Mapping[str, Any]
+    workflow: str = WORKFLOW
+    without: tuple[str, ...] = ()
+    model: Path = MODEL_FILE
+    misalign: bool = False
+
+    @property
+    def name(self) -> str:
+        return "-".join((self.case.serial, *self.without))
+
+
+def run(job: Job) -> Outcome:
+    """Record the unit, hand its folder over, forget it. Whatever the workflow raises is an outcome of its own."""
+    module, function = job.workflow.split(":")
+    workflow: Workflow = getattr(importlib.import_module(module), function)
+    with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
+        folder = job.case.write(Path(parent))
+        start, busy = time.perf_counter(), time.process_time()
+        try:
+            # through text, as it is promised: what json cannot hold is an error as well
+            gap, error = json.loads(json.dumps(workflow(folder, job.model, None, without=job.without))), None
+        except Exception as e:  # noqa: BLE001 a crash of the workflow is what this has to count
+            gap, error = {}, f"{type(e).__name__}: {e}"
+        wall, seconds = time.perf_counter() - start, time.process_time() - busy
+        asked = job.misalign and not set(job.case.effects) - {"misalignment"} and not job.case.outside
+        misalign = _misalign(folder, job.model) if asked else None
+    truth = {**job.truth, "detectability": job.case.detectability()}
+    return Outcome(job.case.serial, truth, gap, seconds, error, job.without, wall, misalign)
+
+
+def _misalign(folder: Path, model: Path) -> Mapping[str, Any]:
+    """What `accept misalign` writes; nothing where it wrote none."""
+    out = folder.parent / "misalign.json"
+    done = accept("misalign", str(folder), "--model", str(model), "--json", str(out))
+    return dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.returncode}: {done.stderr}"}
+
+
+def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
+    """The program itself, on one core."""
+    return subprocess.run(
+        [sys.executable, "-m", "accept", *arguments],
+        cwd=ROOT,
+        env={**os.environ, **dict.fromkeys(THREADS, "1")},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def run_all(
+    jobs: Sequence[Job], workers: int, store: Store | None = None, cluster: Cluster | None = None
+) -> list[Outcome]:
+    """All outcomes, in the order of the jobs. workers: processes of this machine, 0 for none beside this one; cluster:
+    works instead of them. store: of finished ones, which are not run again. Raises Mixed, ClusterError, WorkFailed."""
+    done = {} if store is None else store.finished({job.name: job.case.seed for job in jobs})
+    left = [job for job in jobs if job.name not in done]
+    if done:
+        talk(f"{len(done)} of {len(jobs)} were finished before")
+    finished = _finished(left, workers) if cluster is None else _far(left, cluster)
+    for count, (job, outcome) in enumerate(finished, start=len(done) + 1):
+        done[job.name] = outcome
+        if store is not None:
+            store.keep(job.name, job.case.seed, outcome)
+        truth = "+".join((*outcome.truth["effects"], *outcome.truth["outside"])) or "nothing"
+        said = "+".join(outcome.named) or outcome.label
+        talk(f"{count:4d}/{len(jobs)} {job.name}: {said} ({outcome.verdict}), was {truth}; {outcome.seconds:.1f} s")
+    return [done[job.name] for job in jobs]
+
+
+def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]]:
+    if workers == 0:
+        yield from ((job, run(job)) for job in jobs)
+        return
+    for name in THREADS:  # one core for each worker: read when the worker loads its libraries
+        os.environ.setdefault(name, "1")
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(run, job): job for job in jobs}
+        for future in as_completed(running):
+            yield running[future], future.result()
+
+
+def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]:
+    """A unit that no worker could do counts as a crash of the workflow."""
+    looks = {model: looks_of(model) for model in {job.model for job in jobs}}
+    for (job, _), found in cluster.unordered(run_far, [(job, looks[job.model]) for job in jobs]):
+        if isinstance(found, GivenUp):
+            found = Outcome(job.case.serial, job.truth, {}, 0.0, f"GivenUp: {found}", job.without)
+        yield job, found
+
+
+def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
+    """`run` in a worker. Raises RuntimeError where it would run something else: a score of that would mean nothing."""
+    job, looks = item
+    here = looks_of(job.model)
+    differs = [what for what in looks if looks[what] != here[what]]
+    if differs:
+        raise RuntimeError(f"{ROOT}: {', '.join(differs)} differ from the coordinator's; share them with every worker")
+    return run(job)
+
+
+def looks_of(model: Path) -> Mapping[str, str]:
+    """Hashes of what a unit is run with: code (of this validation too), matrices, model file."""
+    return {"code": _code(), str(MATRICES): _hash(MATRICES), str(model): _hash(model)}
+
+
+@cache
+def _code() -> str:
+    return stamp("").code
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "not there"
+
+
+def talk(text: str) -> None:
+    """To whoever waits."""
+    print(text, file=sys.stderr, flush=True)
