@@ -19,6 +19,7 @@ from typer.testing import CliRunner, Result
 from accept.cli.main import app
 from accept.units import remote_folders
 from accept.units.remote_folders import Fetched, RemoteError, fetched, is_remote, shown
+from hw.records.limits import ReadLimits
 from tests.accept.units.units import GOOD, make_unit
 
 AT = [(-29.5, 9), (-16, 9), (-16, -9), (-29.5, -9), (16, 9), (29.5, 9), (29.5, -9), (16, -9)]
@@ -144,9 +145,7 @@ def test_a_unit_that_cannot_be_fetched_whole_is_refused_and_the_others_are_judge
             return Endless(piece) if path.endswith(".csv") else whole(fs, path, mode, **more)
 
         monkeypatch.setattr(fsspec.implementations.memory.MemoryFileSystem, "open", broken)
-        monkeypatch.setattr(
-            remote_folders, "DEFAULT_LIMITS", remote_folders.DEFAULT_LIMITS.__class__(max_bytes=100_000)
-        )
+        monkeypatch.setattr(remote_folders, "DEFAULT_LIMITS", ReadLimits(max_bytes=100_000))
         done = batch(addresses["memory"], "--out", tmp_path / "out")
         assert done.exit_code == 4, done.output
         (refused,) = results(tmp_path / "out")["refused"]
