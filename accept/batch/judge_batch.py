@@ -202,8 +202,8 @@ def _numbered(say: Say, number: int, of: int) -> Say:
 def _enrol(order: BatchRequest, roster: Roster, store: Store, report: BatchReport, say: Say) -> None:
     """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
     refuses both."""
-    for where, reason in order.refused:
-        _refuse(where, reason, store, order, report, say)
+    for address, reason in order.refused:
+        _refuse(address, reason, store, order, report, say)
     for path in order.paths:
         try:
             found = unit_folder.find(path)

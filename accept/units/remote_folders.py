@@ -165,7 +165,7 @@ def _read(source: Any, name: str) -> bytes:
 def _listed(path: Path) -> Iterator[Any]:
     """The list of what was fetched: from where, which file, into which folder, its size and hash."""
     with writing_atomic(path) as file:
-        text = TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)  # type: ignore[arg-type]
+        text = TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
         listed = csv.writer(text)
         listed.writerow(["address", "file", "folder", "bytes", "sha256"])
         yield listed
