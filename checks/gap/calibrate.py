@@ -1,5 +1,7 @@
 """The base model fitted to what was measured, before anything may be called missing ([GAP] 3)."""
 
+from dataclasses import replace
+
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT
 from checks.gap.decision.gates import is_bent
@@ -75,6 +77,7 @@ def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
     """The base fitted to records that were turned, the scatter of its modes following; None where a model that may be
     far off shows already that they are explained no better than as they came."""
     response = base.response.holding_scatter()
+    response = replace(response, model=quicker(response.model))  # how modes exchange energy hides no turned channel
     at: dict[str, float] = {}
     own = search.A.thinned(COARSE_BINS)
     for tolerance in (t for t in ANNEAL if t > A.tolerance):

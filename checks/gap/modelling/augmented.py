@@ -103,8 +103,7 @@ class Augmented:
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
         """(F, C)."""
-        H = self.model.frf(f, self.changes(changes), channels)
-        return H * self._factor(f, changes, channels)
+        return self._bare(f, self.changes(changes), channels) * self._factor(f, changes, channels)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
         """(P, F, C) derivatives per unit of each name."""
@@ -114,11 +113,15 @@ class Augmented:
         if not self._factors:
             return out
         out *= self._factor(f, changes, channels)
-        H = self.model.frf(f, at, channels)
+        H = self._bare(f, at, channels)
         for i, n in enumerate(names):
             if not targets[i]:
                 out[i] = H * self._factor_derivative(f, n, changes, channels)
         return out
+
+    def _bare(self, f: Array, at: Values, channels: tuple[str, ...]) -> Complex:
+        """(F, C) of the model at changes `at`, never to be written into."""
+        return _modelled(self.model, tuple(at.items()), f.tobytes(), channels)
 
     def _of_model(
         self,
@@ -171,6 +174,14 @@ class Augmented:
         h = STEP * next(p.scale for p in member.parameters if name == f"{member.name}.{p.name}")
         above, below = (self._factor(f, {**values, name: values[name] + d}, channels) for d in (h, -h))
         return np.asarray((above - below) / (2.0 * h))
+
+
+@lru_cache(maxsize=16)
+def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, channels: tuple[str, ...]) -> Complex:
+    """Remembered: what multiplies channels is tried with many values of its own beside one of the model's."""
+    H = model.frf(np.frombuffer(band), dict(at), channels)
+    H.setflags(write=False)
+    return H
 
 
 @lru_cache(maxsize=32)
