@@ -41,13 +41,14 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A response fitted to A; seen: its residual on B."""
+    """A response fitted to A; seen: its residual on B; led: where the search on few bins had led, if it began there."""
 
     response: Augmented
     at: dict[str, float]
     cost: float
     unseen: Dataset
     table: Thresholds
+    led: Led | None = None
 
     @cached_property
     def seen(self) -> Projected:
@@ -144,17 +145,19 @@ class Search:
         """A sharp mode far from its place is a false minimum: other starts are the cure, those with a mode in another
         place first, then drawn ones, until two end in one place."""
         places, found = [first], [own, *self.rearranged(own)]
+        been = [*places, *([] if own.led is None else [own.led])]
         if any(c.adequate for c in found):
             return _nearest(found)
         for seed in range(1, drawn + 1):
             if self.over:
                 break
             led = self._led(response, start, seed)
-            if any(_same(led, other) for other in places):
+            if any(_same(led, other) for other in been):
                 break
             if led.cost < min(p.cost for p in places):  # on few bins already no better: nothing to be found there
                 found.append(self._to_its_end(response, led))
             places.append(led)
+            been.append(led)
         return _nearest(found)
 
     def rearranged(self, c: Candidate) -> list[Candidate]:
@@ -176,7 +179,7 @@ class Search:
         return found
 
     def _to_its_end(self, response: Augmented, led: Led) -> Candidate:
-        return self._candidate(self.go_on(begin(response, self.A, led.at), MANY))
+        return replace(self._candidate(self.go_on(begin(response, self.A, led.at), MANY)), led=led)
 
     def go_on(self, refit: Refit, steps: int) -> Refit:
         """At most so many steps more; their work counts."""

@@ -41,8 +41,10 @@ class Builder:
         if tied.any():
             self._rigid.append(relative[tied])
             relative, k, c = relative[~tied], k[~tied], c[~tied]
-        self.K += relative.T @ (k[:, None] * relative)
-        self.C += relative.T @ (c[:, None] * relative)
+        if k.any():
+            self.K += relative.T @ (k[:, None] * relative)
+        if c.any():
+            self.C += relative.T @ (c[:, None] * relative)
 
     def finish(self, force: Array, outputs: Array, channels: tuple[str, ...]) -> System:
         """The system in coordinates that keep every rigid direction rigid."""
