@@ -24,11 +24,13 @@ AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="
 
 
 @spread
-def history(serial: Annotated[str, typer.Argument(help="Serial of a unit.")], outputs: Outputs) -> None:
+def history(
+    serial: Annotated[str, typer.Argument(help="Serial of a unit.")], *, plot: Plot = None, outputs: Outputs
+) -> None:
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     from accept.commands.fleet import questions
 
-    raise typer.Exit(questions.history(serial, outputs))
+    raise typer.Exit(questions.history(serial, plot, outputs))
 
 
 @spread
@@ -40,11 +42,17 @@ def list_units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> None:
 
 
 @spread
-def first_pass(*, by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH, choice: Choice, outputs: Outputs) -> None:
+def first_pass(
+    *,
+    by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH,
+    choice: Choice,
+    plot: Plot = None,
+    outputs: Outputs,
+) -> None:
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     from accept.commands.fleet import questions
 
-    raise typer.Exit(questions.first_pass(by, choice, outputs))
+    raise typer.Exit(questions.first_pass(by, plot, choice, outputs))
 
 
 @spread

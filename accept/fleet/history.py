@@ -3,6 +3,9 @@
 import numpy as np
 import pandas as pd
 
+from accept.pictures.labels import label_of
+from checks.picture import Line, Mark, Panel
+
 SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U with k = 2)
 
 
@@ -18,3 +21,25 @@ def changes(frame: pd.DataFrame) -> pd.DataFrame:
         en = np.abs(change) / np.hypot(ordered["U"], before["U"])
     changed = pd.Series([None if np.isnan(e) else bool(e > SIGNIFICANT) for e in en], index=ordered.index, dtype=object)
     return ordered.assign(change=change, En=en, changed=changed).sort_values(["seq", "check"], kind="stable")
+
+
+def panels(changed: pd.DataFrame) -> list[Panel]:
+    """A panel for each quantity that has a value: its value at every attempt, a bar of U to both sides, the limits of
+    the last attempt. changed: as `changes` gives it."""
+    return [_panel(str(name), rows.dropna(subset=["value"])) for name, rows in changed.groupby("quantity", sort=False)
+            if rows["value"].notna().any()]  # fmt: skip
+
+
+def _panel(quantity: str, rows: pd.DataFrame) -> Panel:
+    at, value, U = (rows[name].to_numpy(dtype=float) for name in ("attempt", "value", "U"))
+    bars = zip(at, value, np.nan_to_num(U), strict=True)
+    items: list[Line | Mark] = [Line(np.full(2, n), np.array([v - u, v + u]), role="data") for n, v, u in bars]
+    items.append(Line(at, value, "value, U (k = 2)", "points", "data"))
+    moved = rows["changed"].eq(True).to_numpy()
+    if moved.any():
+        items.append(Line(at[moved], value[moved], "changed by more than both U", "points", "bad"))
+    limits = {bound: float(rows[bound].iloc[-1]) for bound in ("lower", "upper")}
+    items += [Mark(limit, "y", f"{bound} limit", "limit") for bound, limit in limits.items() if np.isfinite(limit)]
+    unit = rows["unit"].iloc[-1]
+    across = (0.5, max(float(at.max()), 2.0) + 0.5)
+    return Panel(label_of(quantity), "attempt", f"{quantity} [{unit}]", tuple(items), x_range=across)

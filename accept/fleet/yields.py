@@ -5,9 +5,12 @@ import pandas as pd
 from scipy.special import ndtri
 
 from accept.fleet.measurements import attempts
+from accept.pictures.labels import label_of
+from checks.picture import Band, Line, Panel, Text
 
 GROUPS = ("month", "bench", "operator", "kind", "spec")
 CONFIDENCE = 0.95
+MOST_CAUSES = 12  # of a picture: the others are in the table
 
 
 def yields(frame: pd.DataFrame, by: str) -> pd.DataFrame:
@@ -44,3 +47,42 @@ def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
     return np.clip(middle - half, 0, 1), np.clip(middle + half, 0, 1)
+
+
+def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
+    """Two pictures: the yield of every group with its interval, and what stopped the others, the most frequent above.
+
+    made : as `yields` gives it. causes : as `pareto`."""
+    share, lo, hi = (100.0 * made[name].to_numpy(dtype=float) for name in ("first_pass", "lo", "hi"))
+    words = [f"{row[by]}: {row['first']} of {row['units']}" for row in made.to_dict("records")]
+    bars = _bars(share, words, "good")
+    ends = [
+        Line(np.array(pair), np.full(2, len(share) - 1.0 - i), "" if i else "95 % interval", role="data")
+        for i, pair in enumerate(zip(lo, hi, strict=True))
+    ]
+    across = "units that passed at their first attempt [%]"
+    shown = [_panel("first-pass yield", across, [*bars, *ends], len(share), 100.0)]
+    if len(causes):
+        worst = causes.head(MOST_CAUSES)
+        counted = worst["units"].to_numpy(dtype=float)
+        named = [
+            f"{label_of(row['quantity'])}: {row['verdict'].replace('_', ' ')}, {row['units']}"
+            for row in worst.to_dict("records")
+        ]
+        title = "what stopped units at their first attempt"
+        shown.append(_panel(title, "units", _bars(counted, named, "bad"), len(counted), 1.05 * float(counted.max())))
+    return shown
+
+
+def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | Text]:
+    """A bar each, the first one above, with its words on it."""
+    items: list[Band | Line | Text] = []
+    for i, (value, told) in enumerate(zip(values, words, strict=True)):
+        row = len(values) - 1.0 - i
+        items.append(Band(np.array([0.0, value]), np.full(2, row - 0.35), np.full(2, row + 0.35), role=role))
+        items.append(Text(0.0, row - 0.1, told))
+    return items
+
+
+def _panel(title: str, across: str, items: list[Band | Line | Text], rows: int, most: float) -> Panel:
+    return Panel(title, across, "", tuple(items), x_range=(0.0, most), y_range=(-0.6, rows - 0.4), y_names=("",) * rows)

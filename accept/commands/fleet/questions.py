@@ -1,5 +1,6 @@
 """`accept history`, `list`, `yield` and `trend`."""
 
+from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from accept.fleet.measurements import FleetError, attempts, between, day, latest
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
+from checks.picture import Panel
 from checks.rounding import rounded, rounded_U
 
 
@@ -36,9 +38,10 @@ def _stored(serial: str | None = None) -> pd.DataFrame:
 
 
 @clear_errors
-def history(serial: str, outputs: Outputs) -> Exit:
+def history(serial: str, plot: Path | None, outputs: Outputs) -> Exit:
     """Every attempt of a unit, and what changed."""
     check(outputs)
+    _check_plot(plot)
     frame = _stored(serial)
     if frame.empty:
         raise FleetError(f"no judgement of a unit '{serial}' in the store")
@@ -55,7 +58,24 @@ def history(serial: str, outputs: Outputs) -> Exit:
             soft_wrap=True,
         )
     write(outputs, changed)
+    _draw(plot, histories.panels(changed), columns=2)
     return Exit.ACCEPTED
+
+
+def _check_plot(plot: Path | None) -> None:
+    """Raises OSError or PictureError, before the work, for a picture that cannot be written."""
+    if plot is not None:
+        check_place(plot)
+        format_of(plot)
+
+
+def _draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
+    if plot is None:
+        return
+    from accept.pictures.draw import picture  # loads matplotlib: only when wanted
+
+    write_atomic(plot, picture(panels, format_of(plot), columns=min(columns, len(panels))))
+    say(f"{plot}: written")
 
 
 def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
@@ -99,9 +119,10 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
 
 
 @clear_errors
-def first_pass(by: By, choice: Choice, outputs: Outputs) -> Exit:
+def first_pass(by: By, plot: Path | None, choice: Choice, outputs: Outputs) -> Exit:
     """First-pass yield of every group, and what stopped the others."""
     check(outputs)
+    _check_plot(plot)
     frame = chosen(_stored(), choice)
     made = yields.yields(frame, by.value)
     show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
@@ -111,6 +132,7 @@ def first_pass(by: By, choice: Choice, outputs: Outputs) -> Exit:
     else:
         stdout.print("every unit passed at its first attempt")
     write(outputs, made)
+    _draw(plot, yields.panels(made, causes, by.value), columns=2)
     return Exit.ACCEPTED
 
 
@@ -118,10 +140,7 @@ def first_pass(by: By, choice: Choice, outputs: Outputs) -> Exit:
 def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs: Outputs) -> Exit:
     """Control charts and capability of a quantity. Exit 4 where an alarm rings."""
     check(outputs)
-    format = None
-    if plot is not None:
-        check_place(plot)
-        format = format_of(plot)
+    _check_plot(plot)
     made = trends.trends(chosen(_stored(), choice), quantity, by.value)
     rows = pd.DataFrame([_summary(t) for t in made])
     show(rows, f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
@@ -135,10 +154,7 @@ def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs
         for words, times in trends.hints(each).items():
             say(f"{each.name}: hint, {times} times {words}")
     write(outputs, rows)
-    if plot is not None and format is not None:
-        from accept.pictures.draw import picture  # loads matplotlib: only when wanted
-
-        write_atomic(plot, picture([trends.panel(t) for t in made], format, columns=1))
+    _draw(plot, [trends.panel(t) for t in made], columns=1)
     return Exit.INCOMPLETE if rang else Exit.ACCEPTED
 
 

@@ -10,9 +10,13 @@ from scipy.special import ndtri
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from accept.fleet.history import changes
+from accept.fleet.history import panels as history_panels
 from accept.fleet.measurements import between, day, measurements
+from accept.fleet.yields import panels as yield_panels
 from accept.fleet.yields import pareto, yields
 from accept.store import open_store
+from checks.picture import Band, Line, Text
 from tests.accept.fleet.judgements import add, judgement
 
 OCTOBER, NOVEMBER = (datetime.datetime(2026, month, 12, 9, tzinfo=datetime.UTC) for month in (10, 11))
@@ -86,6 +90,27 @@ def test_first_pass_yield_and_its_causes(bench):
     assert "70.0%" in ask("yield", "--by", "month").output
     assert set(yields(frame, "bench")["bench"]) == {"bench-1", "bench-2"}
     assert set(yields(frame, "operator")["operator"]) == {"Ann", "Bob"}
+
+
+def test_pictures_show_what_the_tables_say(bench, tmp_path):
+    """Bars as long as the shares and counts; of a history the bars of U, and what changed apart from what did not."""
+    for words in (("yield",), ("history", "A-07")):
+        assert ask(*words, "--plot", tmp_path / "p.svg").exit_code == 0
+        assert (tmp_path / "p.svg").read_bytes().startswith(b"<?xml")
+        assert ask(*words, "--plot", tmp_path / "p.gif").exit_code == 6
+    with open_store() as store:
+        frame = measurements(store)
+    made, causes = yields(frame, "month"), pareto(frame)
+    passed, stopped = yield_panels(made, causes, "month")
+    assert [item.x[1] for item in passed.items if isinstance(item, Band)] == list(100 * made["first_pass"])
+    assert [item.x[1] for item in stopped.items if isinstance(item, Band)] == list(causes["units"])
+    assert next(item.words for item in passed.items if isinstance(item, Text)) == "2026-10: 7 of 10"
+    assert len(yield_panels(made, causes.head(0), "month")) == 1  # nothing stopped anything: no empty axes
+    sensor, stroke = history_panels(changes(frame[frame["serial"] == "A-07"]))
+    assert (sensor.title, stroke.y_label) == ("Sensor stack", "stroke_um [um]")
+    assert [list(item.y) for item in sensor.items if isinstance(item, Line) and item.role == "bad"] == [[5.0]]
+    assert not [item for item in stroke.items if isinstance(item, Line) and item.role == "bad"]
+    assert list(sensor.items[0].y) == [1.68, 1.72]
 
 
 @pytest.mark.parametrize(

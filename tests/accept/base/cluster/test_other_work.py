@@ -172,12 +172,14 @@ class Small:
         return 7.0
 
 
-def test_the_blind_test(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_blind_test(cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers are handed the same units, byte for byte, and a crash is an outcome there as here; a worker whose
     validation is another one is found before it counts."""
     truth = {"effects": {}, "outside": {}, "kind": "none"}
     named = f"{__name__}:{digest.__name__}"
-    jobs: list[Any] = [Job(Small(serial), truth, named) for serial in ("B-1", "B-2")]  # type: ignore[arg-type]
+    model = tmp_path / "model.toml"
+    model.write_text("# as the coordinator has it")
+    jobs: list[Any] = [Job(Small(serial), truth, named, model=model) for serial in ("B-1", "B-2")]  # type: ignore[arg-type]
     jobs.append(replace(jobs[0], without=("none",)))
     assert as_text(run_all(jobs, 0, cluster=cluster)) == as_text(run_all(jobs, 0))
     assert [o.error for o in run_all(jobs, 0)] == [None, None, "ValueError: cannot do without none"]
