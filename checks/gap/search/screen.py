@@ -70,7 +70,8 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
 
 def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
-    axes = [(*p.grid, *(peaks(projected, member.channels) if p.name == "f_Hz" else ())) for p in shapes]
+    places = [*peaks(projected, member.channels), *(_too_small(projected, member.channels) if len(shapes) > 1 else ())]
+    axes = [(*p.grid, *(places if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
         yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
 
@@ -80,6 +81,14 @@ def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
     e = energies(projected)
     columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
     return peaks_of(projected.data.f, e[:, columns].sum(axis=1))
+
+
+def _too_small(projected: Projected, channels: Sequence[str]) -> list[float]:
+    """Where on some channels the model is the most too small [Hz]: a tall resonance that it lacks is off by no more
+    than itself in a few bins, and above it the model is far too large in many."""
+    columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
+    known = np.maximum(np.abs(projected.modelled), np.sqrt(projected.data.noise))
+    return peaks_of(projected.data.f, (np.abs(projected.data.H) / known)[:, columns].sum(axis=1))
 
 
 def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:
