@@ -212,6 +212,9 @@ class Cause(Enum):
     U_UNKNOWN = "inside the limits, but the uncertainty is unknown"
     U_INVALID = "the uncertainty is {U}"
     U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value:.6g} ± {U:.3g} {unit})"
+    RISK_ABOVE_HALF = (
+        "{value:.6g} {unit} is inside the limits, but with U = {U:.3g} {unit} the true value is more likely outside"
+    )
     U_TOO_LARGE = "U = {U:.3g} {unit} is above the {most:g} {unit} that shared risk allows"
     CALIBRATION = "no valid calibration: {detail}"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"

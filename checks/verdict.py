@@ -12,6 +12,10 @@ from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
 from specs.spec import Limit
 
+# Simple acceptance relies on a U that is small beside the limits: a value inside then lies outside with at most this
+# probability ([ILACG8] 4.2.1). A U as wide as the zone between two limits breaks that.
+MOST_RISK = 0.5
+
 
 class Verdict(StrEnum):
     """Of one finding."""
@@ -80,9 +84,17 @@ def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -
         source=limit.source,
         assumed=limit.assumed,
         budget=quantity.budget,
-        note=quantity.note,
+        note=quantity.note or _only_a_bound(quantity, limit, verdict),
         cause=cause,
     )
+
+
+def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | None:
+    """What a value that is not larger than its own U says where only an upper limit asks: how large it is at most."""
+    value, U = quantity.value, quantity.U
+    if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
+        return None
+    return f"U exceeds the value: it cannot be told from zero and is at most {value + U:.2g} {limit.unit}"
 
 
 def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:
@@ -118,6 +130,8 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
         return outside
     if limit.rule == "shared" and U > (limit.U_max or 0.0):
         return Verdict.CONDITIONAL, because(Cause.U_TOO_LARGE, U=U, unit=limit.unit, most=limit.U_max or 0.0)
+    if probability_outside(value, U, limit) > MOST_RISK:
+        return Verdict.CONDITIONAL, because(Cause.RISK_ABOVE_HALF, value=value, U=U, unit=limit.unit)
     return Verdict.PASS, None
 
 

@@ -206,6 +206,32 @@ def test_guarded_zone_is_conditional_where_the_interval_crosses_the_limit() -> N
     assert verdict_of(4.30, 0.05, limit) is Verdict.FAIL
 
 
+def test_simple_acceptance_ends_where_the_value_is_more_likely_outside() -> None:
+    """A value in the middle of its zone, U as wide as the zone: P(outside) = 2 P(Z > 1) = 32 %; twice that, 62 %."""
+    for rule, U_max in (("simple", None), ("shared", 5.0)):
+        limit = Limit(lower=4.4, upper=5.6, unit=UNIT, rule=rule, source="test", U_max=U_max)
+        assert verdict_of(5.0, 1.2, limit) is Verdict.PASS
+        finding = judge("capacitance", Quantity(NAME, 5.0, 2.4), limit)
+        assert finding.verdict is Verdict.CONDITIONAL
+        assert finding.p_false_accept == pytest.approx(2 * norm.sf(0.5), rel=1e-9)
+        assert "more likely outside" in str(finding.reason)
+
+
+@given(limits(), finite, st.floats(0, 1e3))
+def test_nothing_passes_that_is_more_likely_outside(limit: Limit, value: float, U: float) -> None:
+    if verdict_of(value, U, limit) is Verdict.PASS:
+        assert probability_outside(value, U, limit) <= 0.5
+
+
+@given(st.floats(-100, 100), st.floats(1e-3, 200), st.floats(-10, 200))
+def test_of_a_value_below_its_U_a_pass_says_that_only_a_bound_is_known(value: float, U: float, upper: float) -> None:
+    finding = judge("capacitance", Quantity(NAME, value, U), guarded(upper=upper))
+    assert (finding.verdict is Verdict.PASS) == (value + U <= upper)
+    assert (finding.note is not None) == (finding.verdict is Verdict.PASS and U >= abs(value))
+    # limits about zero ask for values near zero
+    assert judge("capacitance", Quantity(NAME, value, U), guarded(-1e3, 1e3)).note is None
+
+
 def test_shared_risk_asks_for_a_small_uncertainty() -> None:
     limit = Limit(lower=4.4, upper=5.5, unit=UNIT, rule="shared", source="test", U_max=0.1)
     assert verdict_of(4.41, 0.1, limit) is Verdict.PASS
