@@ -115,7 +115,7 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
 def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
     """Responses of the channels that there are, to where the model holds, and what is lost where one is missing."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
-    notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} says that it holds to there",)
+    notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} is valid up to there",)
     try:
         return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), notes
     except RecordError as e:

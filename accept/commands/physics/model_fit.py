@@ -27,10 +27,12 @@ from checks.fitting.fit_panels import fit_panels
 from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
 from checks.model.parameters import is_mode_factor
+from checks.rounding import with_U
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 
 HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
+AGREES = 1.1  # of G: 1 within the scatter of some hundred bins
 COLUMNS = 3  # a row of panels per channel
 
 
@@ -83,7 +85,7 @@ def fit_unit(folder: Path, wanted: FitOptions) -> FittedModel:
     base = model_for(wanted.model, unit.kind)
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
-        say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} says that it holds to there")
+        say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
     measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
     start = base.model
     if measured.payload_kg is not None:
@@ -176,12 +178,13 @@ def _plain(found: Mapping[str, Gap]) -> dict[str, float]:
 
 def _print(fitted: FittedModel) -> None:
     fit = fitted.fit
-    rows = Table(whole("parameter"), "prior", "fitted", "U, k = 2", "away")
+    rows = Table(whole("parameter"), "prior ± sd", "fitted ± U (k = 2)", "from the prior")
     told = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
     for p in told:
         away = (fit.at[p.name] - p.prior) / p.sd
-        prior, now, U = f"{p.prior:.5g} ± {p.sd:.2g}", f"{fit.at[p.name]:.6g}", f"{2 * fit.sds[p.name]:.2g}"
-        rows.add_row(p.name, prior, now, U, f"{away:+.1f} sd" + (", at its bound" if p.name in fit.at_bound else ""))
+        bound = ", at its bound" if p.name in fit.at_bound else ""
+        now = with_U(fit.at[p.name], 2 * fit.sds[p.name])
+        rows.add_row(p.name, f"{p.prior:.5g} ± {p.sd:.2g}", now, f"{away:+.1f} sd{bound}")
     stdout.print(rows)
     if len(told) < len(fit.free):
         stdout.print(f"{len(fit.free) - len(told)} factors on modes are not listed: these data do not determine them")
@@ -194,13 +197,23 @@ def _print(fitted: FittedModel) -> None:
     stdout.print(gap_rows)
     for name, value in fitted.seed_constants.items():
         c = fitted.constants[name]
-        stdout.print(
-            f"{name}: {value:.6g} by the published formula, {c.value:.6g} ({c.lo:.6g} to {c.hi:.6g}) by least squares"
-        )
+        by_formula = f"{value:.5g} by the published formula"
+        stdout.print(f"{name}: {by_formula}, {with_U(c.value, (c.hi - c.lo) / 2)} by least squares (95 %, noise alone)")
     if fitted.model.damping != fitted.start.damping:
-        stdout.print(f"the data ask for damping '{fitted.model.damping}' instead of '{fitted.start.damping}'")
+        stdout.print(f"damping '{fitted.model.damping}' fits better than '{fitted.start.damping}' and is used")
     if not fit.converged:
         say(f"accept: the fit did not converge; do not use the values above: {fit.message}")
-    worst = max((g.G for g in (fitted.held_out or fitted.after).values()), default=0.0)
-    if worst > 1.1:
-        say(f"G is {worst:.3g}: this model does not explain the unit; run `accept gap` to find the cause")
+    _print_agreement(fitted)
+
+
+def _print_agreement(fitted: FittedModel) -> None:
+    """The answer in one sentence: whether this model, fitted, explains the unit."""
+    by_channel = fitted.held_out or fitted.after
+    if not by_channel or not fitted.fit.converged:
+        return
+    worst = max(by_channel, key=lambda c: by_channel[c].G)
+    where, serial = f"G of {worst} is {by_channel[worst].G:.2g}", fitted.measured.serial
+    if by_channel[worst].G > AGREES:
+        say(f"{where}: this model does not explain {serial}; run `accept gap` to find the cause")
+    else:
+        stdout.print(f"{fitted.base.spec.name}, fitted, explains {serial}: {where}, the largest; 1 or less agrees")

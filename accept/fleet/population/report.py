@@ -19,6 +19,7 @@ from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import told_apart
 from checks.picture import Band, Line, Mark, Panel
+from checks.rounding import with_U
 from specs.model_sections import PopulationRecord
 from specs.units import unit_of
 
@@ -133,8 +134,8 @@ def shifts(found: Population, most: int = 8) -> list[str]:
     order = _by_shift(found)[:most]
     return [
         _with_unit(
-            f"{found.names[i]}: {found.prior.mean[i]:.5g} -> {found.batch.mean[i]:.5g} ± "
-            f"{2 * np.sqrt(found.batch.mean_cov[i, i]):.2g}",
+            f"{found.names[i]}: {found.prior.mean[i]:.5g} -> "
+            + with_U(float(found.batch.mean[i]), 2 * float(np.sqrt(found.batch.mean_cov[i, i]))),
             found.names[i],
         )
         + f", scatter {found.batch.scatter[i]:.2g}"
@@ -250,7 +251,7 @@ def _parameters_table(found: Population) -> list[Flowable]:
             [
                 found.names[i],
                 _with_unit(f"{p['prior']:.5g} ± {p['prior_sd']:.2g}", found.names[i]),
-                f"{p['mean']:.6g} ± {p['U']:.2g}",
+                with_U(p["mean"], p["U"]),
                 f"{p['scatter']:.2g}",
                 f"{p['shift_sd']:+.1f} sd",
                 f"{100 * left[i]:.0f} %",

@@ -16,6 +16,7 @@ from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
+from checks.rounding import with_U
 from specs.model import load_model
 from specs.model_sections import FitRecord
 from specs.strict import SpecError
@@ -56,6 +57,9 @@ def test_fit_recovers_and_says_so(fitted: tuple[Path, int, str, str]) -> None:
     assert max(document["gap_after"].values()) < 1.1 < max(document["gap_before"].values())
     assert "apa.ke_N_per_um" in out
     assert "G before" in out
+    ke = document["parameters"]["apa.ke_N_per_um"]
+    assert with_U(ke["value"], ke["U"]) in out  # to two digits of its U, no further
+    assert "apa-2dof, fitted, explains T-1: G of" in out
     assert (folder / "out" / "fit.pdf").read_bytes().startswith(b"%PDF")
 
 
