@@ -12,6 +12,7 @@ from specs.units import DIMENSIONLESS, unit_of
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 LINES, COLUMNS = 24, 80  # of a terminal
+_TIED = "\u00a0"  # where no line is broken
 HEADLINE = {
     NO_MISSING: "Model and data agree",
     EXPLAINED: "Cause found",
@@ -97,7 +98,7 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
     """What is to be said besides the gap, the most important first, each with its indent."""
     for n in r.named:
         yield n.sentence, "  "
-        yield f"{named_line(n)}  p {chance(n.p)}", "    "
+        yield f"{named_line(n)}  {_unbroken(f'p {chance(n.p)}')}", "    "
     for a in r.ambiguous:
         yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
     for u in r.unnamed:
@@ -136,7 +137,15 @@ def value_words(name: str, value: float) -> str:
 
 
 def _wrapped(words: str, indent: str) -> list[str]:
-    return textwrap.wrap(words, COLUMNS, initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)
+    lines = textwrap.wrap(
+        words, COLUMNS, initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False
+    )
+    return [line.replace(_TIED, " ") for line in lines]
+
+
+def _unbroken(words: str) -> str:
+    """Words that stay on one line."""
+    return words.replace(" ", _TIED)
 
 
 def one_line(document: Mapping[str, Any]) -> str:

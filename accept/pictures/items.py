@@ -132,12 +132,13 @@ def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
     low, high, at = scale.transform(np.array([*sorted(axes.get_ylim() if across else axes.get_xlim()), item.at]))
     crowded = (at - low) > 0.88 * (high - low) if across else (at - low) < 0.08 * (high - low)
     place: dict[str, Any] = (
-        {"x": 0.985, "y": item.at, "ha": "right", "va": "top" if crowded else "bottom"}
+        {"xy": (0.985, item.at), "xytext": (0, 0), "ha": "right", "va": "top" if crowded else "bottom"}
         if across
-        else {"x": item.at, "y": 0.97, "ha": "left" if crowded else "right", "va": "top", "rotation": 90}
+        else {"xy": (item.at, 0.97), "xytext": (1.5 if crowded else -1.5, 0), "ha": "left" if crowded else "right"}
+        | {"va": "top", "rotation": 90}
     )
     style: dict[str, Any] = {"fontsize": 5.8, "color": INK, "zorder": 5, "clip_on": True, "path_effects": _halo()}
-    axes.text(s=pretty(item.label), transform=transform, **place, **style)
+    axes.annotate(pretty(item.label), xycoords=transform, textcoords="offset points", **place, **style)
 
 
 def _text(axes: Axes, item: Text, series: _Series) -> None:

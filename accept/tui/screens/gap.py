@@ -8,7 +8,16 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap.text import REFUSED, alternatives, headline_of, number, parameters, values_of, without_a_name, words_of
+from accept.gap.text import (
+    REFUSED,
+    alternatives,
+    gap_number,
+    headline_of,
+    parameters,
+    values_of,
+    without_a_name,
+    words_of,
+)
 from accept.pictures import signs
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
@@ -106,6 +115,7 @@ def answer(found: Mapping[str, Any]) -> Text:
     for nameless in found["unnamed"]:
         text.append(f"  Unidentified effect: {without_a_name(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
-    shrunk = "   ".join(f"{c} {number(G)} → {number(after[c])}" for c, G in before.items())
-    text.append(f"  G on records not fitted, before → after:  {shrunk}", "bold")
+    shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
+    text.append("  G on records not fitted, before → after (1 or less agrees):\n", "bold")
+    text.append(f"    {shrunk}", "bold")
     return text

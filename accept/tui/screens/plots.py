@@ -46,7 +46,7 @@ class Plots(Screen[None]):
         holder = self.query_one("#drawn")
         await holder.remove_children()
         if holder.is_attached:  # left while the old ones went
-            await holder.mount(*(PanelView(panel, large=True) for panel in shown))
+            await holder.mount(*(PanelView(panel, large=True, titled=n > 0) for n, panel in enumerate(shown)))
 
     def action_leave(self) -> None:
         if self.is_current:

@@ -14,7 +14,7 @@ from textual_plot.axis_formatter import AxisFormatter
 
 from accept.tui.widgets.heat_map import map_text
 from checks.arrays import Array
-from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span
+from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span
 
 ROLES = {
     "data": "bright_cyan",
@@ -28,6 +28,7 @@ ROLES = {
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
 _MOST_POINTS = 600  # a terminal is no wider
 WIDE_FROM = 110  # columns, as in the app's breakpoints
+_APART = 40  # points of a measurement on top of curves: so many, that both can be seen
 _X_TICKS = 6  # numbers that never run into each other at 40 columns
 MAP_ROWS = 14  # of a map beside other parts of a screen
 
@@ -53,6 +54,16 @@ class Few(NumericAxisFormatter):
         return ticks[:: math.ceil(len(ticks) / _X_TICKS)]
 
 
+class Degrees(AxisFormatter):
+    """Ticks of a phase: quarters of a turn."""
+
+    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
+        return [90.0 * n for n in range(math.ceil(min_ / 90.0), math.floor(max_ / 90.0) + 1)]
+
+    def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
+        return [f"{t:.0f}" for t in ticks]
+
+
 class PanelPlot(PlotWidget):
     """One panel of axes; keys of its own (+, -, arrows) would be taken from the form, so it takes no focus."""
 
@@ -61,6 +72,7 @@ class PanelPlot(PlotWidget):
     def __init__(self, panel: Panel) -> None:
         super().__init__(allow_pan_and_zoom=False)
         self._panel = panel
+        self._has_curves = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
 
     def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
         """textual calls the base class's handler after this one: it would clear what was drawn."""
@@ -69,17 +81,19 @@ class PanelPlot(PlotWidget):
         self.margin_top = 1
         panel = self._panel
         self.set_x_formatter(Decades() if panel.x_log else Few())
-        self.set_y_formatter(Decades() if panel.y_log else NumericAxisFormatter())
+        self.set_y_formatter(_vertical(panel))
         self.set_xlabel(panel.x_label)
         ends = _span(panel)
         colours = iter(SERIES * 4)
-        for item in sorted(panel.items, key=lambda i: getattr(i, "role", "") != "before"):
-            self._draw(item, ends, colours)  # what comes later hides what was there: first what is no longer so
+        for item in sorted(panel.items, key=_layer):
+            self._draw(item, ends, colours)  # what comes later hides what was there
         if panel.x_range is not None:
             self.set_xlimits(*(_logged(np.array(panel.x_range), panel.x_log)))
         if panel.y_range is not None:
             lo, hi = panel.y_range
             self.set_ylimits(*(_logged(np.array([lo, hi]), panel.y_log)))
+        elif panel.kind is PanelKind.PHASE:
+            self.set_ylimits(-195.0, 195.0)
 
     def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
         match item:
@@ -103,10 +117,14 @@ class PanelPlot(PlotWidget):
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
             return
-        if points:
-            self.scatter(x[known], y[known], marker="•", marker_style=colour, label=label or None)
+        x, y = x[known], y[known]
+        if points and self._has_curves:
+            few = apart(x)
+            self.scatter(x[few], y[few], marker="•", marker_style=colour, label=label or None)
+        elif points:
+            self.scatter(x, y, marker_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
         else:
-            self.plot(x[known], y[known], line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
+            self.plot(x, y, line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
 
     def _straight(self, at: float, axis: str, colour: str, ends: tuple[float, float]) -> None:
         if not math.isfinite(at):
@@ -118,6 +136,29 @@ class PanelPlot(PlotWidget):
                 self.add_v_line(float(shown[0]), line_style=colour)
         elif all(map(math.isfinite, ends)):
             self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
+
+
+def _layer(item: object) -> int:
+    """Which items are drawn first: bands, then what is no longer so, curves, and the points of a measurement on top."""
+    if isinstance(item, Band):
+        return 0
+    if getattr(item, "role", "") == "before":
+        return 1
+    return 3 if isinstance(item, Line) and item.style == "points" else 2
+
+
+def _vertical(panel: Panel) -> AxisFormatter:
+    if panel.kind is PanelKind.PHASE:
+        return Degrees()
+    return Decades() if panel.y_log else NumericAxisFormatter()
+
+
+def apart(x: Array) -> Array:
+    """Places in x (N,) of at most `_APART` values, one of each equal part of its range; all where there are fewer."""
+    if x.size <= _APART or float(np.ptp(x)) == 0.0:
+        return np.arange(x.size)
+    part = np.floor(_APART * (x - x.min()) / np.ptp(x) * (1.0 - 1e-12))
+    return np.sort(np.unique(part, return_index=True)[1])
 
 
 def thin(values: Array) -> Array:
@@ -144,13 +185,13 @@ def _span(panel: Panel) -> tuple[float, float]:
 class PanelView(Vertical):
     """Title, what the colours mean, and the axes; a map as shades."""
 
-    def __init__(self, panel: Panel, *, large: bool = False) -> None:
-        """large: on a screen of its own."""
+    def __init__(self, panel: Panel, *, large: bool = False, titled: bool = True) -> None:
+        """large: on a screen of its own; titled: False where its title stands above already."""
         super().__init__(classes="panel")
-        self._panel, self._large = panel, large
+        self._panel, self._large, self._titled = panel, large, titled
 
     def compose(self) -> ComposeResult:
-        yield Static(panel_head(self._panel), classes="panel-head")
+        yield Static(panel_head(self._panel, titled=self._titled), classes="panel-head")
         drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
         if isinstance(drawn, Image):
             width, height = (self.app.size.width - 14, self.app.size.height - 8) if self._large else (44, MAP_ROWS)
@@ -161,9 +202,9 @@ class PanelView(Vertical):
             yield PanelPlot(self._panel)
 
 
-def panel_head(panel: Panel) -> Text:
+def panel_head(panel: Panel, *, titled: bool = True) -> Text:
     """Title of a panel with the colours of its curves."""
-    text = Text.assemble((panel.title, "bold"), f"  {panel.y_label}")
+    text = Text.assemble((f"{panel.title}  " if titled else "", "bold"), panel.y_label)
     colours = iter(SERIES * 4)
     for item in panel.items:
         if isinstance(item, Line):

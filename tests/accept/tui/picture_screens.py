@@ -53,6 +53,7 @@ async def measuring(out: Path) -> None:
     async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "flatness")
+        await shown(pilot, "#gauge", " um")
         keep(pilot, out / "workflow-step.svg")
         await press(pilot, "f12")
         keep(pilot, out / "workflow-step-light.svg")

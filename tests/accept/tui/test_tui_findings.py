@@ -1,13 +1,16 @@
 """Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
 import numpy as np
+from textual.app import App, ComposeResult
+from textual.widgets import Static
 
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.heat_map import map_text
+from accept.tui.widgets.plot import Degrees, PanelView, apart
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.picture import Image, Panel
+from checks.picture import Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
@@ -56,3 +59,34 @@ def test_rows_have_their_names_from_above_and_the_middle_of_a_logarithmic_axis_i
     assert "█" not in lines[2] + lines[3]
     assert lines[4].split() == ["10", "100", "1e+03"]
     assert "up:" not in lines[5]
+
+
+def test_points_upon_a_curve_leave_the_curve_to_be_seen():
+    x = np.log10(np.linspace(1.0, 1000.0, 600))
+    few = apart(x)
+    assert 30 <= few.size <= 40  # one of each fortieth; the first of them are wider apart than that on a log axis
+    assert few[0] == 0
+    assert np.all(np.diff(x[few]) > 0)
+    assert apart(x[:20]).size == 20
+
+
+async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
+    """A model that fits covered what was measured, or was covered by it."""
+    x = np.linspace(0.0, 1.0, 600)
+    panel = Panel("ratio", "x", "y", (Line(x, x, "measured", "points", "data"), Line(x, x, "model", role="model")))
+
+    class Shows(App[None]):
+        def compose(self) -> ComposeResult:
+            yield PanelView(panel, large=True, titled=False)
+
+    async with Shows().run_test(size=(100, 30)) as pilot:
+        await pilot.pause()
+        drawn = pilot.app.export_screenshot()
+        assert "ratio" not in str(pilot.app.query_one(".panel-head", Static).render())
+    assert 25 <= drawn.count("•") <= 60  # some forty, and one in the legend
+    assert any(chr(c) in drawn for c in range(0x2801, 0x2900))  # the curve, in braille
+
+
+def test_a_phase_is_read_in_quarters_of_a_turn():
+    ticks = Degrees().get_ticks(-195.0, 195.0)
+    assert Degrees().get_labels_for_ticks(ticks) == ["-180", "-90", "0", "90", "180"]
