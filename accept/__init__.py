@@ -20,6 +20,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 if TYPE_CHECKING:
     from accept.api import (
+        AcceptError,
+        NoResult,
         Plot,
         analyse_gap,
         estimate_misalignment,
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "AcceptError",
+    "NoResult",
     "Plot",
     "analyse_gap",
     "estimate_misalignment",

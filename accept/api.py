@@ -22,11 +22,13 @@ from accept.judging.result import UnitResult
 from accept.models.model_file import DEFAULT_MODEL, SIMULATED_MODEL
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import picture
-from accept.pictures.formats import format_of
+from accept.pictures.formats import PictureError, format_of
 from accept.pictures.interactive import page
-from accept.simulate import UnitRequest
+from accept.simulate import UnitRequest, UnitRequestError
 from accept.simulate import simulate as _simulate
 from accept.units.loaded_unit import LoadedUnit, loaded
+from checks.cause import NoResult as NoResult
+from checks.errors import RecordError
 from checks.fitting.dataset import F_HI, F_LO
 from checks.gap.decision.bode_panels import bode_panels
 from checks.gap.decision.panels import disagreement
@@ -36,6 +38,7 @@ from checks.model.model import Model
 from checks.picture import Panel
 from checks.record import Record
 from checks.signals.spectral.bode import bode
+from specs.errors import AcceptError as AcceptError
 
 UnitLike = str | Path | LoadedUnit
 Drawable = (
@@ -82,6 +85,8 @@ def frequency_response(
 
     Two records are joined at merge_Hz. estimator: "auto" (over the periods of a periodic input, else h1), "h1", "lpm".
     `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
+    if estimator not in list(Estimator):
+        raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(Estimator)}")
     read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
     return responses_of(read, ResponseOptions(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
 
@@ -102,13 +107,13 @@ def open_model(name: str | Path = "strut") -> Model:
 
 
 def fit_model(
-    unit: str | Path, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
+    unit: UnitLike, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
 ) -> FittedModel:
     """The model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
     second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
-    return fit_unit(Path(unit), FitOptions(model, f_lo, f_hi, starts))
+    return fit_unit(_held(unit), FitOptions(model, f_lo, f_hi, starts))
 
 
 def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
@@ -136,6 +141,8 @@ def simulate_unit(
 
     Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
     place = Path(folder)
+    if kind not in SIMULATED_MODEL:
+        raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model = _open_model(SIMULATED_MODEL[kind]).with_values(dict(values or {}))
     made = _simulate(UnitRequest(place.name, kind, model, seed=seed))
     place.mkdir(parents=True)
@@ -150,6 +157,9 @@ class Plot:
 
     panels: Mapping[str, Panel]
     title: str = ""
+
+    def __repr__(self) -> str:
+        return f"Plot({self.title}: {', '.join(self.panels)})"
 
     def save(self, file: str | Path) -> Path:
         """Write the picture; the ending chooses the format. Raises PictureError."""
@@ -180,8 +190,11 @@ def plot(what: Drawable) -> Plot:
             return Plot(pictures(what), what.measured.serial)
         case GapAnalysis():
             return Plot({"map": disagreement(what.result), **bode_panels(what.result)}, what.measured.serial)
-        case _:
+        case Mapping():
             return Plot(what)
+        case _:
+            words = "a result, response, fit, misalignment, gap analysis or panel"
+            raise PictureError(f"{type(what).__name__} has no picture; expected {words}")
 
 
 def _held(unit: UnitLike) -> LoadedUnit:

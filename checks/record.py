@@ -22,6 +22,9 @@ class Record:
     name: str = "record"
     sha256: str = ""
 
+    def __repr__(self) -> str:
+        return f"Record({self.name}: {', '.join(self.channels)}; {self.t.size} samples at {self.fs:.6g} Hz)"
+
     def __getitem__(self, channel: str) -> Array:
         try:
             return self.channels[channel]

@@ -12,6 +12,7 @@ from accept.gap.empirical import Added, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.responses import Responses, responses
+from accept.gap.text import summary
 from accept.models.model_file import Opened, as_weighed, opened
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder
@@ -37,6 +38,9 @@ class GapAnalysis:
     measured: Responses
     model: Opened
     inputs: Inputs
+
+    def __repr__(self) -> str:
+        return "\n".join(summary(self.measured.serial, self.result))
 
     @property
     def document(self) -> dict[str, Any]:

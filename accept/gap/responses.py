@@ -31,6 +31,10 @@ class Responses:
     records: dict[str, Record] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        second = "no second realisation" if self.second is None else "with a second realisation"
+        return f"Responses({self.serial}, {self.kind}: {self.first!r}, {second})"
+
 
 def responses(
     given: Path | UnitFolder | LoadedUnit,

@@ -8,6 +8,7 @@ from typing import Any
 from checks.cause import Cause, Reason, because
 from checks.picture import Panel
 from checks.quantity import Contribution, Quantity
+from checks.rounding import rounded, with_U
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 GAP_PICTURES = "gap/"  # how the names of the gap workflow's pictures begin, among those of a unit
@@ -45,6 +46,15 @@ class UnitResult:
     models: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     samples: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     copies: tuple[Mapping[str, Any], ...] = ()
+
+    def __repr__(self) -> str:
+        """A line for the unit and one for each finding: what a notebook shows."""
+        lines = [f"{self.serial} ({self.kind}): {self.verdict} by spec {self.spec_name}"]
+        for f in self.findings:
+            value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
+            why = "" if f.reason is None else f", {f.reason}"
+            lines.append(f"  {f.quantity}{value}: {f.verdict.replace('_', ' ')}{why}")
+        return "\n".join(lines)
 
     def to_json(self) -> dict[str, Any]:
         """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""

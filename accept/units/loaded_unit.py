@@ -35,6 +35,10 @@ class LoadedUnit:
         self._sources: dict[str, Source] = {}
         self._values: dict[str, Values | RecordError] = {}
 
+    def __repr__(self) -> str:
+        sections = ", ".join(self.folder.sections)
+        return f"LoadedUnit({self.folder.serial}, {self.folder.kind}, in {self.folder.path}: {sections})"
+
     @cached_property
     def hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""

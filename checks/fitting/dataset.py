@@ -45,6 +45,10 @@ class Dataset:
     name: str = "responses"
     scale: Complex | None = None
 
+    def __repr__(self) -> str:
+        band = f"{self.f.size} bins from {self.f[0]:.4g} to {self.f[-1]:.4g} Hz" if self.f.size else "no bins"
+        return f"Dataset({self.name}: {', '.join(self.channels)}; {band})"
+
     @property
     def reference(self) -> Complex:
         """(F, C) what the tolerance is a part of."""

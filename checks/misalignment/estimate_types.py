@@ -6,6 +6,7 @@ from checks.cause import Reason
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.model.model import Model
+from checks.rounding import with_U
 
 DX, DY = "misalignment.dx_um", "misalignment.dy_um"
 LOPSIDED = ("apa.lopsided_x_um", "apa.lopsided_y_um")  # along x, along y
@@ -34,3 +35,9 @@ class MisalignmentEstimate:
     repeat: Dataset | None
     meaning: str
     reason: Reason | None = None
+
+    def __repr__(self) -> str:
+        if self.reason is not None:
+            return f"MisalignmentEstimate(no result: {self.reason})"
+        dx, dy = (with_U(along.value, along.U) for along in (self.dx, self.dy))
+        return f"MisalignmentEstimate(dx = {dx} um, dy = {dy} um; k = 2)"

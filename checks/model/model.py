@@ -84,6 +84,9 @@ class Model:
     up_to_Hz: float = F_MAX
     joint: JointPrior | None = None
 
+    def __repr__(self) -> str:
+        return f"Model({self.name}: {len(self.values)} parameters, {len(self.sds)} of them uncertain)"
+
     @cached_property
     def channels(self) -> tuple[str, ...]:
         """Vs, de, da; a strut without encoder has no de."""

@@ -3,6 +3,7 @@
 import inspect
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -36,7 +37,7 @@ def test_every_name_is_there_typed_and_documented():
         if inspect.isfunction(found):
             assert "return" in inspect.signature(found).parameters or found.__annotations__["return"], name
     assert set(accept.__all__) <= set(dir(accept))
-    with pytest.raises(AttributeError, match="it offers Plot, analyse_gap"):
+    with pytest.raises(AttributeError, match="it offers AcceptError, NoResult, Plot, analyse_gap"):
         accept.no_such_name  # noqa: B018
 
 
@@ -92,3 +93,35 @@ def test_an_estimate_starts_no_process_which_would_run_the_callers_script_again(
     with pytest.raises(NoResult):
         misalign.estimate_unit(None, "strut-as-built")
     assert asked == [1]
+
+
+def test_what_is_returned_says_in_short_what_it_holds(tmp_path: Path):
+    """A judged strut printed half a million characters into a notebook."""
+    unit = accept.simulate_unit(tmp_path / "T-1", seed=3)
+    result, measured = accept.judge(unit, "strut-basic"), accept.responses(unit)
+    lines = repr(result).splitlines()
+    assert lines[0] == "T-1 (strut): accepted by spec strut-basic"
+    assert len(lines) == 1 + len(result.findings)
+    assert any(line.startswith("  axial_resonance_Hz 8") and line.endswith(": pass") for line in lines)
+    response = accept.frequency_response(tmp_path / "T-1" / "frf_noise.mat", f_lo=10, f_hi=400)
+    shown = [unit, measured, measured.first, response, response.records[0], accept.open_model(), accept.plot(response)]
+    for found in shown:
+        assert len(repr(found)) < 300, type(found)
+        assert "array(" not in repr(found), type(found)
+    assert repr(unit).startswith("LoadedUnit(T-1, strut, in ")
+    assert "resonances: Vs 8" in repr(response)
+
+
+def test_what_cannot_be_is_refused_by_one_kind_of_error(tmp_path: Path):
+    wrong = [
+        (lambda: accept.read_unit(tmp_path / "nowhere"), "nowhere"),
+        (lambda: accept.open_model("stru"), "no such model"),
+        (lambda: accept.simulate_unit(tmp_path / "U", kind="strutt"), "kind = 'strutt': expected one of"),
+        (lambda: accept.plot(accept.open_model()), "Model has no picture"),
+        (lambda: accept.frequency_response(estimator="h2"), "estimator = 'h2': expected one of auto, h1, lpm"),
+        (lambda: accept.fit_model(str(tmp_path / "nowhere")), "nowhere"),
+    ]
+    for order, words in wrong:
+        with pytest.raises(accept.AcceptError, match=re.escape(words)):
+            order()
+    assert not (tmp_path / "U").exists()

@@ -54,6 +54,11 @@ class MeasuredResponse:
     units: dict[str, str]
     resonances: dict[str, Resonance]
 
+    def __repr__(self) -> str:
+        f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())
+        of = f"{', '.join(self.frf.channels)} over {self.frf.input}"
+        return f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'})"
+
 
 @clear_errors
 def run(paths: Sequence[Path], wanted: ResponseOptions, files: ResponseFiles) -> Exit:

@@ -17,7 +17,7 @@ from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened, write_model
 from accept.pictures.formats import format_of
-from accept.units.unit_folder import read
+from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.errors import ModelError
 from checks.fitting.calibrate import calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
@@ -52,6 +52,11 @@ class FittedModel:
     seed_constants: Mapping[str, float]
     constants: Mapping[str, Constant]
 
+    def __repr__(self) -> str:
+        G = ", ".join(f"{c} {self.before[c].G:.2g} -> {gap.G:.2g}" for c, gap in self.after.items())
+        end = "" if self.fit.converged else "; did not converge: do not use the values"
+        return f"FittedModel({self.base.spec.name} to {self.measured.serial}; G, before -> after: {G}{end})"
+
 
 @clear_errors
 def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
@@ -74,15 +79,15 @@ def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
     return Exit.ACCEPTED if fitted.fit.converged else Exit.INCOMPLETE
 
 
-def fit_unit(folder: Path, wanted: FitOptions) -> FittedModel:
+def fit_unit(folder: Path | LoadedUnit, wanted: FitOptions) -> FittedModel:
     """A model fitted to the first realisation of a unit and compared with the second; without a name a strut is fitted
     with uncertain modes, as for its misalignment, so that the two agree. Raises UnitError, RecordError, SpecError,
     ModelError."""
     f_lo, f_hi = wanted.f_lo, wanted.f_hi
     grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
     frequencies([f_lo, f_hi])
-    unit = read(folder)
-    base = model_for(wanted.model, unit.kind)
+    unit = loaded(folder)
+    base = model_for(wanted.model, unit.folder.kind)
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
