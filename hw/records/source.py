@@ -50,7 +50,7 @@ class Source:
         if self.suffix == ".csv":
             return open_csv(self.file, raw)
         raise RecordError(
-            f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with {raw[:20]!r}"
+            f"{self.file}: is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with {ascii(raw[:20])[1:]}"
         )
 
 

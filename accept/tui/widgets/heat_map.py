@@ -23,7 +23,7 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
     names = panel.y_names
     if panel.y_range is not None and panel.y_range[0] > panel.y_range[1]:
         item, names = replace(item, y=item.y[::-1], z=item.z[::-1]), names[::-1]
-    left = max([_LEFT, *(len(name) + 2 for name in names)])
+    left = map_left(panel)
     cells = shaded(item, width, height)
     for up, along in _region(item, panel, width, height):
         cells[up][along] = REGION
@@ -41,6 +41,11 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
     upwards = f"up: {panel.y_label}" if panel.y_label else ""
     text.append(" " * left + "; ".join(w for w in (panel.x_label, upwards, item.label) if w), "dim")
     return text
+
+
+def map_left(panel: Panel) -> int:
+    """Columns for the names or numbers of the y axis."""
+    return max([_LEFT, *(len(name) + 2 for name in panel.y_names)])
 
 
 def shaded(item: Image, width: int, height: int) -> list[list[str]]:

@@ -7,12 +7,12 @@ import numpy as np
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.events import Mount
+from textual.events import Mount, Resize
 from textual.widgets import Static
 from textual_plot import HiResMode, NumericAxisFormatter, PlotWidget
 from textual_plot.axis_formatter import AxisFormatter
 
-from accept.tui.widgets.heat_map import map_text
+from accept.tui.widgets.heat_map import map_left, map_text
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span
 
@@ -28,8 +28,10 @@ ROLES = {
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
 _MOST_POINTS = 600  # a terminal is no wider
 WIDE_FROM = 110  # columns, as in the app's breakpoints
-_APART = 40  # points of a measurement on top of curves: so many, that both can be seen
+_APART = {True: 40, False: 14}  # points on top of curves on a whole screen, beside others: so few that both are seen
+_FEW = 60  # points by themselves: more of them are drawn small
 _X_TICKS = 6  # numbers that never run into each other at 40 columns
+_NARROWEST = 30  # columns of a map with its names
 MAP_ROWS = 14  # of a map beside other parts of a screen
 
 
@@ -69,9 +71,9 @@ class PanelPlot(PlotWidget):
 
     can_focus = False
 
-    def __init__(self, panel: Panel) -> None:
+    def __init__(self, panel: Panel, *, large: bool = True) -> None:
         super().__init__(allow_pan_and_zoom=False)
-        self._panel = panel
+        self._panel, self._most = panel, _APART[large]
         self._has_curves = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
 
     def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
@@ -118,8 +120,8 @@ class PanelPlot(PlotWidget):
         if not known.any():
             return
         x, y = x[known], y[known]
-        if points and self._has_curves:
-            few = apart(x)
+        if points and (self._has_curves or x.size <= _FEW):
+            few = apart(x, self._most) if self._has_curves else slice(None)
             self.scatter(x[few], y[few], marker="•", marker_style=colour, label=label or None)
         elif points:
             self.scatter(x, y, marker_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
@@ -153,11 +155,11 @@ def _vertical(panel: Panel) -> AxisFormatter:
     return Decades() if panel.y_log else NumericAxisFormatter()
 
 
-def apart(x: Array) -> Array:
-    """Places in x (N,) of at most `_APART` values, one of each equal part of its range; all where there are fewer."""
-    if x.size <= _APART or float(np.ptp(x)) == 0.0:
+def apart(x: Array, most: int) -> Array:
+    """Places in x (N,) of at most so many values, one of each equal part of its range; all where there are fewer."""
+    if x.size <= most or float(np.ptp(x)) == 0.0:
         return np.arange(x.size)
-    part = np.floor(_APART * (x - x.min()) / np.ptp(x) * (1.0 - 1e-12))
+    part = np.floor(most * (x - x.min()) / np.ptp(x) * (1.0 - 1e-12))
     return np.sort(np.unique(part, return_index=True)[1])
 
 
@@ -182,6 +184,24 @@ def _span(panel: Panel) -> tuple[float, float]:
     return (min(float(np.nanmin(x)) for x in xs), max(float(np.nanmax(x)) for x in xs)) if xs else (math.nan, math.nan)
 
 
+class MapView(Static):
+    """A map as wide as there is room for it: a row that is too long would go on in the next line."""
+
+    def __init__(self, item: Image, panel: Panel, rows: int) -> None:
+        super().__init__(classes="map")
+        self._item, self._panel, self._rows = item, panel, rows
+
+    def on_mount(self) -> None:
+        self._draw(_NARROWEST)
+
+    def on_resize(self, event: Resize) -> None:
+        self._draw(event.size.width)
+
+    def _draw(self, columns: int) -> None:
+        room = max(_NARROWEST, columns) - map_left(self._panel) - 1
+        self.update(map_text(self._item, self._panel, width=room, height=self._rows))
+
+
 class PanelView(Vertical):
     """Title, what the colours mean, and the axes; a map as shades."""
 
@@ -194,12 +214,11 @@ class PanelView(Vertical):
         yield Static(panel_head(self._panel, titled=self._titled), classes="panel-head")
         drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
         if isinstance(drawn, Image):
-            width, height = (self.app.size.width - 14, self.app.size.height - 8) if self._large else (44, MAP_ROWS)
-            yield Static(map_text(drawn, self._panel, width=width, height=height))
+            yield MapView(drawn, self._panel, self.app.size.height - 8 if self._large else MAP_ROWS)
         elif drawn is not None:
             yield Static(plan(drawn, 56 if self._large else 32), markup=False)
         else:
-            yield PanelPlot(self._panel)
+            yield PanelPlot(self._panel, large=self._large)
 
 
 def panel_head(panel: Panel, *, titled: bool = True) -> Text:

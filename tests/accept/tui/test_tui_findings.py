@@ -2,11 +2,12 @@
 
 import numpy as np
 from textual.app import App, ComposeResult
+from textual.containers import Horizontal
 from textual.widgets import Static
 
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.heat_map import map_text
-from accept.tui.widgets.plot import Degrees, PanelView, apart
+from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelView, apart
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -63,11 +64,11 @@ def test_rows_have_their_names_from_above_and_the_middle_of_a_logarithmic_axis_i
 
 def test_points_upon_a_curve_leave_the_curve_to_be_seen():
     x = np.log10(np.linspace(1.0, 1000.0, 600))
-    few = apart(x)
+    few = apart(x, 40)
     assert 30 <= few.size <= 40  # one of each fortieth; the first of them are wider apart than that on a log axis
     assert few[0] == 0
     assert np.all(np.diff(x[few]) > 0)
-    assert apart(x[:20]).size == 20
+    assert apart(x[:20], 40).size == 20
 
 
 async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
@@ -90,3 +91,23 @@ async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
 def test_a_phase_is_read_in_quarters_of_a_turn():
     ticks = Degrees().get_ticks(-195.0, 195.0)
     assert Degrees().get_labels_for_ticks(ticks) == ["-180", "-90", "0", "90", "180"]
+
+
+async def test_a_map_beside_another_picture_stays_in_its_lines():
+    """Rows of a fixed width went on in the next line where two pictures share 98 columns."""
+    z = np.ones((3, 50))
+    z[:, -1] = 9.0
+    panel = Panel("G", "f", "", (Image(np.arange(50.0), np.arange(3.0), z),), y_names=("a", "b", "c"))
+
+    class Shows(App[None]):
+        def compose(self) -> ComposeResult:
+            with Horizontal():
+                yield PanelView(panel)
+                yield PanelView(panel)
+
+    async with Shows().run_test(size=(98, 30)) as pilot:
+        await pilot.pause()
+        for view in pilot.app.query(MapView):
+            rows = str(view.render()).splitlines()
+            assert 30 <= max(map(len, rows)) <= view.size.width
+            assert sum(row.endswith("█") for row in rows) == MAP_ROWS

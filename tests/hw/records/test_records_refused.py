@@ -62,7 +62,7 @@ def test_files_that_are_no_record(tmp_path, refusal):
     with pytest.raises(RecordError, match="cannot be read: File name too long"):
         records.read(tmp_path / ("x" * 300), made.SERIES)
     assert "is empty (0 bytes)" in refusal(b"")
-    assert "is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with b'hello" in refusal(b"hello world")
+    assert "is none of MATLAB 5 to 7.3 (.mat), .csv, .uff, .tdms; it starts with 'hello" in refusal(b"hello world")
     assert "at most 100 are read" in refusal(made.channels(), limits=ReadLimits(max_bytes=100))
 
 
