@@ -94,7 +94,7 @@ def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | N
     value, U = quantity.value, quantity.U
     if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
         return None
-    return f"U exceeds the value: it cannot be told from zero and is at most {value + U:.2g} {limit.unit}"
+    return f"U exceeds the value: it cannot be distinguished from zero and is at most {value + U:.2g} {limit.unit}"
 
 
 def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:

@@ -11,6 +11,7 @@ from accept.gap.text import one_line
 from accept.judging.result import UnitResult
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of, with_labels
+from checks.rounding import rounded
 from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
@@ -80,4 +81,4 @@ def _cell(finding: dict[str, Any] | None) -> Text:
     if finding is None or finding["value"] is None:
         return Text("-  ")
     bad, mark = finding["verdict"] != "pass", signs.FINDINGS[finding["verdict"]].mark
-    return Text(f"{finding['value']:.4g} {mark if bad else ' '}", style="red" if bad else "")
+    return Text(f"{rounded(finding['value'], finding['U'])} {mark if bad else ' '}", style="red" if bad else "")

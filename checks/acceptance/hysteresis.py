@@ -218,9 +218,7 @@ def _panels(key: str, label: str, scale: float, loops: list[Loop]) -> dict[str, 
     U = 100 * COVERAGE_FACTOR * np.array([p.width.u for p in loops])
     growth = (Band(amplitude, width - U, width + U), Line(amplitude, width, "width", role="data"))
     return {
-        f"{key}_loops": Panel(
-            f"Loops of the {key}, last period, centred", "Va about its mean [V]", label, curves, kind=PanelKind.CURVE
-        ),
+        f"{key}_loops": Panel(f"Loops of the {key}", "Va about its mean [V]", label, curves, kind=PanelKind.CURVE),
         f"{key}_width": Panel(
             f"Loop width of the {key}",
             "amplitude of Va [V]",
