@@ -116,6 +116,6 @@ def answer(found: Mapping[str, Any]) -> Text:
         text.append(f"  Unidentified effect: {without_a_name(nameless)}\n", "magenta")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
-    text.append("  G on records not fitted, before → after (1 or less agrees):\n", "bold")
+    text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")
     text.append(f"    {shrunk}", "bold")
     return text
