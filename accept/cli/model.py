@@ -20,11 +20,14 @@ app = typer.Typer(help="The simulated strut: modes, responses, fit.", no_args_is
 
 @app.command("list")
 def list_() -> None:
-    """The models that come with the program."""
+    """The models that come with the program, and what each is."""
+    import textwrap
+
     from specs.model import builtin_models
 
-    for name in builtin_models():
-        print(name)
+    for name, path in builtin_models().items():
+        about = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+        print(*textwrap.wrap(f"{name:<14}  {about}", 80, subsequent_indent=" " * 16), sep="\n")
 
 
 @app.command()

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -155,7 +156,7 @@ def _vertical(panel: Panel) -> AxisFormatter:
     return Decades() if panel.y_log else NumericAxisFormatter()
 
 
-def apart(x: Array, most: int) -> Array:
+def apart(x: Array, most: int) -> NDArray[np.intp]:
     """Places in x (N,) of at most so many values, one of each equal part of its range; all where there are fewer."""
     if x.size <= most or float(np.ptp(x)) == 0.0:
         return np.arange(x.size)

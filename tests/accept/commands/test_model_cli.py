@@ -17,7 +17,7 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
 from checks.rounding import with_U
-from specs.model import load_model
+from specs.model import builtin_models, load_model
 from specs.model_sections import FitRecord
 from specs.strict import SpecError
 from tests.accept.units.modelled_records import write_answers
@@ -237,3 +237,12 @@ def test_fit_of_a_recorded_strut_holds_the_truth() -> None:
     kR = true_values("S-01")["joint.kRy_Nm_per_rad"]
     assert abs(fitted.fit.at["joint.kRy_Nm_per_rad"] - kR) < 2.0 * fitted.fit.sds["joint.kRy_Nm_per_rad"]
     assert max(g.G for g in fitted.held_out.values()) < 1.1
+
+
+def test_the_list_of_models_says_what_each_is() -> None:
+    code, out, _ = run("list")
+    assert code == 0
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines if not line.startswith(" ")] == list(builtin_models())
+    assert max(map(len, lines)) <= 80
+    assert "strut-as-built  The strut as it is built" in out
