@@ -32,6 +32,12 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What waits for programs comes first: it is never what is left at the end, when other processes have no more."""
+    waiting = {item.path for item in items if item.get_closest_marker("terminal") or item.get_closest_marker("browser")}
+    items.sort(key=lambda item: item.path not in waiting)
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what cannot run here, in the words of what is missing."""
     for mark, (there, reason) in NEEDS.items():

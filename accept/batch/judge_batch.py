@@ -29,7 +29,7 @@ from accept.certificate.trust.commissioning import commissioned
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
 from accept.fleet import golden
-from accept.gap.attach_to_result import StartModel, applies, is_there, same_start
+from accept.gap.start_model import StartModel, applies, is_there, same_start
 from accept.gap.text import one_line
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement

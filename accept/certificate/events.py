@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from accept.base.version import code_sha256
+from accept.fleet.golden import may_judge
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
 from specs.spec import Spec
@@ -14,8 +15,6 @@ def judged(store: Store, folder: Path, result: UnitResult, spec: Spec, who: str)
     """Store a unit's result, as results.json has it, with all that it depends on: inputs, spec, code.
 
     Raises BenchStopped where the golden units were missed: no way to a verdict goes round this; StoreError."""
-    from accept.fleet.golden import may_judge  # loads pandas: only when a verdict is there
-
     may_judge(store, result.serial)
     entry = result.to_json()
     payload = {

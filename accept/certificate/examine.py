@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from accept.certificate.contents.provenance import Provenance
-from accept.gap.attach_to_result import StartModel, explained
+from accept.gap.start_model import StartModel
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
 from accept.judging.judge_unit import judge_unit
@@ -48,7 +48,11 @@ def examine(
 
     Raises UnitError, ContentError."""
     held = loaded(unit)
-    result = explained(withheld(judge_unit(held, spec, stated), copies), held, start, say, out)
+    result = withheld(judge_unit(held, spec, stated), copies)
+    if start is not None:
+        from accept.gap.attach_to_result import explained  # loads the search for what is missing
+
+        result = explained(result, held, start, say, out)
     return drawn(result, spec, held, operator, provenance) if draw else _bare(result, spec, unit.path, operator)
 
 

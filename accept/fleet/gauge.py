@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from accept.fleet.measurements import FleetError
+from accept.fleet.errors import FleetError
 from checks.arrays import Array
 from checks.process_control.gauge_study import GaugeStudy, gauge_study
 

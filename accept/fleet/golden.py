@@ -5,33 +5,17 @@ events of the store: golden_named {expect}, golden_met {serials}, golden_missed 
 {reason}.
 """
 
-import datetime
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-import pandas as pd
-
-from accept.fleet.measurements import FleetError, measurements
+from accept.fleet.errors import FleetError
 from accept.store import Store
 
 EXPECTED = ("accepted", "rejected")
 NAMED, MET, MISSED, RESOLVED = "golden_named", "golden_met", "golden_missed", "golden_resolved"
-LEAST_BEFORE = 1  # earlier judgements that today's is compared with
 
 
 class BenchStopped(FleetError):
     """The golden units were missed: nothing is judged until this is resolved."""
-
-
-@dataclass(frozen=True)
-class Checked:
-    """Of one golden unit. problems: empty where it is as before; measured: whether it was judged since `since`."""
-
-    serial: str
-    expected: str
-    measured: bool
-    problems: tuple[str, ...]
 
 
 def name_golden(store: Store, serial: str, expected: str, who: str) -> None:
@@ -50,55 +34,6 @@ def name_golden(store: Store, serial: str, expected: str, who: str) -> None:
 def goldens(store: Store) -> dict[str, str]:
     """Serial -> expected verdict of every golden unit."""
     return {event.subject: str(event.data["expect"]) for event in store.events(what=NAMED)}
-
-
-def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
-    """Compare every golden unit's judgement since `since` (UTC) with its history, and store what came of it.
-
-    Raises FleetError where no unit is golden."""
-    named = goldens(store)
-    if not named:
-        raise FleetError("no golden unit is named: accept golden name SERIAL --expect accepted")
-    found = [compared(serial, expected, measurements(store, serial), since) for serial, expected in named.items()]
-    missed = {c.serial: list(c.problems) for c in found if c.problems}
-    if missed:
-        store.append(MISSED, "", {"serials": sorted(missed), "reasons": missed}, who=who)
-    elif all(c.measured for c in found):
-        store.append(MET, "", {"serials": sorted(named)}, who=who)
-    return found
-
-
-def compared(serial: str, expected: str, frame: pd.DataFrame, since: datetime.datetime) -> Checked:
-    """One golden unit against its own earlier judgements: the verdict, and every value within the uncertainties."""
-    recent = frame[frame["time"] >= pd.Timestamp(since)]
-    if recent.empty:
-        return Checked(serial, expected, measured=False, problems=())
-    last = recent[recent["seq"] == recent["seq"].max()]
-    before = frame[frame["seq"] < last["seq"].iloc[0]]
-    problems = []
-    if (verdict := last["unit_verdict"].iloc[0]) != expected:
-        problems.append(f"{verdict}, expected {expected}")
-    if before["seq"].nunique() < LEAST_BEFORE:
-        problems.append("has no earlier judgement to be compared with")
-    problems += [words for _, row in last.iterrows() if (words := _differs(row, before))]
-    return Checked(serial, expected, measured=True, problems=tuple(problems))
-
-
-def _differs(row: pd.Series, before: pd.DataFrame) -> str | None:
-    """What is wrong with a value, in words. A value that is missing now and was there before is a difference."""
-    earlier = before[before["quantity"] == row["quantity"]].dropna(subset=["value"])
-    if earlier.empty:
-        return None
-    middle = float(earlier["value"].median())
-    if not np.isfinite(row["value"]):
-        return f"{row['quantity']}: no value, {middle:.6g} {row['unit']} before"
-    if not np.isfinite(row["U"]):
-        return None
-    U = float(np.hypot(row["U"], earlier["U"].median()))
-    distance = abs(row["value"] - middle)
-    if np.isfinite(U) and distance <= U:
-        return None
-    return f"{row['quantity']}: {row['value']:.6g}, {middle:.6g} {row['unit']} before; they differ by more than {U:.2g}"
 
 
 def resolve(store: Store, reason: str, who: str) -> None:

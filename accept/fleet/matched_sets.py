@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from accept.fleet.measurements import FleetError, latest
+from accept.fleet.errors import FleetError
+from accept.fleet.measurements import latest
 from checks.arrays import Array
 from checks.process_control.matching import Matched, ideal_replacement, match
 

@@ -7,18 +7,14 @@ from typing import Any
 
 import pandas as pd
 
+from accept.fleet.errors import FleetError
 from accept.store import Event, Store
-from specs.errors import AcceptError
 
 COLUMNS = [
     "seq", "time", "operator", "bench", "serial", "kind", "attempt", "unit_verdict", "spec", "check", "quantity",
     "value", "unit", "U", "lower", "upper", "verdict", "reason",
 ]  # fmt: skip
 NOT_STATED = "not stated"
-
-
-class FleetError(AcceptError, ValueError):
-    """A question that the stored units cannot answer; the text says what is missing."""
 
 
 def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from accept.fleet.measurements import FleetError, of_quantity
+from accept.fleet.errors import FleetError
+from accept.fleet.measurements import of_quantity
 from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, capability
 from checks.process_control.control_chart import LEAST, ROUTINE, RULES, Chart, chart

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
-from checks.gap.effects import EFFECTS
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
@@ -185,6 +184,8 @@ def _named(n: Mapping[str, Any]) -> str:
 
 def in_order(n: Mapping[str, Any]) -> list[str]:
     """The parameters of an entry of `named` as its effect declares them: JSON that was stored has them by letter."""
+    from checks.gap.effects import EFFECTS  # the whole library: only where one was found
+
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import TYPE_CHECKING
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
@@ -19,12 +20,14 @@ from checks.cause import Cause, NoResult
 from checks.consistency.contradictions import held_together
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
-from checks.model.model import Model
 from checks.picture import Panel
 from checks.quantity import Outcome, Quantity
 from checks.verdict import Finding, judge, missing_findings, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
+
+if TYPE_CHECKING:
+    from checks.model.model import Model
 
 DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
 
@@ -137,7 +140,7 @@ def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
         raise NoResult(Cause.INTERNAL_ERROR, detail=f"{type(e).__name__}: {e}; {PLEASE_REPORT}") from e
 
 
-def _model_of(check: Check, asked: CheckSpec, models: Models) -> dict[str, Model]:
+def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Model]":
     """The model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
     if check.model is None:
         return {}

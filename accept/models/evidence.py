@@ -1,21 +1,25 @@
-"""The model files behind a verdict: read once, hashed, attached to the certificate and opened again from there."""
+"""The model files behind a verdict: read once, hashed, attached to the certificate and opened again from there.
+
+What opens models loads where one is named: most specs name none.
+"""
 
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from accept.models.model_file import Opened, opened_of
 from checks.acceptance import CHECKS
 from checks.errors import ModelError
-from checks.model.build import file_nodes
-from checks.model.model import Model
-from checks.model.structure.superelement import Superelement
-from hw.superelement import MAX_BYTES, files_of, read_superelement
 from specs.files import read_bounded
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
 from specs.spec import Spec
 from specs.strict import SpecError
+
+if TYPE_CHECKING:
+    from accept.models.model_file import Opened
+    from checks.model.model import Model
+    from checks.model.structure.superelement import Superelement
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Models:
     """
 
     given: Mapping[str, "ModelFolder"] | None = None
-    _opened: dict[str, Opened] = field(default_factory=dict, init=False, repr=False)
+    _opened: "dict[str, Opened]" = field(default_factory=dict, init=False, repr=False)
 
     def hashes(self, spec: Spec) -> dict[str, dict[str, str]]:
         """Name -> file name -> sha256 of every model file that a spec names."""
@@ -46,13 +50,15 @@ class Models:
             return hashes(evidence_of(named_models(spec)))
         return {name: folder.hashes for name, folder in sorted(self.given.items())}
 
-    def open(self, name: str) -> Model:
+    def open(self, name: str) -> "Model":
         """Raises SpecError, ModelError, OSError."""
         if name not in self._opened:
             self._opened[name] = self._open(name)
         return self._opened[name].model
 
-    def _open(self, name: str) -> Opened:
+    def _open(self, name: str) -> "Opened":
+        from accept.models.model_file import opened_of
+
         if name in builtin_models() or self.given is None:
             return opened_of(load_model(name))
         if name not in self.given:
@@ -69,18 +75,25 @@ class ModelFolder:
 
     @property
     def hashes(self) -> dict[str, str]:
+        from hw.superelement import MAX_BYTES
+
         return {n: hashlib.sha256(read_bounded(self.folder / n, MAX_BYTES)).hexdigest() for n in self.names}
 
-    def open(self) -> Opened:
+    def open(self) -> "Opened":
         """Raises SpecError, ModelError, OSError."""
+        from accept.models.model_file import opened_of
+
         path = self.folder / self.names[0]
         spec = parse_model(read_bounded(path), path.name, self.folder)
         return opened_of(spec, self._matrices)
 
-    def _matrices(self, spec: ModelSpec) -> Superelement | None:
+    def _matrices(self, spec: ModelSpec) -> "Superelement | None":
         """Matrices lie beside the TOML here, wherever it says that they are."""
         if spec.apa_file is None:
             return None
+        from checks.model.build import file_nodes
+        from hw.superelement import read_superelement
+
         return read_superelement(self.folder / spec.apa_file.name, file_nodes(spec))
 
 
@@ -113,6 +126,8 @@ def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
 
 
 def _read(name: str) -> dict[str, bytes]:
+    from hw.superelement import MAX_BYTES, files_of
+
     try:
         spec = load_model(name)
         paths = [] if spec.apa_file is None else files_of(spec.apa_file)

@@ -24,7 +24,6 @@ MAX_UNIT_TOML_BYTES = 1_000_000
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
-SECTIONS = {name: check for name, check in CHECKS.items() if check.reads == name}  # what a unit may state
 
 
 class UnitError(AcceptError, ValueError):
@@ -129,12 +128,13 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     for name, content in data.items():
         if name in {"serial", "kind", "parts", "channels", "measured", "notes", EXPERIMENTS}:
             continue
-        if name not in SECTIONS:
-            problems.append(f"[{name}] unknown section or key (known: {', '.join(SECTIONS)})")
+        if name not in CHECKS or CHECKS[name].reads != name:
+            known = ", ".join(own for own, check in CHECKS.items() if check.reads == own)
+            problems.append(f"[{name}] unknown section or key (known: {known})")
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
-            sections[name] = _section(SECTIONS[name], content, problems)
+            sections[name] = _section(CHECKS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes, experiments)

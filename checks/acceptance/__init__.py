@@ -1,19 +1,10 @@
 """The acceptance checks: one file each, one line here. Other packages add theirs under `accept.checks`."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any
 
-from checks.acceptance import (
-    capacitance,
-    flatness,
-    hysteresis,
-    misalignment,
-    sensor_highpass,
-    spurious_modes,
-    stiffness,
-    stroke,
-)
-from checks.acceptance.responses import check as frf
 from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
@@ -22,35 +13,18 @@ from specs.spec import CheckSpec
 
 RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
 
-CHECKS: dict[str, Check] = {
-    check.name: check
-    for check in (
-        flatness.CHECK,
-        capacitance.CHECK,
-        stroke.CHECK,
-        stiffness.CHECK,
-        hysteresis.CHECK,
-        sensor_highpass.CHECK,
-        spurious_modes.CHECK,
-        frf.CHECK,
-        misalignment.CHECK,
-    )
+# Name -> module that holds its CHECK.
+_OWN = {
+    "flatness": "flatness",
+    "capacitance": "capacitance",
+    "stroke": "stroke",
+    "stiffness": "stiffness",
+    "hysteresis": "hysteresis",
+    "sensor_highpass": "sensor_highpass",
+    "spurious_modes": "spurious_modes",
+    "frf": "responses.check",
+    "misalignment": "misalignment",
 }
-
-
-def check_problem(check: Any) -> str:
-    """What is wrong with a check of another package, "" for nothing."""
-    if not isinstance(check, Check):
-        return f"is a {type(check).__name__}, expected a Check"
-    if not check.name.isidentifier() or check.name in RESERVED:
-        return f"a check cannot be called '{check.name}'"
-    if check.section is not None and check.section not in CHECKS:
-        return f"check '{check.name}' reads section '{check.section}', which there is not"
-    if not (check.quantities and check.kinds and (check.forms or check.section)):
-        return f"check '{check.name}' declares no quantities, kinds or forms"
-    known = {q: own.name for own in CHECKS.values() for q in own.quantities}
-    taken = [f"{q} (of {known[q]})" for q in check.quantities if q in known]
-    return f"check '{check.name}' measures {', '.join(taken)}: one check per quantity" if taken else ""
 
 
 @dataclass(frozen=True)
@@ -69,5 +43,48 @@ class Guarded:
         return outcome
 
 
-_MORE: dict[str, Check] = plugins.plugins(plugins.CHECKS, check_problem, CHECKS)
-CHECKS |= {name: replace(check, measure=Guarded(check)) for name, check in _MORE.items()}
+class Checks(Mapping[str, Check]):
+    """Check by its name. The program's own are loaded one by one, when they are asked for: what judges by a spec of
+    two checks waits for two. Names are known from the start."""
+
+    def __init__(self) -> None:
+        self._loaded: dict[str, Check] = {}
+
+    def __getitem__(self, name: str) -> Check:
+        if name not in self._loaded:
+            self._loaded[name] = import_module(f"checks.acceptance.{_OWN[name]}").CHECK
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**_OWN, **self._loaded})
+
+    def __len__(self) -> int:
+        return len({**_OWN, **self._loaded})
+
+    def __contains__(self, name: object) -> bool:
+        return name in _OWN or name in self._loaded
+
+    def add(self, more: Mapping[str, Check]) -> None:
+        """Checks of other packages, by names that are not taken."""
+        self._loaded |= {name: replace(check, measure=Guarded(check)) for name, check in more.items()}
+
+
+CHECKS = Checks()
+
+
+def check_problem(check: Any) -> str:
+    """What is wrong with a check of another package, "" for nothing."""
+    if not isinstance(check, Check):
+        return f"is a {type(check).__name__}, expected a Check"
+    if not check.name.isidentifier() or check.name in RESERVED:
+        return f"a check cannot be called '{check.name}'"
+    if check.section is not None and check.section not in CHECKS:
+        return f"check '{check.name}' reads section '{check.section}', which there is not"
+    if not (check.quantities and check.kinds and (check.forms or check.section)):
+        return f"check '{check.name}' declares no quantities, kinds or forms"
+    known = {q: own.name for own in CHECKS.values() for q in own.quantities}
+    taken = [f"{q} (of {known[q]})" for q in check.quantities if q in known]
+    return f"check '{check.name}' measures {', '.join(taken)}: one check per quantity" if taken else ""
+
+
+CHECKS.add(plugins.plugins(plugins.CHECKS, check_problem, CHECKS))

@@ -1,6 +1,5 @@
 """What flows over a certificate's pages: identity, findings, pictures, information, what was not judged."""
 
-import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
@@ -10,16 +9,6 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
-from accept.gap.text import (
-    REFUSED,
-    alternatives,
-    gap_number,
-    headline_of,
-    parameters,
-    values_of,
-    without_a_name,
-    words_of,
-)
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -43,7 +32,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
     ]
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]
     table = Table(cells, colWidths=[20 * mm, page_style.INNER - 20 * mm], splitInRow=1)
-    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), *_padding(0.6, left=0)]))
+    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), *padding(0.6, left=0)]))
     return [table]
 
 
@@ -57,7 +46,7 @@ def findings(contents: CertificateContent) -> list[Flowable]:
     style: list[tuple[Any, ...]] = [
         ("VALIGN", (0, 0), (-1, -1), "MIDDLE"),
         ("LINEBELOW", (0, 0), (-1, 0), 0.8, page_style.INK_COLOUR),
-        *_padding(1.3, left=2),
+        *padding(1.3, left=2),
         ("RIGHTPADDING", (2, 0), (2, -1), 9),
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
@@ -84,74 +73,8 @@ def information(contents: CertificateContent) -> list[Flowable]:
     cells = [head, *(_information_row(row) for row in rows)]
     table = Table(cells, colWidths=_INFORMATION_WIDTHS, repeatRows=1)
     rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, page_style.GREY_COLOUR)
-    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), rule, *_padding(0.4, left=2)]))
+    table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), rule, *padding(0.4, left=2)]))
     return [words("Measured, without limits in this spec", page_style.HEADING), table]
-
-
-def explanation(contents: CertificateContent) -> list[Flowable]:
-    """How the responses compare with the model: what is missing, by name, and the gap before and after. For
-    information: no verdict comes of it."""
-    found = contents.result.get("gap")
-    if found is None:
-        return []
-    head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
-    if found["verdict"] == REFUSED:
-        return [head, words(f"Not compared: {found['reason']}", page_style.SMALL)]
-    story: list[Flowable] = [head, *_missing(found)]
-    twice = _estimated_twice(found, contents.result["findings"])
-    story += [words(twice, page_style.BODY)] if twice else []
-    rows = [[words(h, page_style.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
-    after = found["gap_after"]["channels"]
-    rows += [
-        [words(x, page_style.SMALL) for x in (c, gap_number(G), gap_number(after[c]))] for c, G in _channels(found)
-    ]
-    table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
-    whole = ("NOSPLIT", (0, 0), (-1, -1))  # no head at the foot of a page
-    rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, page_style.GREY_COLOUR)
-    table.setStyle(TableStyle([whole, rule, *_padding(0.4, left=2)]))
-    legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
-    return [*story, table, words(legend, page_style.QUIET)]
-
-
-def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """In the order of their names, as the attached JSON has them: the page is drawn again from there."""
-    return sorted(found["gap_before"]["channels"].items())
-
-
-def _missing(found: Mapping[str, Any]) -> list[Flowable]:
-    """The effects named, rivals and the experiment that distinguishes them, and unidentified effects."""
-    story: list[Flowable] = [
-        words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
-    ]
-    for n in found["named"]:
-        values = parameters(values_of(n), "{} {} ({} to {})", "; ")
-        story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
-    for a in found["ambiguous"]:
-        story.append(words(alternatives(a), page_style.BODY))
-    for u in found["unnamed"]:
-        story.append(words(f"Unidentified effect: {without_a_name(u)}", page_style.BODY))
-    return story
-
-
-def _estimated_twice(found: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> str:
-    """For who meets two values of one quantity on a certificate: which one is judged, and whether they differ by more
-    than both expanded uncertainties allow."""
-    named = {name: p for n in found["named"] for name, p in n["parameters"].items()}
-    judged = [f for f in findings if f["quantity"] in named and f["value"] is not None and f["U"] is not None]
-    if not judged:
-        return ""
-    shown, apart = [], []
-    for finding in judged:
-        other = named[finding["quantity"]]
-        half = (other["ci95"][1] - other["ci95"][0]) / 2.0
-        value, U = numbers.value_and_U(finding["value"], finding["U"])
-        shown.append(f"{label_of(finding['quantity'])} {value} ± {U} {finding['unit']}")
-        if abs(finding["value"] - other["value"]) > math.hypot(finding["U"], half):
-            apart.append(label_of(finding["quantity"]))
-    agree = (
-        f"They differ by more than their uncertainties in {', '.join(apart)}" if apart else "The two estimates agree"
-    )
-    return f"Judged are the findings above: {', '.join(shown)}; the gap analysis estimates them once more. {agree}."
 
 
 def budgets(contents: CertificateContent) -> list[Flowable]:
@@ -229,7 +152,8 @@ def _listed(entries: Mapping[str, str]) -> str:
     return "; ".join(f"{name}: {text}" for name, text in sorted(entries.items()))
 
 
-def _padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:
+def padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:
+    """Style of a table whose cells keep this far from their rows and from the left [pt]."""
     every = ((0, 0), (-1, -1))
     return (
         ("TOPPADDING", *every, vertical),

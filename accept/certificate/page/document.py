@@ -1,7 +1,7 @@
 """A certificate's content as an unsigned PDF. Equal contents give equal bytes."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from reportlab.lib.units import mm
@@ -45,7 +45,7 @@ def render(contents: CertificateContent) -> bytes:
     register()
     panels = list(contents.pictures.values())
     above = [*body.identity(contents), *body.findings(contents)]
-    more = [*body.explanation(contents), *body.information(contents), *body.budgets(contents)]
+    more = [*_explanation(contents.result), *body.information(contents), *body.budgets(contents)]
     below = [*more, *body.remarks(contents)]
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
@@ -85,6 +85,15 @@ def _later_frame() -> tuple[float, float]:
 def _frame(place: tuple[float, float]) -> Frame:
     bottom, height = place
     return Frame(page_style.MARGIN, bottom, page_style.INNER, height, 0, 0, 0, 0)
+
+
+def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
+    """What the gap workflow found, where it was asked: its words come with the library of effects."""
+    if result.get("gap") is None:
+        return []
+    from accept.certificate.page.gap_section import explanation
+
+    return explanation(result)
 
 
 def _row_height(above: float, below: float, rows: int) -> float:

@@ -136,7 +136,7 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments):
         reads.add(RESPONSES)  # held against the experiments' records
-    return {name for name, check in CHECKS.items() if check.reads in reads}
+    return {name for name, check in CHECKS.items() if check.reads in reads} if reads else set()
 
 
 def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[str, Panel]:

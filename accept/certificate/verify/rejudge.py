@@ -14,7 +14,6 @@ from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
 from accept.judging.copies import withheld
-from accept.simulate import demo, published_units
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from specs.files import read_bounded
@@ -91,6 +90,8 @@ def ready() -> None:
 def rejudge_demo(attached: Attachments) -> Rejudged:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""
+    from accept.simulate import published_units
+
     if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
         raise InvalidCertificate("it is signed by the key of the demo, but is not a unit of the demo")
     return rejudge(attached)
@@ -98,6 +99,8 @@ def rejudge_demo(attached: Attachments) -> Rejudged:
 
 def _is_demo_strut(attached: Attachments) -> bool:
     """Is every byte what the demo simulates here? Its numbers are those of this machine, as its key is."""
+    from accept.simulate import demo
+
     if f'"{demo.SERIAL}"'.encode() not in attached.files.get(UNIT_FILE, b""):
         return False
     return dict(attached.files) == dict(demo.demo_strut().files)

@@ -11,7 +11,9 @@ from accept.commands.fleet.options import Choice, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
 from accept.commands.fleet.tables import check, show, write
 from accept.fleet import gauge, golden
-from accept.fleet.measurements import FleetError, measurements, of_quantity
+from accept.fleet.errors import FleetError
+from accept.fleet.golden_check import check as check_goldens
+from accept.fleet.measurements import measurements, of_quantity
 from accept.store import open_store
 
 GOOD, USABLE = 10.0, 30.0  # percent of the study ([AIAG-MSA] chapter II)
@@ -72,7 +74,7 @@ def golden_check(hours: float, operator: str | None) -> Exit:
     """Compare the golden units of this shift with their history. Exit 3 where one is missed, 4 where one is missing."""
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
-        found = golden.check(store, since, operator_name(operator))
+        found = check_goldens(store, since, operator_name(operator))
     for each in found:
         if not each.measured:
             stdout.print(f"{each.serial}: not judged in the last {hours:g} hours")

@@ -14,7 +14,8 @@ from accept.commands.fleet.tables import check, show, telling, write
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
-from accept.fleet.measurements import FleetError, attempts, between, day, latest, measurements
+from accept.fleet.errors import FleetError
+from accept.fleet.measurements import attempts, between, day, latest, measurements
 from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name
 from accept.store import open_store

@@ -12,7 +12,6 @@ from accept.batch.table import explanations, reasons, units_table
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
-from accept.models.model_file import open_model
 from accept.store import open_store
 from accept.units.remote_folders import fetched
 from specs.bench import load_bench
@@ -25,6 +24,8 @@ from specs.spec import Spec
 def run(wheres: list[str], wanted: BatchOptions) -> Exit:
     """Judge the units at or below paths, or addresses of fsspec. See `accept.batch.run`."""
     if wanted.model is not None:
+        from accept.models.model_file import open_model
+
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)

@@ -22,11 +22,10 @@ from accept.certificate.trust.spec_approval import approval_of
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
-from accept.gap.attach_to_result import StartModel
+from accept.gap.start_model import StartModel
 from accept.gap.text import one_line
 from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
-from accept.models.model_file import open_model
 from accept.store import Store, UnitState, fold, open_store
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
@@ -39,6 +38,8 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     check_place(wanted.out)
     one = unit_folder.read(folder)
     if wanted.model is not None:
+        from accept.models.model_file import open_model
+
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     chosen = judge_batch.spec_for(one, specs_for(wanted.spec))
     today = datetime.now(UTC).date()

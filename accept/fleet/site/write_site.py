@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.fleet.measurements import FleetError
+from accept.fleet.errors import FleetError
 from accept.fleet.site.page_data import script
 
 OWN = ("index.html", "style.css", "page.js")

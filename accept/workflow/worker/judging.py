@@ -7,7 +7,8 @@ from typing import Any, TypeVar
 
 from accept.base.version import code_sha256
 from accept.gap import analyse_unit
-from accept.gap.attach_to_result import NO_ANSWER, StartModel
+from accept.gap.attach_to_result import NO_ANSWER
+from accept.gap.start_model import StartModel
 from accept.judging import judge_unit
 from accept.judging.calibration import Statement
 from accept.judging.result import UnitResult

@@ -1,14 +1,18 @@
 """What the gap workflow hands back: plain numbers, no files."""
 
+from __future__ import annotations  # whoever only reads results need not load what computes them
+
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from checks.fitting.fit import Fit
-from checks.fitting.goodness import Gap
-from checks.gap.modelling.slow_sines import Slow
-from checks.gap.preparation.record_faults import Early
-from checks.gap.statistics.adequacy import ExcessBand
-from checks.gap.statistics.projected_residual import Projected
+if TYPE_CHECKING:
+    from checks.fitting.fit import Fit
+    from checks.fitting.goodness import Gap
+    from checks.gap.modelling.slow_sines import Slow
+    from checks.gap.preparation.record_faults import Early
+    from checks.gap.statistics.adequacy import ExcessBand
+    from checks.gap.statistics.projected_residual import Projected
 
 NO_MISSING, EXPLAINED, AMBIGUOUS = "no_missing_effect", "explained", "ambiguous"
 PARTLY, UNEXPLAINED = "partly_explained", "unexplained"

@@ -9,8 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from checks.arrays import Array, Complex
 
-BATCH_SAMPLES = 320_000  # samples of all channels transformed at once: stays in the cache of one core
-TILE_BINS = 512  # bins multiplied at once, likewise
+BATCH_SAMPLES = 160_000  # samples of all channels transformed at once: stays near the core
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +47,8 @@ class Segments:
         self._window = hann(nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
-        self._sum = np.zeros((bins, 2 * channels + 2, 2 * channels))
-        self._frames, self._transforms, self._tile, self._product = _work_space(channels, self._batch, nperseg)
+        self._sum = np.zeros((channels, channels, bins), dtype=complex)  # of X_i conj(X_j) for i >= j
+        self._frames, self._transforms, self._conjugates, self._product = _work_space(channels, self._batch, nperseg)
         self._tail = np.empty((channels, 0))
 
     def feed(self, columns: Sequence[Array]) -> None:
@@ -75,19 +74,15 @@ class Segments:
 
     def _add(self, frames: Sequence[Array]) -> None:
         n = len(frames[0])
-        windowed, X = self._frames[:, :n], self._transforms[:, :n]
+        windowed, X, conjugates = self._frames[:, :n], self._transforms[:, :n], self._conjugates[:, :n]
         with np.errstate(invalid="ignore"):  # NaN and inf come through to `spectra`, which names their channel
             for out, frame in zip(windowed, frames, strict=True):
                 np.subtract(frame, frame.mean(axis=1, keepdims=True), out=out)
                 out *= self._window
             np.fft.rfft(windowed, out=X)
-            for first in range(0, len(self._sum), TILE_BINS):
-                part = slice(first, first + TILE_BINS)
-                Y = X[:, :, part].transpose(2, 1, 0)  # (bins, segments, M)
-                A = self._tile[: len(Y), :n]
-                np.copyto(A[..., :-1], Y)
-                V = A.view(float)
-                self._sum[part] += np.matmul(V.transpose(0, 2, 1), V[..., :-2], out=self._product[: len(Y)])
+            np.conjugate(X, out=conjugates)
+            for i, j in zip(*np.tril_indices(len(X)), strict=True):
+                self._sum[i, j] += np.multiply(X[i], conjugates[j], out=self._product[:n]).sum(axis=0)
 
     def spectra(self) -> Spectra:
         """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
@@ -108,9 +103,10 @@ class Segments:
         return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
 
     def _hermitian(self) -> Complex:
-        """(F, M, M) sums of X_i conj(X_j) from the products of their real and imaginary parts."""
-        re, im = self._sum[:, :-2:2], self._sum[:, 1:-2:2]
-        return re[:, :, ::2] + im[:, :, 1::2] + 1j * (im[:, :, ::2] - re[:, :, 1::2])
+        """(F, M, M) sums of X_i conj(X_j)."""
+        lower = self._sum.transpose(2, 0, 1)
+        above = np.tri(len(self._sum), k=-1)
+        return np.ascontiguousarray(lower + (lower * above).conj().transpose(0, 2, 1))
 
     @property
     def effective(self) -> float:
@@ -129,25 +125,18 @@ def hann(n: int) -> Array:
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
-def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Array]:
-    """Windowed segments, their transforms, a tile of them by bin (with a channel of zeros more) and its products.
+def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Complex]:
+    """Windowed segments (M, K, nperseg), their transforms and conjugates (M, K, F), a product of two channels (K, F).
 
-    All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms.
-    The channel of zeros makes the two factors of a product differ in shape: numpy would take an array times its own
-    transpose to syrk, which is three times slower for so few channels.
-    """
+    All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
+    are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and
+    bringing them into it costs more than all products."""
     bins = nperseg // 2 + 1
-    tile, pairs = min(bins, TILE_BINS), channels + 1
-    shapes = (
-        (channels, batch, (nperseg + 1) // 2),
-        (channels, batch, bins),
-        (tile, batch, pairs),
-        (tile, 2 * pairs, channels),
-    )
+    shapes = ((channels, batch, (nperseg + 1) // 2), (channels, batch, bins), (channels, batch, bins), (batch, bins))
     ends = np.cumsum([math.prod(shape) for shape in shapes])
     pieces = np.split(np.zeros(ends[-1], dtype=complex), ends[:-1])
-    frames, transforms, by_bin, products = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
-    return frames.view(float)[..., :nperseg], transforms, by_bin, products.view(float)
+    frames, transforms, conjugates, product = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
+    return frames.view(float)[..., :nperseg], transforms, conjugates, product
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:

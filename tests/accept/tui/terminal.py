@@ -39,9 +39,11 @@ class Terminal:
     def wait_for(self, pattern: str) -> re.Match[str]:
         """Until the screen shows this."""
         deadline = time.monotonic() + TIMEOUT_S
+        pause = 0.04
         while not (found := re.search(pattern, self.screen())):
             assert time.monotonic() < deadline, f"{pattern!r} did not appear on\n{self.screen()}"
-            time.sleep(0.05)  # tmux tells nobody when a screen has changed
+            time.sleep(pause)  # tmux tells nobody when a screen has changed, and asking takes a process each time
+            pause = min(1.5 * pause, 0.3)
         return found
 
     def ended(self) -> int:

@@ -1,0 +1,87 @@
+"""What a certificate says of the gap between responses and model; loaded only where a result has such a part."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from reportlab.lib.units import mm
+from reportlab.platypus import Flowable, Table, TableStyle
+
+from accept.certificate.page.body import padding
+from accept.gap.text import (
+    REFUSED,
+    alternatives,
+    gap_number,
+    headline_of,
+    parameters,
+    values_of,
+    without_a_name,
+    words_of,
+)
+from accept.pictures.labels import label_of
+from accept.pictures.pdf import numbers, page_style
+from accept.pictures.pdf.page_style import words
+
+
+def explanation(result: Mapping[str, Any]) -> list[Flowable]:
+    """How the responses compare with the model: what is missing, by name, and the gap before and after. For
+    information: no verdict comes of it. result: with its part `gap`."""
+    found = result["gap"]
+    head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
+    if found["verdict"] == REFUSED:
+        return [head, words(f"Not compared: {found['reason']}", page_style.SMALL)]
+    story: list[Flowable] = [head, *_missing(found)]
+    twice = _estimated_twice(found, result["findings"])
+    story += [words(twice, page_style.BODY)] if twice else []
+    rows = [[words(h, page_style.TABLE_HEAD) for h in ("Channel", "G before", "G after")]]
+    after = found["gap_after"]["channels"]
+    rows += [
+        [words(x, page_style.SMALL) for x in (c, gap_number(G), gap_number(after[c]))] for c, G in _channels(found)
+    ]
+    table = Table(rows, colWidths=[w * mm for w in (20, 24, 24)], hAlign="LEFT")
+    whole = ("NOSPLIT", (0, 0), (-1, -1))  # no head at the foot of a page
+    rule = ("LINEBELOW", (0, 0), (-1, 0), 0.5, page_style.GREY_COLOUR)
+    table.setStyle(TableStyle([whole, rule, *padding(0.4, left=2)]))
+    legend = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
+    return [*story, table, words(legend, page_style.QUIET)]
+
+
+def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """In the order of their names, as the attached JSON has them: the page is drawn again from there."""
+    return sorted(found["gap_before"]["channels"].items())
+
+
+def _missing(found: Mapping[str, Any]) -> list[Flowable]:
+    """The effects named, rivals and the experiment that distinguishes them, and unidentified effects."""
+    story: list[Flowable] = [
+        words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
+    ]
+    for n in found["named"]:
+        values = parameters(values_of(n), "{} {} ({} to {})", "; ")
+        story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
+    for a in found["ambiguous"]:
+        story.append(words(alternatives(a), page_style.BODY))
+    for u in found["unnamed"]:
+        story.append(words(f"Unidentified effect: {without_a_name(u)}", page_style.BODY))
+    return story
+
+
+def _estimated_twice(found: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> str:
+    """For who meets two values of one quantity on a certificate: which one is judged, and whether they differ by more
+    than both expanded uncertainties allow."""
+    named = {name: p for n in found["named"] for name, p in n["parameters"].items()}
+    judged = [f for f in findings if f["quantity"] in named and f["value"] is not None and f["U"] is not None]
+    if not judged:
+        return ""
+    shown, apart = [], []
+    for finding in judged:
+        other = named[finding["quantity"]]
+        half = (other["ci95"][1] - other["ci95"][0]) / 2.0
+        value, U = numbers.value_and_U(finding["value"], finding["U"])
+        shown.append(f"{label_of(finding['quantity'])} {value} ± {U} {finding['unit']}")
+        if abs(finding["value"] - other["value"]) > math.hypot(finding["U"], half):
+            apart.append(label_of(finding["quantity"]))
+    agree = (
+        f"They differ by more than their uncertainties in {', '.join(apart)}" if apart else "The two estimates agree"
+    )
+    return f"Judged are the findings above: {', '.join(shown)}; the gap analysis estimates them once more. {agree}."

@@ -1,0 +1,70 @@
+"""Whether a unit's responses are to be explained, from which model, and whether that was done before."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from accept.gap.text import REFUSED
+from accept.units.unit_folder import UnitFolder
+from checks.errors import ModelError
+from specs.spec import Spec
+from specs.strict import SpecError
+
+
+@dataclass(frozen=True)
+class StartModel:
+    """The model that the workflow starts from, by name or file, with its hash; None where it cannot be opened."""
+
+    model: str
+    sha256: str | None
+
+    @classmethod
+    def of(cls, spec: Spec, model: str | None = None) -> "StartModel | None":
+        """The one named, else the spec's; None where neither names one: then no workflow is run."""
+        name = model or (spec.gap.model if spec.gap else None)
+        return None if name is None else cls.at(name)
+
+    @classmethod
+    def at(cls, name: str) -> "StartModel":
+        return cls(name, _sha256(name))
+
+    def answer(self, found: Mapping[str, Any]) -> dict[str, Any]:
+        """The key `gap` of a result: gap.json without the serial, and the model it began from."""
+        return {key: value for key, value in found.items() if key != "serial"} | self._about | {"reason": None}
+
+    def refused(self, reason: str) -> dict[str, Any]:
+        """The same where the workflow gave no answer."""
+        return self._about | {"verdict": REFUSED, "reason": reason}
+
+    @property
+    def _about(self) -> dict[str, Any]:
+        return {"start": self.model, "model_sha256": self.sha256}
+
+
+def same_start(known: Mapping[str, Any] | None, start: StartModel | None) -> bool:
+    """Whether a stored explanation began where one would begin now, from a model that is still the same."""
+    if known is None or start is None:
+        return known is None and start is None
+    return (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
+
+
+def applies(folder: UnitFolder) -> bool:
+    """Whether there are responses to explain."""
+    section = folder.sections.get("frf")
+    return section is not None and bool(section.entries)
+
+
+def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
+    """Whether the improved model that a stored explanation speaks of lies where it says."""
+    improved = (known or {}).get("improved")
+    return improved is None or (out / str(improved)).is_file()
+
+
+def _sha256(model: str) -> str | None:
+    from accept.models.model_file import open_model
+
+    try:
+        return open_model(model).sha256
+    except (SpecError, ModelError, OSError):
+        return None
