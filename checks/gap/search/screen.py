@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from checks import distributions as stats
 from checks.arrays import Array, Complex
@@ -15,6 +16,8 @@ from checks.gap.statistics.adequacy import energies
 from checks.gap.statistics.projected_residual import Projected
 
 APART = 0.05  # of f: nearer starts are the same
+LACKS = 2.0  # times the model and its surroundings: no calibrated parameter does this
+BESIDE = 4  # bins: a zero is narrower
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,9 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
     for _, values in tried:
         if len(kept) < starts and all(_differ(values, k) for k in kept):
             kept.append(values)
+    # A fit begins there whatever it promises: beside something so large nothing is in proportion.
+    for f in _too_small(projected, member)[:1]:
+        kept += [values for _, values in tried if values.get("f_Hz") == f][:1]
     return Score(member, max(0.0, tried[0][0]), max(1, len(member.parameters)), len(tried), tuple(kept))
 
 
@@ -70,7 +76,7 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
 
 def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
-    places = [*peaks(projected, member.channels), *(_too_small(projected, member.channels) if len(shapes) > 1 else ())]
+    places = [*peaks(projected, member.channels), *_too_small(projected, member)]
     axes = [(*p.grid, *(places if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
         yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
@@ -83,12 +89,18 @@ def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
     return peaks_of(projected.data.f, e[:, columns].sum(axis=1))
 
 
-def _too_small(projected: Projected, channels: Sequence[str]) -> list[float]:
-    """Where on some channels the model is the most too small [Hz]: a tall resonance that it lacks is off by no more
-    than itself in a few bins, and above it the model is far too large in many."""
-    columns = [projected.data.channels.index(c) for c in channels if c in projected.data.channels]
-    known = np.maximum(np.abs(projected.modelled), np.sqrt(projected.data.noise))
-    return peaks_of(projected.data.f, (np.abs(projected.data.H) / known)[:, columns].sum(axis=1))
+def _too_small(projected: Projected, member: Member) -> list[float]:
+    """Where on a member's channels the model is by far too small [Hz], the worst first, for one that is all shape: a
+    tall resonance that the model lacks is off by no more than itself in a few bins, and above it the model is far too
+    large in many. The model's zeros are no such places."""
+    if len([p for p in member.parameters if not p.linear]) < 2:
+        return []
+    data, size = projected.data, np.abs(projected.modelled)
+    columns = [data.channels.index(c) for c in member.channels if c in data.channels]
+    around = sliding_window_view(np.pad(size, ((BESIDE, BESIDE), (0, 0)), mode="edge"), 2 * BESIDE + 1, axis=0)
+    known = np.maximum(around.max(axis=-1), np.sqrt(data.noise))
+    times = (np.abs(data.H) / known)[:, columns].max(axis=1)
+    return [f for f in peaks_of(data.f, times) if times[data.f == f].max() > LACKS]
 
 
 def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:
