@@ -60,5 +60,6 @@ def may_judge(store: Store, serial: str) -> None:
         return
     words = "; ".join(f"{golden}: {', '.join(problems)}" for golden, problems in missed.items())
     raise BenchStopped(
-        f"{serial}: not judged, because the bench missed its golden units ({words}); accept golden resolve"
+        f"{serial}: not judged, because the bench missed its golden units ({words}); "
+        "find out why, then: accept golden resolve --reason '...'"
     )

@@ -70,4 +70,8 @@ def _differs(row: pd.Series, before: pd.DataFrame) -> str | None:
     distance = abs(row["value"] - middle)
     if np.isfinite(U) and distance <= U:
         return None
-    return f"{row['quantity']}: {row['value']:.6g}, {middle:.6g} {row['unit']} before; they differ by more than {U:.2g}"
+    unit = row["unit"]
+    return (
+        f"{row['quantity']}: {row['value']:.6g} {unit}, {middle:.6g} {unit} before; "
+        f"they differ by {distance:.2g} {unit}, both uncertainties together allow {U:.2g} {unit}"
+    )

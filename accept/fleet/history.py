@@ -6,6 +6,7 @@ import pandas as pd
 from accept.pictures.labels import label_of
 from checks.picture import Line, Mark, Panel
 
+MOST_NAMED = 12  # attempts of a picture that are named each
 SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U with k = 2)
 
 
@@ -33,13 +34,20 @@ def panels(changed: pd.DataFrame) -> list[Panel]:
 def _panel(quantity: str, rows: pd.DataFrame) -> Panel:
     at, value, U = (rows[name].to_numpy(dtype=float) for name in ("attempt", "value", "U"))
     bars = zip(at, value, np.nan_to_num(U), strict=True)
-    items: list[Line | Mark] = [Line(np.full(2, n), np.array([v - u, v + u]), role="data") for n, v, u in bars]
-    items.append(Line(at, value, "value, U (k = 2)", "points", "data"))
+    items: list[Line | Mark] = [Line(np.array([v - u, v + u]), np.full(2, n), role="data") for n, v, u in bars]
+    items.append(Line(value, at, "value, U (k = 2)", "points", "data"))
     moved = rows["changed"].eq(True).to_numpy()
     if moved.any():
-        items.append(Line(at[moved], value[moved], "changed by more than both U", "points", "bad"))
+        items.append(Line(value[moved], at[moved], "changed by more than both U", "points", "bad"))
     limits = {bound: float(rows[bound].iloc[-1]) for bound in ("lower", "upper")}
-    items += [Mark(limit, "y", f"{bound} limit", "limit") for bound, limit in limits.items() if np.isfinite(limit)]
-    unit = rows["unit"].iloc[-1]
-    across = (0.5, max(float(at.max()), 2.0) + 0.5)
-    return Panel(label_of(quantity), "attempt", f"{quantity} [{unit}]", tuple(items), x_range=across)
+    items += [Mark(limit, "x", f"{bound} limit", "limit") for bound, limit in limits.items() if np.isfinite(limit)]
+    last = int(at.max())
+    few = last <= MOST_NAMED
+    return Panel(
+        label_of(quantity),
+        f"{quantity} [{rows['unit'].iloc[-1]}]",
+        "" if few else "attempt",
+        tuple(items),
+        y_range=(0.3, last + 0.7 + 0.5 * few),  # room for the legend
+        y_names=("", *(f"attempt {n}" for n in range(1, last + 1))) if few else (),
+    )

@@ -31,7 +31,9 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
     last = latest(frame)
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
     if accepted.empty:
-        raise FleetError(f"no accepted unit of kind {kind} in the store")
+        others = ", ".join(sorted(set(last.loc[last["unit_verdict"] == "accepted", "kind"])))
+        hint = f"; of kind {others} there are: --kind {others.split(', ')[0]}" if others else ""
+        raise FleetError(f"no accepted unit of kind {kind} in the store{hint}")
     wide = accepted.pivot_table(index="serial", columns="quantity", values="value", aggfunc="last")
     missing = [name for name in by if name not in wide.columns]
     if missing:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import of_quantity
+from accept.pictures.labels import label_of
 from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, capability
 from checks.process_control.control_chart import LEAST, ROUTINE, RULES, Chart, chart
@@ -78,6 +79,24 @@ def alarms(trend: Trend) -> Iterator[tuple[str, str]]:
         yield str(serials[i]), words
 
 
+def alarmed(trend: Trend) -> Iterator[tuple[str, str]]:
+    """(which units, words): as `alarms`, a rule that rings at unit after unit told once for all of them."""
+    place = {str(serial): i for i, serial in enumerate(trend.rows["serial"])}
+    runs: dict[str, list[list[str]]] = {}
+    for serial, words in alarms(trend):
+        known = runs.setdefault(words, [])
+        if known and place[known[-1][-1]] == place[serial] - 1:
+            known[-1].append(serial)
+        else:
+            known.append([serial])
+    told = [(place[run[0]], _which(run), words) for words, found in runs.items() for run in found]
+    yield from ((which, words) for _, which, words in sorted(told))
+
+
+def _which(serials: list[str]) -> str:
+    return serials[0] if len(serials) == 1 else f"{serials[0]} to {serials[-1]} ({len(serials)} units)"
+
+
 def hints(trend: Trend) -> dict[str, int]:
     """How often the rules rang that are no alarm by themselves."""
     if trend.chart is None:
@@ -101,5 +120,6 @@ def panel(trend: Trend) -> Panel:
         limit = trend.rows[bound].to_numpy()
         if np.isfinite(limit).all() and np.ptp(limit) == 0.0:
             items.append(Mark(float(limit[0]), "y", f"{bound} limit", "limit"))
-    title = trend.quantity if trend.name == "all" else f"{trend.quantity}, {trend.name}"
+    label = label_of(trend.quantity)
+    title = label if trend.name == "all" else f"{label}, {trend.name}"
     return Panel(title, "unit, in order of judging", f"{trend.quantity} [{trend.unit}]", tuple(items))

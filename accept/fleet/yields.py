@@ -57,10 +57,10 @@ def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
     words = [f"{row[by]}: {row['first']} of {row['units']}" for row in made.to_dict("records")]
     bars = _bars(share, words, "good")
     ends = [
-        Line(np.array(pair), np.full(2, len(share) - 1.0 - i), "" if i else "95 % interval", role="data")
+        Line(np.array(pair), np.full(2, len(share) - 1.0 - i), role="data")
         for i, pair in enumerate(zip(lo, hi, strict=True))
     ]
-    across = "units that passed at their first attempt [%]"
+    across = "passed at their first attempt [%], with the 95 % interval"
     shown = [_panel("first-pass yield", across, [*bars, *ends], len(share), 100.0)]
     if len(causes):
         worst = causes.head(MOST_CAUSES)
@@ -80,7 +80,7 @@ def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line |
     for i, (value, told) in enumerate(zip(values, words, strict=True)):
         row = len(values) - 1.0 - i
         items.append(Band(np.array([0.0, value]), np.full(2, row - 0.35), np.full(2, row + 0.35), role=role))
-        items.append(Text(0.0, row - 0.1, told))
+        items.append(Text(0.0, row - 0.15, told, "limit"))
     return items
 
 

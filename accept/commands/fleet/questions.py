@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from math import isnan
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -17,7 +18,7 @@ from accept.fleet import yields
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import attempts, between, day, latest, measurements
 from accept.pictures.formats import format_of
-from accept.pictures.labels import label_and_name
+from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.picture import Panel
 from checks.rounding import rounded, rounded_U
@@ -45,7 +46,7 @@ def history(serial: str, plot: Path | None, outputs: Outputs) -> Exit:
     _check_plot(plot)
     frame = _stored(serial)
     if frame.empty:
-        raise FleetError(f"no judgement of a unit '{serial}' in the store")
+        raise FleetError(f"no judgement of a unit '{serial}' in the store; `accept list` shows all serials")
     changed = histories.changes(frame)
     tries = attempts(frame)
     show(telling(tries[["attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]], "bench"), serial)
@@ -103,12 +104,29 @@ def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
         tries = tries[tries["unit_verdict"].isin(verdicts)]
     if wanted.check is not None:
         tries = tries[tries["seq"].isin(_stopped_by(judged, wanted.check))]
-    rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes"]]
+    why = _why(judged)
+    tries = tries.assign(why=[why.get(seq, "") for seq in tries["seq"]])
+    rows = tries[["serial", "kind", "attempt", "time", "operator", "bench", "spec", "unit_verdict", "causes", "why"]]
     title = f"{len(rows)} of {judged['seq'].nunique()} judgements" if every else f"{len(rows)} units"
     one_spec = ["spec"] if rows["spec"].eq(rows["kind"]).all() else []  # the built-in one of each kind: said already
-    show(telling(rows, "bench").drop(columns=one_spec), title)
+    show(telling(rows, "bench").drop(columns=[*one_spec, "causes"]), title)
     write(outputs, rows)
     return Exit.ACCEPTED
+
+
+def _why(frame: pd.DataFrame) -> dict[int, str]:
+    """Number of a judgement -> what did not pass: value, verdict, limits."""
+    bad = frame[frame["verdict"] != "pass"]
+    return {seq: "; ".join(map(_bad, rows.to_dict("records"))) for seq, rows in bad.groupby("seq")}
+
+
+def _bad(row: dict[str, Any]) -> str:
+    label, verdict = label_of(row["quantity"]), row["verdict"].replace("_", " ")
+    if isnan(row["value"]):
+        return f"{label}: {verdict}"
+    lower, upper = (None if isnan(row[bound]) else f"{row[bound]:.6g}" for bound in ("lower", "upper"))
+    limits = f"{lower} to {upper}" if lower and upper else f"at least {lower}" if lower else f"at most {upper}"
+    return f"{label} {rounded(row['value'], row['U'])} {row['unit']}: {verdict} ({limits})"
 
 
 def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
@@ -144,14 +162,15 @@ def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs
     _check_plot(plot)
     made = trends.trends(chosen(_stored(), choice), quantity, by.value)
     rows = pd.DataFrame([_summary(t) for t in made])
-    show(rows, f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
+    two = dict.fromkeys(("Cpk", "Cpk_lo", "Cpk_hi"), "{:.2f}")
+    show(rows, f"{label_and_name(quantity)} [{made[0].unit}], first attempts", two)
     rang = False
     for each in made:
         for words in each.why:
             say(f"{each.name}: {words}")
-        for serial, words in trends.alarms(each):
+        for which, words in trends.alarmed(each):
             rang = True
-            stdout.print(f"{each.name}: {serial}: {words}", soft_wrap=True)
+            stdout.print(f"{each.name}: {which}: {words}", soft_wrap=True)
         for words, times in trends.hints(each).items():
             say(f"{each.name}: hint, {times} times {words}")
     write(outputs, rows)

@@ -12,6 +12,7 @@ from accept.commands.fleet.tables import check, show, write
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
+from accept.pictures.labels import label_and_name
 from accept.store import open_store
 from specs.spec import Spec
 
@@ -39,7 +40,10 @@ def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: s
 
 
 def _why(unit: judged_again.JudgedAgain) -> str:
-    return "; ".join(f"{name}: {was} -> {now}" for name, (was, now, _) in unit.findings.items())
+    return "; ".join(
+        f"{label_and_name(name)}: {was.replace('_', ' ')} -> {now.replace('_', ' ')}"
+        for name, (was, now, _) in unit.findings.items()
+    )
 
 
 @clear_errors
@@ -56,12 +60,11 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
             values = dict(zip(units.quantities, units.values[i], strict=True))
             rows.append({"set": number, "serial": units.serials[i], **values})
     frame = pd.DataFrame(rows)
-    show(
-        frame,
-        f"{sets} of {len(units.serials)} accepted {kind}s, {size} each"
-        if sets > 1
-        else f"{size} of {len(units.serials)} accepted {kind}s",
-    )
+    kinds = {"apa": "APAs", "strut": "struts"}[kind]
+    each = f"{sets} sets of {size}" if sets > 1 else str(size)
+    show(frame, f"{each} of {len(units.serials)} accepted {kinds}")
+    told = zip(units.quantities, units.U, units.units, strict=True)
+    stdout.print(f"median U (k = 2): {', '.join(f'{q} {U:.2g} {unit}' for q, U, unit in told)}", soft_wrap=True)
     for number, (members, cost) in enumerate(zip(found.sets, found.costs, strict=True), 1):
         stdout.print(
             f"set {number}: widths add up to {cost:.3g} times U; {matched_sets.advice(units, members, cost)}",
@@ -70,6 +73,7 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
     if units.left_out:
         say(f"left out, a value is missing: {', '.join(units.left_out)}")
     if not found.proven:
-        say(f"stopped after the time limit: no choice can cost less than {found.bound:.3g}")
+        known = f"no choice can cost less than {found.bound:.3g}" if found.bound > 0 else "how much better is not known"
+        say(f"stopped after the time limit: a better choice may exist; {known}")
     write(outputs, frame)
     return Exit.ACCEPTED if found.proven else Exit.INCOMPLETE

@@ -18,6 +18,7 @@ NARROW = 100  # columns of a terminal below which the day stands alone
 TITLES = {  # on the terminal; files keep the names of the columns
     "unit_verdict": "verdict",
     "causes": "not passed",
+    "judged_from": "judged from",
     "first": "passed first",
     "last": "passed by now",
     "first_pass": "first-pass yield",

@@ -58,7 +58,7 @@ function drawYield(first) {
   }
   const rows = [...months].sort(), share = rows.map(([, [k, n]]) => 100 * k / n), ends = rows.map(([, [k, n]]) => wilson(k, n));
   plot("yield-plot", rows.length ? [{ type: "bar", x: rows.map((r) => r[0]), y: share, marker: { color: css("--accent") },
-    text: rows.map(([, [k, n]]) => `${k} of ${n}`), hovertemplate: "%{x}: %{y:.1f} %, %{text}<extra></extra>",
+    text: rows.map(([, [k, n]]) => `${k} of ${n}`), insidetextanchor: "start", hovertemplate: "%{x}: %{y:.1f} %, %{text}<extra></extra>",
     error_y: { type: "data", symmetric: false, color: css("--quiet"), array: ends.map((e, i) => 100 * e[1] - share[i]),
       arrayminus: ends.map((e, i) => share[i] - 100 * e[0]) } }] : [],
     { xaxis: { type: "category" }, yaxis: { title: { text: "passed at first attempt [%]" }, range: [0, 105] } });
@@ -66,7 +66,7 @@ function drawYield(first) {
 function drawCauses(first) {
   const counts = new Map();
   for (const j of first) for (const f of j.findings) if (f[R] !== "pass") {
-    const key = `${f[Q]} (${f[R]})`; counts.set(key, (counts.get(key) || 0) + 1);
+    const key = `${f[Q]} (${f[R].replace("_", " ")})`; counts.set(key, (counts.get(key) || 0) + 1);
   }
   const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
   plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),

@@ -47,6 +47,8 @@ def test_what_failed_this_month_and_why(bench, tmp_path):
     assert [(r["serial"], r["causes"]) for r in rows] == [
         ("A-07", "sensor_uF"), ("A-08", "sensor_uF"), ("A-09", "stroke_um"),
     ]  # fmt: skip
+    assert rows[0]["why"] == "Sensor stack 1.700 uF: fail (4.4 to 5.5)"
+    assert rows[2]["why"] == "Stroke, three stacks 180.00 um: fail (at least 304)"
     assert len(json_list(tmp_path, "--failed")) == 2  # A-07 has been accepted since
     assert [r["serial"] for r in json_list(tmp_path, "--check", "stroke")] == ["A-09"]
     assert "there are: capacitance" in ask("list", "--check", "strok").output
@@ -107,10 +109,10 @@ def test_pictures_show_what_the_tables_say(bench, tmp_path):
     assert next(item.words for item in passed.items if isinstance(item, Text)) == "2026-10: 7 of 10"
     assert len(yield_panels(made, causes.head(0), "month")) == 1  # nothing stopped anything: no empty axes
     sensor, stroke = history_panels(changes(frame[frame["serial"] == "A-07"]))
-    assert (sensor.title, stroke.y_label) == ("Sensor stack", "stroke_um [um]")
-    assert [list(item.y) for item in sensor.items if isinstance(item, Line) and item.role == "bad"] == [[5.0]]
+    assert (sensor.title, stroke.x_label) == ("Sensor stack", "stroke_um [um]")
+    assert [list(item.x) for item in sensor.items if isinstance(item, Line) and item.role == "bad"] == [[5.0]]
     assert not [item for item in stroke.items if isinstance(item, Line) and item.role == "bad"]
-    assert list(sensor.items[0].y) == [1.68, 1.72]
+    assert list(sensor.items[0].x) == [1.68, 1.72]
 
 
 @pytest.mark.parametrize(
@@ -153,6 +155,9 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
     rang = ask("trend", "sensor_uF")
     assert rang.exit_code == 4
     assert "leaves its limits" in rang.output
+    told = [line for line in rang.output.splitlines() if "nine in a row" in line]
+    assert len(told) <= 2  # unit after unit is told once
+    assert "units): rule 2" in told[-1]
 
 
 def test_nothing_from_a_serial_runs_in_a_spreadsheet_or_a_terminal(tmp_path):
