@@ -1,6 +1,6 @@
 """`accept history`, `list`, `yield` and `trend`."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -116,11 +116,13 @@ def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
 
 def _why(frame: pd.DataFrame) -> dict[int, str]:
     """Number of a judgement -> what did not pass: value, verdict, limits."""
-    bad = frame[frame["verdict"] != "pass"]
-    return {seq: "; ".join(map(_bad, rows.to_dict("records"))) for seq, rows in bad.groupby("seq")}
+    told: dict[int, list[str]] = {}
+    for row in frame[frame["verdict"] != "pass"].to_dict("records"):
+        told.setdefault(int(row["seq"]), []).append(_bad(row))
+    return {seq: "; ".join(words) for seq, words in told.items()}
 
 
-def _bad(row: dict[str, Any]) -> str:
+def _bad(row: Mapping[Hashable, Any]) -> str:
     label, verdict = label_of(row["quantity"]), row["verdict"].replace("_", " ")
     if isnan(row["value"]):
         return f"{label}: {verdict}"
