@@ -1,7 +1,7 @@
 """The pictures of the page for QA: a fleet of drawn units, as `accept history`, `yield`, `trend` and `site` show it.
 Half a year of 240 units on one bench, the stroke drifts by 1.5 um a month; some have a fault, one was repaired.
 
-Run by hand: `python tests/accept/fleet/picture_fleet.py docs/img`. The page is drawn where a Chromium is there.
+Run by hand: `python tests/accept/fleet/picture_fleet.py docs/img/fleet`. The page is drawn where a Chromium is there.
 """
 
 import datetime
@@ -53,6 +53,7 @@ def fill(store: Store) -> None:
 
 def main() -> None:
     out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         os.environ["ACCEPT_HOME"] = place
         with open_store() as store:
@@ -60,13 +61,13 @@ def main() -> None:
             frame = measurements(store)
             content = document(store.events(what="unit_judged"), {})
         (stroke,) = trend.trends(frame, "stroke_um", "all")
-        _written(out / "fleet-trend.png", [trend.panel(stroke)], 2 * WIDE_MM)
+        _written(out / "trend.png", [trend.panel(stroke)], 2 * WIDE_MM)
         unit = frame[frame["serial"] == REPAIRED]
-        _written(out / "fleet-history.png", history.panels(history.changes(unit)), 2 * WIDE_MM)
+        _written(out / "history.png", history.panels(history.changes(unit)), 2 * WIDE_MM)
         made = yields.yields(frame, "month")
-        _written(out / "fleet-yield.png", yields.panels(made, yields.pareto(frame), "month"), 2 * WIDE_MM)
+        _written(out / "yield.png", yields.panels(made, yields.pareto(frame), "month"), 2 * WIDE_MM)
         write_site(Path(place) / "page", content)
-        _site(Path(place) / "page" / "index.html", out / "fleet-site.png")
+        _site(Path(place) / "page" / "index.html", out / "site.png")
 
 
 def _written(path: Path, panels: list[Panel], wide_mm: float) -> None:
