@@ -49,14 +49,22 @@ def map_left(panel: Panel) -> int:
 
 
 def shaded(item: Image, width: int, height: int) -> list[list[str]]:
-    """height x width characters."""
-    rows = _rows(item.z.shape[0], height)
-    columns = np.linspace(0, item.z.shape[1] - 1, width).round().astype(int)
-    z = item.z[np.ix_(rows, columns)]
+    """height x width characters; a column that stands for several shows the largest, so that no narrow peak is lost."""
+    z = _columns(item.z[_rows(item.z.shape[0], height)], width)
     known = np.isfinite(z)
     lo, hi = (float(z[known].min()), float(z[known].max())) if known.any() else (0.0, 0.0)
     level = np.zeros(z.shape) if hi == lo else (np.where(known, z, lo) - lo) / (hi - lo)
     return [[SHADES[min(int(v * len(SHADES)), len(SHADES) - 1)] for v in row] for row in level]
+
+
+def _columns(z: Array, width: int) -> Array:
+    """z (rows, N) as (rows, width)."""
+    count = z.shape[1]
+    if count <= width:
+        return z[:, np.linspace(0, count - 1, width).round().astype(int)]
+    first = np.floor(np.arange(width) * count / width).astype(int)
+    largest = np.maximum.reduceat(np.where(np.isnan(z), -np.inf, z), first, axis=1)
+    return np.where(np.isneginf(largest), np.nan, largest)
 
 
 def _rows(count: int, height: int) -> NDArray[np.int_]:

@@ -37,11 +37,15 @@ MAP_ROWS = 14  # of a map beside other parts of a screen
 
 
 class Decades(AxisFormatter):
-    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where they are few."""
+    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between where there are at most `few`."""
+
+    def __init__(self, few: int) -> None:
+        super().__init__()
+        self._few = few
 
     def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
         first, last = math.floor(min_), math.ceil(max_)
-        steps = (1,) if last - first > 4 else (1, 2, 5)
+        steps = (1,) if last - first > self._few else (1, 2, 5)
         ticks = [math.log10(m) + d for d in range(first, last + 1) for m in steps]
         return [t for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
 
@@ -83,7 +87,7 @@ class PanelPlot(PlotWidget):
         event.prevent_default()
         self.margin_top = 1
         panel = self._panel
-        self.set_x_formatter(Decades() if panel.x_log else Few())
+        self.set_x_formatter(Decades(few=4) if panel.x_log else Few())
         self.set_y_formatter(_vertical(panel))
         self.set_xlabel(panel.x_label)
         ends = _span(panel)
@@ -153,7 +157,7 @@ def _layer(item: object) -> int:
 def _vertical(panel: Panel) -> AxisFormatter:
     if panel.kind is PanelKind.PHASE:
         return Degrees()
-    return Decades() if panel.y_log else NumericAxisFormatter()
+    return Decades(few=2) if panel.y_log else NumericAxisFormatter()
 
 
 def apart(x: Array, most: int) -> NDArray[np.intp]:

@@ -61,7 +61,7 @@ async def measuring(out: Path) -> None:
         await press(pilot, "escape")
         await open_row(pilot, "capacitance")
         await press(pilot, "f3", "up")
-        await shown(pilot, "#gauge", "uF\n")
+        await shown(pilot, "#gauge", "outside")
         keep(pilot, out / "workflow-live.svg")
     bench.close()
 

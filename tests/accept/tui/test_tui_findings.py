@@ -6,7 +6,7 @@ from textual.containers import Horizontal
 from textual.widgets import Static
 
 from accept.tui.widgets.findings import findings_text
-from accept.tui.widgets.heat_map import map_text
+from accept.tui.widgets.heat_map import map_text, shaded
 from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelView, apart
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
@@ -111,3 +111,11 @@ async def test_a_map_beside_another_picture_stays_in_its_lines():
             rows = str(view.render()).splitlines()
             assert 30 <= max(map(len, rows)) <= view.size.width
             assert sum(row.endswith("█") for row in rows) == MAP_ROWS
+
+
+def test_a_narrow_peak_stays_in_a_narrow_map():
+    z = np.zeros((1, 300))
+    z[0, 137] = 1.0
+    (row,) = shaded(Image(np.arange(300.0), np.zeros(1), z), 40, 1)
+    assert row.count("█") == 1
+    assert row[137 * 40 // 300] == "█"
