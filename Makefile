@@ -38,7 +38,7 @@ quick: $(DEV) lint
 
 # The documentation site, as files, in site/.
 docs: $(DEV)
-	$(BIN)/python -m mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 # The tests with another interpreter, in an environment of its own: make test-python PYTHON=python3.13
 test-python:

@@ -7,7 +7,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import BboxBase
 
 from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
@@ -19,6 +22,7 @@ from checks.rounding import decimals_of
 MAPS = (Heights, Image)  # items that need room for a colour bar
 _BAR_WIDTH_MM = 2.0
 _FEW_POINTS = 60  # above this they are a cloud and drawn small
+LEGEND_GAP, LEGEND_MOST = 0.03, 0.45  # of the axes' height: below a legend; of a legend that room is made for
 _EM_PER_LETTER = 0.66  # of the bold typeface, a little above its mean
 _DASH = {"solid": "-", "dashed": (0, (4, 2)), "points": "none"}
 
@@ -48,7 +52,9 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
     for axis, logarithmic in ((axes.xaxis, panel.x_log), (axes.yaxis, panel.y_log)):
         if logarithmic:
             set_log_ticks(axis)
-    _legend(axes)
+    legend = _legend(axes)
+    if legend is not None and panel.y_range is None and panel.kind is not PanelKind.PHASE and not panel.equal:
+        _make_room(axes, legend)
 
 
 def _labels(axes: Axes, panel: Panel) -> None:
@@ -195,14 +201,39 @@ def _halo() -> list[Any]:
     return [withStroke(linewidth=1.5, foreground="white")]
 
 
-def _legend(axes: Axes) -> None:
+def _legend(axes: Axes) -> Legend | None:
     handles, labels = axes.get_legend_handles_labels()
-    if labels:
-        legend = axes.legend(handles, labels, loc="best")
-        legend.set_zorder(6)
-        legend.get_frame().set_facecolor("white")
-        for line in legend.get_texts():
-            line.set_color(INK)
+    if not labels:
+        return None
+    legend = axes.legend(handles, labels, loc="best")
+    legend.set_zorder(6)
+    legend.get_frame().set_facecolor("white")
+    for line in legend.get_texts():
+        line.set_color(INK)
+    return legend
+
+
+def _make_room(axes: Axes, legend: Legend) -> None:
+    """Where even the best place covers a curve the axis is lengthened upwards, and the legend stands there."""
+    box = legend.get_window_extent()
+    low, high = axes.get_ylim()
+    part = box.height / axes.get_window_extent().height + LEGEND_GAP
+    if part > LEGEND_MOST or low > high or not any(_crosses(line, box) for line in axes.lines):
+        return
+    scale = axes.yaxis.get_transform()
+    bottom, top = scale.transform(np.array([low, high]))
+    axes.set_ylim(low, float(scale.inverted().transform(np.array([bottom + (top - bottom) / (1.0 - part)]))[0]))
+    legend.set_loc("upper right")
+
+
+def _crosses(line: Line2D, box: BboxBase) -> bool:
+    """Whether a curve, or a point of a measurement, lies under a box (pixels). A straight mark across is no curve."""
+    path = line.get_transform().transform_path(line.get_path())
+    if len(path.vertices) <= 2:
+        return False
+    if line.get_linestyle() == "None":
+        return bool(box.count_contains(path.vertices))
+    return path.intersects_bbox(box, filled=False)
 
 
 _DRAWERS: dict[type, Callable[[Axes, Any, _Series], None]] = {

@@ -8,15 +8,19 @@ import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from accept.pictures.colours import ROLES, SERIES
 from accept.pictures.draw import FORMATS, PictureError, draw, picture
+from accept.pictures.items import draw_panel
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import POINTS, reduced
+from accept.pictures.style import settings
 from accept.pictures.ticks import set_degree_ticks
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
@@ -144,3 +148,18 @@ def test_neighbouring_colours_differ_in_grey() -> None:
     assert np.abs(np.diff(luma)).min() > 0.08
     good, bad = (np.dot(to_rgb(ROLES[r]), (0.299, 0.587, 0.114)) for r in ("data", "model"))
     assert abs(good - bad) > 0.08
+
+
+def test_a_legend_covers_no_curve() -> None:
+    """Curves that fill their axes: the best of matplotlib's places covered them."""
+    f = np.geomspace(5.0, 700.0, 900)
+    waves = [1 + 0.5 * np.sin(40 * np.log(f) + k) for k in range(3)]
+    panel = Panel("p", "f [Hz]", "|H|", tuple(Line(f, y, f"curve {k}") for k, y in enumerate(waves)), x_log=True)
+    with mpl.rc_context(settings()):
+        figure = Figure(figsize=(3.5, 2.4))
+        FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.15, 0.15, 0.8, 0.75))
+        draw_panel(axes, panel)
+        box = axes.get_legend().get_window_extent()
+        for line in axes.lines:
+            assert not line.get_transform().transform_path(line.get_path()).intersects_bbox(box, filled=False)
