@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from matplotlib.transforms import BboxBase
+from matplotlib.transforms import Bbox
 
 from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
@@ -215,7 +215,7 @@ def _legend(axes: Axes) -> Legend | None:
 
 def _make_room(axes: Axes, legend: Legend) -> None:
     """Where even the best place covers a curve the axis is lengthened upwards, and the legend stands there."""
-    box = legend.get_window_extent()
+    box = Bbox(legend.get_window_extent().get_points())
     low, high = axes.get_ylim()
     part = box.height / axes.get_window_extent().height + LEGEND_GAP
     if part > LEGEND_MOST or low > high or not any(_crosses(line, box) for line in axes.lines):
@@ -226,13 +226,14 @@ def _make_room(axes: Axes, legend: Legend) -> None:
     legend.set_loc("upper right")
 
 
-def _crosses(line: Line2D, box: BboxBase) -> bool:
+def _crosses(line: Line2D, box: Bbox) -> bool:
     """Whether a curve, or a point of a measurement, lies under a box (pixels). A straight mark across is no curve."""
     path = line.get_transform().transform_path(line.get_path())
-    if len(path.vertices) <= 2:
+    points = np.asarray(path.vertices)
+    if len(points) <= 2:
         return False
     if line.get_linestyle() == "None":
-        return bool(box.count_contains(path.vertices))
+        return bool(box.count_contains(points))
     return path.intersects_bbox(box, filled=False)
 
 
