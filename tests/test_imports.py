@@ -35,6 +35,29 @@ sys.exit("loaded: " + ", ".join(loaded) if loaded else 0)
     assert "batch" in done.stdout
 
 
+def test_a_batch_of_typed_values_loads_no_more_than_it_needs(tmp_path: Path, bench_home: Path) -> None:
+    """Tables, pictures, the search for what is missing and scipy wait until somebody asks for them."""
+    unit = tmp_path / "T-1"
+    unit.mkdir()
+    (unit / "unit.toml").write_text('serial = "T-1"\nkind = "apa"\n[capacitance]\nsensor_uF = 5.1\nactuator_uF = 9.8\n')
+    words = ["accept", "batch", str(unit), "--spec", "apa-basic", "--out", str(tmp_path / "out"), "--no-certificates"]
+    heavy = ("pandas", "matplotlib", "reportlab", "scipy", "checks.gap.effects", "checks.acceptance.misalignment")
+    code = f"""
+import sys
+sys.argv = {words}
+from accept.cli.main import main
+try:
+    main()
+except SystemExit as e:
+    assert e.code == 4, e.code
+loaded = [m for m in {heavy} if m in sys.modules]
+sys.exit("loaded: " + ", ".join(loaded) if loaded else 0)
+"""
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "results.csv").exists()
+
+
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_env(folder))

@@ -10,6 +10,7 @@ from rich.console import Console, ConsoleOptions, OverflowMethod, RenderableType
 from rich.segment import Segment
 from rich.table import Table
 
+from accept.base import loading
 from accept.base.exit_codes import Exit
 from accept.base.operator_name import operator_name
 from accept.base.plain_text import lines, one_line
@@ -72,6 +73,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:
+        loading.done()
         for words in plugins.PROBLEMS:
             say(f"accept: {words}")
         try:

@@ -1,16 +1,16 @@
 """What a batch leaves behind for scripts: results.json, results.csv, junit.xml."""
 
+import csv
+import io
 import json
+import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from accept.base.version import version
 from accept.gap.text import one_line
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
@@ -41,12 +41,9 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings_frame(units: Iterable[BatchEntry]) -> "pd.DataFrame":
-    """One row per finding, columns `COLUMNS`; what is known of the unit stands in each of its rows."""
-    import pandas as pd  # loads slowly: only when wanted
-
-    rows = [_of_unit(unit) | finding for unit in units for finding in unit.entry["findings"]]
-    return pd.DataFrame(rows, columns=COLUMNS)
+def findings(units: Iterable[BatchEntry]) -> list[dict[str, Any]]:
+    """One row per finding, by columns `COLUMNS`; what is known of the unit stands in each of its rows."""
+    return [_of_unit(unit) | finding for unit in units for finding in unit.entry["findings"]]
 
 
 def _of_unit(unit: BatchEntry) -> dict[str, Any]:
@@ -65,9 +62,14 @@ def counts_json(
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def csv_rows(findings: "pd.DataFrame", header: bool) -> bytes:
-    """A row per finding, the header where it is wanted."""
-    return findings.map(_cell).to_csv(index=False, header=header).encode()
+def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool) -> bytes:
+    """A row per finding, the header where it is wanted; what is not known is empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator=os.linesep)
+    if header:
+        writer.writerow(COLUMNS)
+    writer.writerows([_cell(row.get(name)) for name in COLUMNS] for row in findings)
+    return out.getvalue().encode()
 
 
 def _cell(value: Any) -> Any:

@@ -6,7 +6,7 @@ script that asks for its key `units` fails then, where an empty list would pass 
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from datetime import datetime
 from pathlib import Path
@@ -89,12 +89,12 @@ class Results:
         write_atomic(self._out / "results.json", document)
 
     def _put(self) -> None:
-        frame = outputs.findings_frame(self._held)
-        self._csv.write(outputs.csv_rows(frame, header=self._parts == 0))
+        rows = outputs.findings(self._held)
+        self._csv.write(outputs.csv_rows(rows, header=self._parts == 0))
         for unit in self._held:
             self._junit.write(outputs.junit_unit(unit.entry))
         if self._dataset:
-            self._write_part(FINDINGS, _findings(frame))
+            self._write_part(FINDINGS, _findings(rows))
             self._write_part(UNITS, _units(self._held))
         self._parts += 1
         self._held.clear()
@@ -117,9 +117,12 @@ class Results:
                 self._part(name).rename(self._out / name)
 
 
-def _findings(frame: Any) -> "pa.Table":
+def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     """A row per finding, the columns of results.csv."""
+    import pandas as pd
     import pyarrow as pa
+
+    frame = pd.DataFrame(rows, columns=outputs.COLUMNS)
 
     kinds = {name: pa.float64() for name in NUMBERS} | {"required": pa.bool_()} | _kinds_of_judgement()
     schema = pa.schema([(name, kinds.get(name, pa.string())) for name in outputs.COLUMNS])

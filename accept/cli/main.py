@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from accept.base import loading
 from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 
@@ -97,6 +98,7 @@ def __getattr__(name: str) -> Any:
 
 def main() -> None:
     """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
+    loading.begin()
     log_crashes()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
+from accept.base import loading
 from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
@@ -24,6 +25,7 @@ def run(wanted: RunOptions) -> Exit:
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
         say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
+    loading.done()
     app = BenchApp(_loader(wanted), Given(operator_name(wanted.operator), "" if wanted.folder else wanted.unit or ""))
     try:
         app.run()
