@@ -75,11 +75,16 @@ class Candidate:
         return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
 
     @cached_property
-    def worst_G(self) -> float:
-        """Largest G of a channel on B."""
+    def channel_G(self) -> dict[str, float]:
+        """G of every channel on B."""
         model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
         data = self.unseen.around(model)
-        return max(g.G for g in gaps([data], [data.H - model]).values())
+        return {channel: g.G for channel, g in gaps([data], [data.H - model]).items()}
+
+    @property
+    def worst_G(self) -> float:
+        """Largest G of a channel on B."""
+        return max(self.channel_G.values())
 
     @property
     def names(self) -> frozenset[str]:
