@@ -10,7 +10,7 @@ from checks import distributions as stats
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
-from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
@@ -19,6 +19,7 @@ from checks.gap.search.candidates import MANY, Candidate, Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.search.levenberg_marquardt import begin
 from checks.gap.search.screen import screen
+from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
@@ -99,9 +100,22 @@ def _reasons(
         out.append(f"explains {100 * gain / total:.1f} % of the gap beside an unidentified effect")
     if any(_on_its_ground(effect, u) for u in full.response.stand_ins):
         out.append("explains the data only together with an unidentified effect")
+    if on_a_mode(effect, full.response, final.at):
+        out.append("lies on a mode of the strut, which looks the same when its coupling is not that of the model")
     if not full.adequate and (_astray(full) or _disturbed(full, effect)):
         out.append("leaves a residual where it acts")
     return out
+
+
+def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
+    """Whether an effect that adds a mode has it within the half-widths of one of the strut's own. A lopsided APA
+    couples its modes otherwise, which no factor on them explains: a small mode there does, and means nothing."""
+    values = response.of(at, effect.name)
+    if not {"f_Hz", "damping_ratio"} <= values.keys() or not any(p.linear for p in effect.parameters):
+        return False
+    f, ratio = frequency_and_damping(response.model.poles(response.changes(at)))
+    mode, width = values["f_Hz"], values["f_Hz"] * values["damping_ratio"]
+    return bool(np.any(np.abs(f - mode) < f * ratio + width))
 
 
 def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -> bool:

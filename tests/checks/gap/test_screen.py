@@ -1,12 +1,14 @@
-"""The quick look at the library: where a fit begins, on struts of which something else is missing as well."""
+"""Modes that are missing: where a fit of one begins, and where one that was found says nothing."""
 
 import pytest
 
+from checks.gap.decision.gates import on_a_mode
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import run
+from checks.model.model import frequency_and_damping
 from tests.checks.gap.gap_cases import drawn, inputs, recorded, strut
 
 
@@ -36,3 +38,19 @@ def test_a_mode_of_the_bracket_beside_one_of_the_struts_own(f_Hz: float, damping
     (name,) = found.named
     assert name.effect == "encoder_bracket_mode"
     assert name.parameters["f_Hz"].value == pytest.approx(f_Hz, rel=1e-3)  # a tenth of the mode's half-width, and noise
+
+
+def test_a_mode_on_one_of_the_struts_own_has_no_name() -> None:
+    """Modes of a lopsided APA are coupled otherwise, and a mode of the bench of 1e-4 upon one of them explains it."""
+    model, bench = strut(), EFFECTS["bench_mode"]
+    response = Augmented(model).with_member(bench)
+    own = [float(f) for f in frequency_and_damping(model.poles())[0] if 50.0 < f < 1000.0]
+    for f_Hz in own:
+        at = {p.name: p.prior for p in response.free()} | {"bench_mode.ratio": 1e-4, "bench_mode.damping_ratio": 0.004}
+        assert on_a_mode(bench, response, at | {"bench_mode.f_Hz": 1.002 * f_Hz})
+        beside = at | {"bench_mode.f_Hz": 1.05 * f_Hz}
+        assert on_a_mode(bench, response, beside) == any(abs(1.05 * f_Hz / f - 1) < 0.02 for f in own)
+    bracket = EFFECTS["encoder_bracket_mode"]  # multiplies de: another thing than a mode that is coupled otherwise
+    response = Augmented(model).with_member(bracket)
+    at = {p.name: p.prior for p in response.free()} | {"encoder_bracket_mode.damping_ratio": 0.01}
+    assert not on_a_mode(bracket, response, at | {"encoder_bracket_mode.f_Hz": own[4]})
