@@ -14,7 +14,6 @@ from checks.gap.search.levenberg_marquardt import begin
 
 FIRST = 2  # effects that are looked for before a channel is left out
 GROSS = 1e4  # of a channel's G: most of it is no calibration's business
-MOSTLY = 0.3  # of the misfit that stays without a channel
 APART = 0.5  # of the effort that may be spent, on the way by the others
 
 
@@ -50,32 +49,29 @@ def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
 
 
 def _after_the_others(p: Prepared, search: Search, base: Candidate) -> SearchResult | None:
-    """Where model and data have nothing in common: what two channels say without the third, then what that lacks beside
-    it. A tall mode in one channel bends the calibration of all until no start finds it. None where two channels are not
-    explained, or the third is not beside them."""
+    """Where model and data have nothing in common, and two channels are as the model says: what the third lacks beside
+    them. A tall mode in one channel bends the calibration of all until no start finds it. None where that does not
+    explain everything."""
     if len(p.A.channels) < 3 or base.worst_G < GROSS:
         return None
     effort = Effort(search.effort.spent + APART * search.effort.most, search.effort.spent)
-    others = _of_two_channels(p, search, base, effort)
-    found = None
-    if others is not None and others.adequate and not others.response.stand_ins:
+    others, found = _of_two_channels(p, search, base, effort), None
+    if others is not None:
         found = explain(replace(search, effort=effort), _on(search, others), FIRST, p.table.beam)
     search.effort.spent = effort.spent
     return found and (replace(found, base=base) if found.best.adequate and found.best.response.counted else None)
 
 
 def _of_two_channels(p: Prepared, search: Search, base: Candidate, effort: Effort) -> Candidate | None:
-    """What explains the channels without one of the two that are off the most; None where that leaves as much."""
-    tried: list[tuple[Candidate, Search]] = []
+    """The calibration of the channels without one of the two that are off the most, where nothing is missing in it.
+    With effects of their own two channels take much for something that it is not."""
     for left_out in sorted(base.channel_G, key=lambda c: -base.channel_G[c])[:2]:
         search.say(f"looking at the channels without {left_out}")
         part = searching(p, tuple(c for c in p.A.channels if c != left_out), search.say, effort)
         own = calibrated(part, p)
         if own.adequate:
             return own
-        tried.append((own, part))
-    own, part = min(tried, key=lambda each: each[0].cost)
-    return explain(part, own, FIRST, p.table.beam).best if own.cost < MOSTLY * base.cost else None
+    return None
 
 
 def _on(search: Search, found: Candidate) -> Candidate:
