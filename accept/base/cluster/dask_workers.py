@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
-from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, WorkerPlugin
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Status, WorkerPlugin
 
 from accept.base import worker_process
 from accept.base.cluster.work import ClusterError, GivenUp, WorkFailed
@@ -83,6 +83,11 @@ class Labelled(WorkerPlugin):
     async def setup(self, worker: Any) -> None:
         worker_process.limit_memory(worker_process.memory_GB())
         await worker.set_resources(**{code_sha256(): 1.0})
+        if worker.status is Status.running:
+            # Dask looks for work that waits when a worker comes or goes on, not when one tells what it has: without
+            # this, work whose workers had all died waited for ever beside those that were started again.
+            worker.status = Status.paused
+            worker.status = Status.running
 
 
 class DaskWorkers:

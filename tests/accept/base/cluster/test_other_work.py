@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -59,6 +60,22 @@ def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Cl
     with pytest.raises(WorkFailed, match="ZeroDivisionError"):
         list(cluster.unordered(half, range(6)))
     assert sorted(cluster.unordered(half, [4, 5])) == [(4, 4.0), (5, 2.5)]
+
+
+def process_of(number: int) -> int:
+    time.sleep(0.05)
+    return os.getpid()
+
+
+def test_work_goes_on_when_every_worker_died(cluster: Cluster) -> None:
+    died = {pid for _, pid in cluster.unordered(process_of, range(40))}
+    back = cluster.unordered(process_of, range(200))
+    found = [next(back)]
+    for pid in died:
+        os.kill(pid, signal.SIGKILL)
+    found += back
+    assert sorted(number for number, _ in found) == list(range(200))
+    assert {pid for _, pid in found} - died  # those that were started again
 
 
 def fatal_31(number: int) -> int:
