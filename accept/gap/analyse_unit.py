@@ -24,7 +24,7 @@ from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
 from checks.signals.disturbances import hum
-from checks.signals.interpolation import interpolation_errors, taken_out
+from checks.signals.interpolation import said_of
 
 SLOW_SINES = "hysteresis"  # section of unit.toml with the record of slow sines
 NOISE_ALONE = 1.0  # relative noise from which on a bin says nothing
@@ -85,7 +85,7 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *_of_the_bench(low), *lost),
+        notes=(*notes, *more, *_quality(A), *_hum(low), *said_of(measured.first.taken_out), *lost),
         trials=trials,
     )
     try:
@@ -143,17 +143,16 @@ def _quality(A: Dataset) -> tuple[str, ...]:
     return tuple(f"{c} hardly follows the drive in {100 * p:.0f} % of the bins" for c, p in poor.items() if p > 0.5)
 
 
-def _of_the_bench(low: Record) -> tuple[str, ...]:
-    """Notes on what the bench adds to the records: hum, and an encoder that interpolates with an error."""
+def _hum(low: Record) -> tuple[str, ...]:
+    """A note on what the mains add to the records."""
     units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
     lines = hum(low, tuple(units))
-    words = []
-    if lines:
-        sizes = {c: line.amplitude * units[c][0] for c, line in lines.items()}
-        most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
-        listed = ", ".join(f"{c} {size:.2g} {units[c][1]}" for c, size in sizes.items())
-        words.append(f"mains hum of {most:.2f} Hz in the records: {listed}")
-    return (*words, *taken_out(interpolation_errors(low)))
+    if not lines:
+        return ()
+    sizes = {c: line.amplitude * units[c][0] for c, line in lines.items()}
+    most = lines[max(sizes, key=lambda c: sizes[c])].f_Hz
+    listed = ", ".join(f"{c} {size:.2g} {units[c][1]}" for c, size in sizes.items())
+    return (f"mains hum of {most:.2f} Hz in the records: {listed}",)
 
 
 def _slow(unit: LoadedUnit) -> Record | None:

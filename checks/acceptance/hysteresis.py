@@ -174,7 +174,7 @@ def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
 
 
 def _unseen(width: Quantity) -> list[str]:
-    """For who reads a loop that is none: 0.0004 percent is no property of a piezo actuator."""
+    """A note where no loop is seen: 0.0004 percent is no property of a piezo actuator."""
     if width.U is None or not width.value < width.U < USUAL_PERCENT:
         return []
     return [

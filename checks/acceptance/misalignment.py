@@ -20,7 +20,7 @@ from checks.misalignment.table import MisalignmentTable, grid, ratios, table_fre
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.interpolation import interpolation_errors, taken_out
+from checks.signals.interpolation import said_of
 from specs.spec import CheckSpec
 
 PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
@@ -42,8 +42,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     except ModelError as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
     quantities = (_quantity("dx_um", found.dx, found), _quantity("dy_um", found.dy, found))
-    low: Record = values["low"]
-    return Outcome(quantities, (*_notes(found), *taken_out(interpolation_errors(low))), panels(found))
+    return Outcome(quantities, tuple(_notes(found)), panels(found))
 
 
 def _at_the_payload(model: Model, values: Values) -> Model:
@@ -85,7 +84,7 @@ def _notes(found: MisalignmentEstimate) -> list[str]:
     notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
         notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return notes
+    return [*notes, *said_of(found.data.taken_out)]
 
 
 CHECK = Check(

@@ -31,7 +31,8 @@ STEP = 2 * HALF + 1  # windows that share no bin
 class Dataset:
     """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels;
     nu (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; scale (F, C): the
-    response that it is a part of, the measured one where there is no model yet.
+    response that it is a part of, the measured one where there is no model yet; taken_out: errors of the encoder's
+    interpolation that are no longer in H.
 
     Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
     """
@@ -44,6 +45,7 @@ class Dataset:
     tolerance: float = 0.0
     name: str = "responses"
     scale: Complex | None = None
+    taken_out: Errors = ()
 
     def __repr__(self) -> str:
         band = f"{self.f.size} bins from {self.f[0]:.4g} to {self.f[-1]:.4g} Hz" if self.f.size else "no bins"
@@ -131,12 +133,12 @@ def dataset_from_records(
     errors = interpolation_errors(low, drive=input) if "de" in channels else ()
     low, high = without_errors(low, errors), _as_low(high, errors, input)
     if high is None:
-        return _of_record(low, tolerance, channels, input, f_lo, f_hi, called)
+        return replace(_of_record(low, tolerance, channels, input, f_lo, f_hi, called), taken_out=errors)
     if merge_Hz is None or not f_lo < merge_Hz < f_hi:
         raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
     below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
     above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
-    return joined(below, above.at(above.f > below.f[-1]))
+    return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
 
 
 def _as_low(high: Record | None, errors: Errors, drive: str) -> Record | None:

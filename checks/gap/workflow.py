@@ -54,24 +54,30 @@ def _after_the_others(p: Prepared, search: Search, base: Candidate) -> SearchRes
     explain everything."""
     if len(p.A.channels) < 3 or base.worst_G < GROSS:
         return None
-    effort = Effort(search.effort.spent + APART * search.effort.most, search.effort.spent)
-    others, found = _of_two_channels(p, search, base, effort), None
-    if others is not None:
-        found = explain(replace(search, effort=effort), _on(search, others), FIRST, p.table.beam)
-    search.effort.spent = effort.spent
-    return found and (replace(found, base=base) if found.best.adequate and found.best.response.counted else None)
+    so_far = search.effort
+    sparing = replace(search, effort=Effort(so_far.spent + APART * so_far.most, so_far.spent))
+    others = _of_two_channels(p, sparing, base)
+    found = None if others is None else explain(sparing, _on(sparing, others), FIRST, p.table.beam)
+    so_far.spent = sparing.effort.spent
+    if found is None or not (found.best.adequate and found.best.response.counted):
+        return None
+    return replace(found, base=base)
 
 
-def _of_two_channels(p: Prepared, search: Search, base: Candidate, effort: Effort) -> Candidate | None:
+def _of_two_channels(p: Prepared, search: Search, base: Candidate) -> Candidate | None:
     """The calibration of the channels without one of the two that are off the most, where nothing is missing in it.
     With effects of their own two channels take much for something that it is not."""
     for left_out in sorted(base.channel_G, key=lambda c: -base.channel_G[c])[:2]:
         search.say(f"looking at the channels without {left_out}")
-        part = searching(p, tuple(c for c in p.A.channels if c != left_out), search.say, effort)
-        own = calibrated(part, p)
+        own = calibrated(_without(p, search, left_out), p)
         if own.adequate:
             return own
     return None
+
+
+def _without(p: Prepared, search: Search, left_out: str) -> Search:
+    """The same on the channels but one."""
+    return searching(p, tuple(c for c in p.A.channels if c != left_out), search.say, search.effort)
 
 
 def _on(search: Search, found: Candidate) -> Candidate:
@@ -98,9 +104,7 @@ def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, SearchResul
     if len(channels) < 3 or search.over:
         return None
     search.say("looking at the channels two by two")
-    parts = [
-        searching(p, tuple(c for c in channels if c != left_out), search.say, search.effort) for left_out in channels
-    ]
+    parts = [_without(p, search, left_out) for left_out in channels]
     bases = [calibrated(part, p) for part in parts]
     base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
     found = SearchResult(base, base, (), ()) if base.adequate else explain(part, base, FIRST, p.table.beam)

@@ -170,7 +170,7 @@ def of_another_record(errors: Errors, record: Record, channel: str = "de", drive
     return own if left.cost(own) + ZEROED < left.cost(errors) else errors
 
 
-def taken_out(errors: Errors) -> tuple[str, ...]:
+def said_of(errors: Errors) -> tuple[str, ...]:
     """In words, for whoever reads an answer that was found without them; nothing where there is none."""
     if not errors:
         return ()

@@ -41,7 +41,8 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
     """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
     if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
         return score
-    tried = list(_tried(projected, member))
+    lacking = _too_small(projected, member)
+    tried = list(_tried(projected, member, lacking))
     if not tried:
         return Score(member, 0.0, 1, 1, ({p.name: p.start for p in member.parameters},))
     tried.sort(key=lambda t: -t[0])
@@ -50,7 +51,7 @@ def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
         if len(kept) < starts and all(_differ(values, k) for k in kept):
             kept.append(values)
     # A fit begins there whatever it promises: beside something so large nothing is in proportion.
-    for f in _too_small(projected, member)[:1]:
+    for f in lacking[:1]:
         kept += [values for _, values in tried if values.get("f_Hz") == f][:1]
     return Score(member, max(0.0, tried[0][0]), max(1, len(member.parameters)), len(tried), tuple(kept))
 
@@ -74,10 +75,9 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
     return any(abs(a[k] - b[k]) > 1e-9 for k in a)
 
 
-def _grid(projected: Projected, member: Member) -> Iterator[dict[str, float]]:
+def _grid(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
-    places = [*peaks(projected, member.channels), *_too_small(projected, member)]
-    axes = [(*p.grid, *(places if p.name == "f_Hz" else ())) for p in shapes]
+    axes = [(*p.grid, *((*peaks(projected, member.channels), *lacking) if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
         yield {p.name: float(np.clip(v, p.lo, p.hi)) for p, v in zip(shapes, values, strict=True)}
 
@@ -103,11 +103,11 @@ def _too_small(projected: Projected, member: Member) -> list[float]:
     return [f for f in peaks_of(data.f, times) if times[data.f == f].max() > LACKS]
 
 
-def _tried(projected: Projected, member: Member) -> Iterator[tuple[float, dict[str, float]]]:
+def _tried(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
     """(gain, values) at every place of the grid that the model can hold, with the linear parameters at their best."""
     linear = [p for p in member.parameters if p.linear]
     shapes, changes = [], []
-    for shape in _grid(projected, member):
+    for shape in _grid(projected, member, lacking):
         try:
             changes.append(_changes(projected, member, {**shape, **{p.name: 0.0 for p in linear}}))
         except ValueError:

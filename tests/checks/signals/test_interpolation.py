@@ -6,7 +6,7 @@ from scipy import signal
 
 from checks.fitting.dataset import dataset_from_records
 from checks.record import Record
-from checks.signals.interpolation import interpolation_errors, of_another_record, taken_out, without_errors
+from checks.signals.interpolation import interpolation_errors, of_another_record, said_of, without_errors
 from tests.soak import SOAK
 
 FS, SECONDS = 10_000.0, 12.0
@@ -56,7 +56,7 @@ def test_an_error_and_its_harmonic() -> None:
     found = interpolation_errors(record(drive, read(place, {2.0e-6: (0.0, 8e-9), 1.0e-6: (3e-9, 0.0)}, 1)))
     assert [e.period_m for e in found] == pytest.approx([2.0e-6, 1.0e-6], rel=2e-3)
     assert [e.amplitude_m for e in found] == pytest.approx([8e-9, 3e-9], rel=0.05)  # noise, and each bends the other
-    (words,) = taken_out(found)
+    (words,) = said_of(found)
     assert "8 nm that repeats every 2 um and 3 nm that repeats every 1 um" in words
 
 
@@ -90,6 +90,8 @@ def test_the_responses_are_those_of_the_place() -> None:
     near = (found.f > 590) & (found.f < 610)
     ratio = np.abs(np.vdot(true.H[near], found.H[near]) / np.vdot(true.H[near], true.H[near]))
     assert ratio == pytest.approx(1.0, abs=3e-3)  # of 0.05 that it would be without
+    assert [e.period_m for e in found.taken_out] == pytest.approx([1.0e-6], rel=2e-3)
+    assert true.taken_out == ()
     errors = interpolation_errors(low)
     assert of_another_record(errors, high) is errors
     assert without_errors(high, ()) is high
