@@ -3,7 +3,8 @@
 Required: at 100,000 units at most 1.2. Both are what `accept batch` does after start-up: open the store, judge one unit
 of typed values, append, write the results, close. The full store was checked whole and sealed when it was made; the
 walk of the whole chain, which a day's first opening takes, is given too. On a busy machine only processor time means
-something. The memory is that of `accept batch` as a program of its own, at its peak.
+something. The memory is that of `accept batch` as a program of its own, at its peak; that of `accept rejudge` must not
+depend on the units either, and grows by less than a kilobyte for each that flips.
 """
 
 import os
@@ -47,15 +48,43 @@ finally:
 """
 
 
-def peak_MB(url: str, place: Path, name: str) -> float:
-    """Of the command for one new unit, as Linux tells it to the program itself (to its parent it tells the larger of
-    both, before and after the start)."""
-    unit = make_unit(place / name / "P", f"{name}-P")
-    words = ["batch", str(unit), "--spec", "apa-basic", "--no-certificates", "--out", str(place / "out" / name / "P")]
-    command = [sys.executable, "-c", COMMAND, *words]
+def peak_MB(url: str, *words: str) -> float:
+    """Of a command, as Linux tells it to the program itself (to its parent it tells the larger of both, before and
+    after the start)."""
     environment = os.environ | {"ACCEPT_STORE_URL": url}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", COMMAND, *words], env=environment, capture_output=True, text=True)
     return float(done.stdout.split()[-1]) / 1e3
+
+
+def peak_of_one_more_MB(url: str, place: Path, name: str) -> float:
+    unit = make_unit(place / name / "P", f"{name}-P")
+    words = ("batch", str(unit), "--spec", "apa-basic", "--no-certificates", "--out", str(place / "out" / name / "P"))
+    return peak_MB(url, *words)
+
+
+def judged_again(url: str, place: Path) -> str:
+    """Seconds and memory of `accept rejudge` where nothing flips, and where every unit does."""
+    harder = place / "harder.toml"
+    harder.write_text(HARDER)
+    told = []
+    for spec in ("apa-basic", str(harder)):
+        began = time.perf_counter()
+        peak = peak_MB(url, "rejudge", "--spec", spec, "--csv", str(place / "flips.csv"))
+        flips = len((place / "flips.csv").read_text().splitlines()) - 1
+        told.append(f"{flips} flips in {time.perf_counter() - began:.0f} s, {peak:.0f} MB at its peak")
+    return "; ".join(told)
+
+
+HARDER = """name = "harder"
+kind = "apa"
+title = "No unit of this benchmark keeps it"
+[checks.capacitance.limits.sensor_uF]
+lower = 5.4
+upper = 5.5
+unit = "uF"
+rule = "simple"
+source = "benchmark"
+"""
 
 
 def fill(url: str, units: int) -> None:
@@ -74,10 +103,12 @@ def main(units: int) -> None:
         url = f"sqlite:///{place / 'store.sqlite'}"
         one_more(url, place, "W")  # what is loaded once is loaded
         empty, empty_busy = one_more(url, place, "E")
-        before = peak_MB(url, place, "E")
+        before = peak_of_one_more_MB(url, place, "E")
+        few = judged_again(url, place)
         fill(url, units)
         full, full_busy = one_more(url, place, "F")
-        after = peak_MB(url, place, "F")
+        after = peak_of_one_more_MB(url, place, "F")
+        many = judged_again(url, place)
         (place / "store.seal").unlink()
         began = time.perf_counter()
         open_store(url).close()
@@ -88,6 +119,7 @@ def main(units: int) -> None:
             end="",
         )
         print(f"memory at its peak {before:.0f} and {after:.0f} MB; the whole chain walked: {walked:.1f} s")
+        print(f"the whole store judged again: of {2 * RUNS + 1} units {few}; of all units {many}")
 
 
 if __name__ == "__main__":

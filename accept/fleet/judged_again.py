@@ -1,7 +1,6 @@
 """Stored units under another spec: which verdicts flip, and why. Nothing is stored and no certificate is touched."""
 
-import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,24 +34,29 @@ class JudgedAgain:
     def flipped(self) -> bool:
         return self.was != self.now
 
+    @property
+    def worse(self) -> bool:
+        """Accepted, and would no longer be."""
+        return self.flipped and self.was == "accepted"
+
 
 def judged_again(
     store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
-) -> list[JudgedAgain]:
-    """Every unit of the store whose kind has a spec, by serial. Raises StoreError, ClusterError.
+) -> Iterator[JudgedAgain]:
+    """Every unit of the store whose kind has a spec, as its last judgement has it: by serial, on a cluster as they come
+    back. None is held here, however many there are. Raises StoreError, ClusterError.
 
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
-    state = fold(store.events(what="unit_judged"))
-    asked = [(u, specs[u.result["kind"]], from_records) for u in state.units.values() if u.result["kind"] in specs]
+    units = (fold([event]).units[event.subject] for event in store.last_of_each("unit_judged"))
+    known = ((unit, specs.get(unit.result["kind"])) for unit in steps(units, "units judged again"))
+    asked = ((unit, spec, from_records) for unit, spec in known if spec is not None)
     if cluster is None:
-        return sorted(map(again, steps(asked, "units judged again")), key=lambda one: one.serial)
-    # Records that no worker could judge leave the stored values, as where the records are gone.
-    back = (
-        again((*item[:2], False)) if isinstance(found, GivenUp) else found
-        for item, found in steps(cluster.unordered(again, asked), "units judged again", len(asked))
-    )
-    return sorted(back, key=lambda one: one.serial)
+        yield from map(again, asked)
+        return
+    for item, found in cluster.unordered(again, asked):
+        # Records that no worker could judge leave the stored values, as where the records are gone.
+        yield again((*item[:2], False)) if isinstance(found, GivenUp) else found
 
 
 def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
@@ -105,18 +109,3 @@ def _reason(row: Mapping[str, Any]) -> Reason:
     if row.get("cause"):
         return Reason.from_json(row["cause"])
     return because(Cause.IN_WORDS, detail=row.get("reason") or "no value")
-
-
-def as_json(units: list[JudgedAgain]) -> bytes:
-    """The table for scripts."""
-    document = [
-        {"serial": u.serial, "was": u.was, "now": u.now, "basis": u.basis}
-        | {"findings": {name: dict(zip(("was", "now", "reason"), v, strict=True)) for name, v in u.findings.items()}}
-        for u in units
-    ]
-    return json.dumps({"units": document}, indent=1, ensure_ascii=False).encode() + b"\n"
-
-
-def worse(units: list[JudgedAgain]) -> list[JudgedAgain]:
-    """Accepted units that would no longer be."""
-    return [u for u in units if u.was == "accepted" and u.now != "accepted"]

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from sqlalchemy import Connection, Engine, Row, Select, insert, select, update
+from sqlalchemy import Connection, Engine, Row, Select, func, insert, select, update
 
 from accept.base.version import code_sha256
 from accept.store import sample_index, tables
@@ -179,6 +179,16 @@ class Store:
         """The last event of this kind about this subject, None when there is none. Raises as `events`."""
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
+
+    def last_of_each(self, what: str) -> Iterator[Event]:
+        """The last event of this kind about each subject, by subject, as the store stands now: what is appended while
+        they are read is not among them. Raises as `events`."""
+        e, now = tables.events.c, self.head().seq
+        last = select(func.max(e.seq)).where(e.what == what, e.seq <= now).group_by(e.subject).order_by(e.subject)
+        wanted, next_page = select(tables.events).order_by(e.subject), last.limit(_PAGE)
+        while page := self._read(wanted.where(e.seq.in_(next_page))):
+            yield from page
+            next_page = last.where(e.subject > page[-1].subject).limit(_PAGE)
 
     def judgements_with(self, samples: Mapping[str, Mapping[str, str]]) -> list[Event]:
         """Judgements that may hold one of these samples, by the index, in order.

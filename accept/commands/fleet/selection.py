@@ -1,5 +1,6 @@
 """`accept rejudge` and `accept match`."""
 
+import sys
 from collections.abc import Sequence
 
 import pandas as pd
@@ -16,27 +17,32 @@ from accept.pictures.labels import label_and_name
 from accept.store import open_store
 from specs.spec import Spec
 
+SHOWN = 500  # flips on the terminal; the files have all
+
 
 @clear_errors
 def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: str | None = None) -> Exit:
     """Stored units under other specs. Exit 4 where an accepted unit would no longer be."""
     check(outputs)
     loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
+    judged, worse, flips = 0, False, []
     with connected(where, say) as cluster, open_store() as store:
-        units = judged_again.judged_again(store, loaded, from_records, cluster)
-    flips = [u for u in units if u.flipped]
-    rows = pd.DataFrame(
-        [(u.serial, u.was, u.now, _why(u), u.basis) for u in flips],
-        columns=["serial", "was", "now", "why", "judged_from"],
-    )
+        for unit in judged_again.judged_again(store, loaded, from_records, cluster):
+            judged += 1
+            worse = worse or unit.worse
+            if unit.flipped:  # what does not change is not held
+                flips.append((unit.serial, unit.was, unit.now, sys.intern(_why(unit)), unit.basis))
+    rows = pd.DataFrame(sorted(flips), columns=["serial", "was", "now", "why", "judged_from"])
     if flips:
-        show(rows, f"{len(flips)} of {len(units)} units change their verdict")
+        show(rows.head(SHOWN), f"{len(flips)} of {judged} units change their verdict")
     else:
-        stdout.print(f"none of {len(units)} units changes its verdict")
+        stdout.print(f"none of {judged} units changes its verdict")
+    if len(flips) > SHOWN:
+        say(f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}")
     if not from_records:
         say("stored values were compared with the new limits; changed settings of a check need --records")
     write(outputs, rows)
-    return Exit.INCOMPLETE if judged_again.worse(units) else Exit.ACCEPTED
+    return Exit.INCOMPLETE if worse else Exit.ACCEPTED
 
 
 def _why(unit: judged_again.JudgedAgain) -> str:

@@ -1,14 +1,24 @@
 """Judging the store again under another spec, and sets of units that fit together."""
 
+import gc
+import hashlib
 import json
+import tracemalloc
 from itertools import combinations
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.base.home import home
+from accept.batch.judge_batch import BatchRequest, run
 from accept.cli.main import app
+from accept.commands.fleet import selection
+from accept.commands.trust.bench_keys import demo_credential
+from accept.fleet.judged_again import judged_again
+from accept.judging.judge_unit import load_spec
 from accept.store import open_store
+from accept.store import store as store_module
 from tests.accept.fleet.judgements import U, add, judgement
 from tests.accept.units.units import make_unit
 
@@ -42,6 +52,64 @@ def test_flips_and_nothing_else_changes(tmp_path):
     rows = {r["serial"]: (r["was"], r["now"]) for r in json.loads((tmp_path / "f.json").read_text())}
     assert rows == {"B": ("accepted", "conditional"), "C": ("accepted", "rejected")}
     assert "2 of 4 units" in done.output
+
+
+def test_memory_does_not_depend_on_how_many_units_there_are(tmp_path, monkeypatch):
+    """Ten times the units take as much at the peak, but for a tenth: one page of the store is held at once. A store of
+    100,000 units is in benchmarks/bench_store.py."""
+    monkeypatch.setattr(store_module, "_PAGE", 40)
+    (tmp_path / "s.toml").write_text(SPEC)
+    specs = {"apa": load_spec(str(tmp_path / "s.toml"))}
+
+    def peak(units: int) -> int:
+        with open_store(f"sqlite:///{tmp_path / str(units)}.sqlite") as store:
+            add(store, [judgement(f"A-{n:04d}", {"sensor_uF": 4.95 - 0.2 * (n % 2)}) for n in range(units)])
+            gc.collect()
+            tracemalloc.start()
+            flipped = sum(unit.flipped for unit in judged_again(store, specs, False))
+            found = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        assert flipped == units // 2
+        return found
+
+    peak(40)  # what is loaded once is loaded
+    assert peak(1200) < 1.1 * peak(120)
+
+
+def test_a_certificate_stays_as_it_is(tmp_path):
+    """Judged again to another verdict, by values and from records: no file and no event is new or another."""
+    folder = make_unit(tmp_path / "u", "U-1")
+    specs = {"apa": load_spec("apa-basic")}
+    order = BatchRequest([folder], tmp_path / "out", specs, "Ada", credential=demo_credential(home()), workers=1)
+    with open_store() as store:
+        assert run(order, store, lambda _: None).verdicts == {"accepted": 1}
+    (tmp_path / "s.toml").write_text(SPEC.replace("4.9\n", "5.4\n"))
+    with open_store() as store:
+        head, before = store.head(), contents(tmp_path)
+        for more in ((), ("--records",)):
+            again = ask("rejudge", "--spec", tmp_path / "s.toml", *more)
+            assert again.exit_code == 4, again.output
+            assert "1 of 1 units" in again.output
+        assert store.head() == head
+    assert contents(tmp_path) == before
+    assert "out/certificates/U-1.pdf" in before
+
+
+def contents(folder):
+    """Hash of every file by its name."""
+    files = (p for p in folder.rglob("*") if p.is_file())
+    return {p.relative_to(folder).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def test_more_flips_than_a_terminal_shows(tmp_path, monkeypatch):
+    monkeypatch.setattr(selection, "SHOWN", 2)
+    (tmp_path / "s.toml").write_text(SPEC)
+    with open_store() as store:
+        add(store, [judgement(s, {"sensor_uF": 4.8}) for s in ("C", "A", "B")])
+    done = ask("rejudge", "--spec", tmp_path / "s.toml", "--csv", tmp_path / "f.csv")
+    assert "3 of 3 units" in done.output
+    assert "the first 2 are shown" in done.stderr
+    assert [line.split(",")[0] for line in (tmp_path / "f.csv").read_text().splitlines()] == ["serial", "A", "B", "C"]
 
 
 def test_from_records_where_they_are_unchanged(tmp_path):

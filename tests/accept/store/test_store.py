@@ -17,6 +17,7 @@ import pytest
 
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
+from accept.store import store as store_module
 from accept.store.spelling import other_spelling
 from accept.store.store import _PAGE
 from accept.store.tables import BY_SPELLING
@@ -112,6 +113,23 @@ def test_reading_goes_on_over_pages_and_while_others_append(store: Store) -> Non
     first = next(reader)
     store.append("late", "", {}, who="Ada")
     assert [first.seq, *(e.seq for e in reader)] == list(range(1, _PAGE + 5))
+
+
+def test_the_last_event_about_each_subject_is_found_page_by_page(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of several about one the last, of each kind apart, by subject; what comes while they are read is not among
+    them, also where it is about a subject that is still to come."""
+    monkeypatch.setattr(store_module, "_PAGE", 3)
+    subjects = [f"U{i}" for i in range(7)]
+    for n in range(2):
+        store.append_many([NewEvent("a", s, {"n": n}) for s in reversed(subjects)], who="Ada")
+    store.append("b", "U3", {"n": 9}, who="Ada")
+    found = []
+    for event in store.last_of_each("a"):
+        found.append((event.subject, event.data["n"]))
+        store.append_many([NewEvent("a", "U6", {"n": 2}), NewEvent("a", "U9", {"n": 2})], who="Ada")
+    assert found == [(s, 1) for s in subjects]
+    assert [(e.subject, e.data["n"]) for e in store.last_of_each("a")][-2:] == [("U6", 2), ("U9", 2)]
+    assert not list(store.last_of_each("c"))
 
 
 def test_a_store_is_reopened_where_it_ended(home: Path) -> None:

@@ -39,6 +39,7 @@ def test_append_read_and_check(url: str) -> None:
         assert list(store.events()) == [event, *many]
         assert list(store.events(subject="U1", what="a")) == [many[0]]
         assert store.latest("U2", "b") == many[1]
+        assert list(store.last_of_each("a")) == [many[0]]
         assert store.check() is None
         assert store.check(StoreHead(1, event.hash)) is None
     with open_store(url, check=False) as again:
