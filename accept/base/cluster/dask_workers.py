@@ -12,11 +12,12 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, TypeVar
 
+import dask
 from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, Status, WorkerPlugin
 
 from accept.base import worker_process
@@ -36,6 +37,8 @@ LOOK_S = 1.0  # between two looks at who works
 NEW_S = 5.0  # a worker that just came has not told its code yet
 AHEAD = 3  # tasks handed in per worker: one in work, others at hand while results travel
 TASK_S, TOGETHER = 0.1, 50  # how long the items of one task should take [s], and how many there are at most
+# Every stream of messages keeps the last ones for who debugs Dask: a thousand, each with its units.
+KEPT, KEPT_MESSAGES = "distributed.admin.low-level-log-length", 10
 
 
 @dataclass(frozen=True)
@@ -252,23 +255,24 @@ def _sound(pairs: Iterable[tuple[T, R | GivenUp | _Raised]]) -> Iterator[tuple[T
 @contextmanager
 def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
     """As `accept.base.cluster.connect.connected`."""
-    local = _local_workers() if where == LOCAL else None
-    try:
+    with dask.config.set({KEPT: KEPT_MESSAGES}), _local_workers() if where == LOCAL else nullcontext() as local:
         workers = DaskWorkers(where, local or where, say)
         try:
             yield workers
         finally:
             workers.close()
-    finally:
-        if local is not None:
-            local.close(timeout=10)
 
 
-def _local_workers() -> LocalCluster:
+@contextmanager
+def _local_workers() -> Iterator[LocalCluster]:
     """One a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own, a share of this
     machine's, would kill here what is judged there."""
     count, address = os.cpu_count(), "127.0.0.1:0"
-    return LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=address)
+    local = LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=address)
+    try:
+        yield local
+    finally:
+        local.close(timeout=10)
 
 
 def _client(scheduler: str | LocalCluster) -> Client:

@@ -17,6 +17,15 @@ def test_it_is_the_nearest_limit_in_three_sigmas():
     assert capability(x, 4.0, None).cpk < 0 < both.lo < both.cpk < both.hi
 
 
+@pytest.mark.parametrize(("n", "cpk", "lo", "hi"), [(20, 1.33, 0.88, 1.78), (45, 1.15, 0.89, 1.41)])
+def test_its_interval_is_that_of_published_examples(n, cpk, lo, hi):
+    """[Montgomery] chapter 8, and Quality Digest, May 2000, The last word; printed to two digits."""
+    x = np.random.default_rng(1).standard_normal(n)
+    x = (x - x.mean()) / x.std(ddof=1)
+    found = capability(x, -3.0 * cpk, None)
+    assert (found.cpk, found.lo, found.hi) == pytest.approx((cpk, lo, hi), abs=0.005)
+
+
 def test_its_interval_covers():
     """1000 samples of 30 from a process with Cpk 1.2: 95 % within the 99.9 % binomial band, widened by 1 % for
     Bissell's approximation (it is known to be a little short for small samples)."""

@@ -1,11 +1,13 @@
 """Gap analysis, tables and judging again on a cluster: the same as on this machine."""
 
+import gc
 import hashlib
 import json
 import os
 import signal
 import sys
 import time
+import tracemalloc
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -17,6 +19,7 @@ import dask
 import numpy as np
 import pytest
 
+from accept.base.cluster import dask_workers
 from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
@@ -94,6 +97,20 @@ def test_only_what_kills_its_worker_is_given_up(monkeypatch: pytest.MonkeyPatch)
     assert sorted(item for item, _ in back) == list(range(200))
     assert [item for item, found in back if isinstance(found, GivenUp)] == [31]
     assert all(found == -item for item, found in back if item != 31)
+
+
+def test_what_was_handed_in_is_not_held(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 120 items of 200 kB at most ten stay for each stream of messages (to the scheduler, and from it to two
+    workers), where Dask would keep a thousand: with the item that is under way 7 MB, against 48."""
+    monkeypatch.setattr(dask_workers, "TOGETHER", 1)
+    gc.collect()
+    tracemalloc.start()
+    found = {size for _, size in cluster.unordered(len, (os.urandom(200_000) for _ in range(120)))}
+    gc.collect()
+    held = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert found == {200_000}
+    assert held < 12e6
 
 
 def grab(gigabytes: float) -> int:
