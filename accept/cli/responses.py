@@ -16,7 +16,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes; without it 
 
 @spread
 def frf(
-    records: Annotated[list[Path], typer.Argument(help="Record files (.mat, .csv, .uff).")],
+    records: Annotated[list[Path], typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms).")],
     wanted: ResponseOptions,
     files: ResponseFiles,
 ) -> None:

@@ -34,10 +34,17 @@ def _gap(result: Result) -> PageTable:
         rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
     note = (
         "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is "
-        "agreement. Level and phase: rms of what is left over."
+        "agreement. G before: the least that the model reaches without what was named, whatever its values. "
+        f"Level and phase: rms of what is left over{_taken_away(result)}."
     )
     head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
     return PageTable("The gap by channel", note, head, tuple(rows))
+
+
+def _taken_away(result: Result) -> str:
+    """Which values the map, the curves, level and phase before have, where they are not those that G before has."""
+    alike = bool(result.before.names) or not result.named
+    return "" if alike else "; before, as on the map: what was named taken away, all other values as fitted"
 
 
 def _reasons(result: Result) -> PageTable:

@@ -5,17 +5,20 @@ channels tell, when all of them tell the same. A file whose last segment was cut
 """
 
 import io
+import logging
 import math
 from typing import Any
 
 import numpy as np
 from nptdms import TdmsFile
+from nptdms.log import log_manager
 
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.variable import Variable, unique
 
 TIME = "t"
+log_manager.set_level(logging.ERROR)  # what it warns of is refused here, in one line
 UNITS = {"volts": "V", "meters": "m", "newtons": "N", "seconds": "s"}  # as the maker's drivers write them
 
 

@@ -21,7 +21,7 @@ def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
     table = cache(lambda: _numbers(file, rows, names))
 
     def variable(index: int, name: str) -> Variable:
-        return Variable(name, (len(rows),), "column", lambda: table()[index])
+        return Variable(name, (len(rows),), "rows", lambda: table()[index])
 
     return unique(file, [variable(i, n) for i, n in enumerate(names)])
 

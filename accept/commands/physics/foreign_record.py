@@ -1,5 +1,6 @@
 """Records as other tools write them, for `accept frf`: units in headers, `;` and decimal commas, structures of
-Speedgoat and dSPACE, channels of any name, a sampling time from the command line. What was taken for what is said.
+Speedgoat, Simulink and dSPACE, channels of any name, a sampling time from the command line. What was taken for what is
+said.
 
 Only responses are estimated from these; a unit is judged from records that need no interpretation (`hw.records`).
 """
@@ -7,13 +8,13 @@ Only responses are estimated from these; a unit is judged from records that need
 import io
 import math
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from accept.commands.physics.foreign_structures import Column, vectors
 from accept.workflow.entry.units import UnitMismatch, factor
 from checks.arrays import Array
 from checks.errors import RecordError
@@ -24,17 +25,14 @@ from hw.records.vet import vet_channel, vet_time
 
 TIMES = ("t", "time", "time_s", "timestamp", "zeit")
 _HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*)\s*[\])]$")
+_DIGIT = re.compile(r"\d")
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
-_DEEPEST = 8  # structures within structures
+STEPS = ("ts", "dt", "sampletime", "sample_time")  # a single number of that name is the sampling time [s]
 _MOST = 400  # names of one file
 
 
-@dataclass(frozen=True, eq=False)
-class Column:
-    """values (N,) float64; unit: as the file says, "" where it says none."""
-
-    values: Array
-    unit: str = ""
+class Unreadable(RecordError):
+    """Nothing could be read from the file at all."""
 
 
 def foreign_record(
@@ -52,6 +50,12 @@ def foreign_record(
         raise RecordError(f"{source.file}: no channel '{input}'; use --map {input}=NAME. It holds {_listing(found)}")
     length = found[named[input]].values.size
     time = next((n for n in named if n.lower() in TIMES and found[named[n]].values.size == length), None)
+    if step_s is None and time is None:
+        step = next((n for n in named if n.lower() in STEPS and found[named[n]].values.size == 1), None)
+        step_s = None if step is None else float(_in_unit(source.file, step, found[named[step]], "s")[0])
+        clock = f"sampling time {step_s:g} s from '{named[step]}'" if step else ""
+    else:
+        clock = f"--ts {step_s:g} s" if step_s is not None else f"time from '{named[time]}'" if time else ""
     outputs = [n for n, there in named.items() if found[there].values.size == length and n not in (input, time)]
     if not outputs:
         raise RecordError(f"{source.file}: no output as long as '{input}' ({length}); it holds {_listing(found)}")
@@ -61,7 +65,6 @@ def foreign_record(
         vet_channel(source.file, name, units.get(name, ""), x, t)
         x.flags.writeable = False
     said = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
-    clock = f"--ts {step_s:g} s" if step_s else f"time from '{named[time]}'" if time else ""
     words = f"{source.file}: {said}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz"
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
 
@@ -81,34 +84,62 @@ def columns_of(source: Source) -> dict[str, Column]:
     except RecordError:
         raise
     except Exception as e:
-        raise RecordError(f"{source.file}: cannot be read: {type(e).__name__}: {e}") from e
+        raise Unreadable(f"{source.file}: cannot be read: {type(e).__name__}: {e}") from e
     if len(found) > _MOST:
         raise RecordError(f"{source.file}: holds {len(found)} vectors; at most {_MOST} are taken")
     return found
 
 
 def _text(source: Source) -> dict[str, Column]:
-    """A table with one header line; fields apart by `;`, tab or comma; with `;` or tab also decimal commas."""
-    lines = [line for line in source.raw.decode("utf-8-sig", "replace").splitlines() if line.strip()]
+    """A table with one header line, and maybe a line of units below it; fields apart by `;`, tab or comma; with `;` or
+    tab also decimal commas."""
+    if b"\0" in source.raw:
+        raise Unreadable(f"{source.file}: is not text")
+    lines = [line for line in _decoded(source.raw).splitlines() if line.strip()]
     if len(lines) < 2:
         raise RecordError(f"{source.file}: holds no rows below a header")
     apart = next((c for c in (";", "\t") if c in lines[0]), ",")
-    rows = lines[1:] if apart == "," else [_DECIMAL_COMMA.sub(".", line) for line in lines[1:]]
+    second = [field.strip(' "[]()') for field in lines[1].split(apart)]
+    units = second if not any(map(_DIGIT.search, second)) else []
+    body = lines[2:] if units else lines[1:]
+    rows = body if apart == "," else [_DECIMAL_COMMA.sub(".", line) for line in body]
+    heads = [h.strip().strip('"') for h in lines[0].split(apart)]
+    _vet_table(source.file, heads, [row.count(apart) + 1 for row in rows], apart)
     try:
         table = np.loadtxt(io.StringIO("\n".join(rows)), delimiter=apart, comments=None, ndmin=2)
     except ValueError as e:
         raise RecordError(f"{source.file}: {e}") from e
-    heads = [h.strip().strip('"') for h in lines[0].split(apart)]
-    if len(heads) != table.shape[1] or len(set(heads)) != len(heads):
-        raise RecordError(f"{source.file}: {len(heads)} names for {table.shape[1]} columns, or a name twice")
-    return {head: Column(np.ascontiguousarray(table[:, i]), _header_unit(head)) for i, head in enumerate(heads)}
+    said = units if len(units) == len(heads) else [""] * len(heads)
+    of = {head: _header_unit(head) or unit for head, unit in zip(heads, said, strict=True)}
+    return {head: Column(np.ascontiguousarray(table[:, i]), of[head]) for i, head in enumerate(heads)}
+
+
+def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> None:
+    """fields: their number in each row. Raises RecordError."""
+    if not fields:
+        raise RecordError(f"{file}: holds no numbers below its header")
+    if twice := next((h for h in heads if heads.count(h) > 1), None):
+        raise RecordError(f"{file}: two columns have the name '{twice}'")
+    for row, count in enumerate(fields):
+        if count == len(heads):
+            continue
+        hint = "; decimal commas need ';' between the fields" if apart == "," else ""
+        raise RecordError(f"{file}: row {row + 1} has {count} fields, the header has {len(heads)}{hint}")
+
+
+def _decoded(raw: bytes) -> str:
+    """UTF-8, else as Windows writes text in western Europe."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")
 
 
 def _matlab(source: Source) -> dict[str, Column]:
     from scipy.io import loadmat  # loads slowly: only when wanted
 
-    return dict(_walk("", {k: v for k, v in loadmat(io.BytesIO(source.raw), simplify_cells=True).items()
-                           if not k.startswith("__")}, 0))  # fmt: skip
+    found = loadmat(io.BytesIO(source.raw), simplify_cells=True)
+    return _named(source.file, vectors("", {k: v for k, v in found.items() if not k.startswith("__")}))
 
 
 def _hdf5(source: Source) -> dict[str, Column]:
@@ -117,34 +148,18 @@ def _hdf5(source: Source) -> dict[str, Column]:
     with h5py.File(io.BytesIO(source.raw), "r") as file:
         found: dict[str, Any] = {}
         file.visititems(lambda name, node: found.update({name: node[()]}) if isinstance(node, h5py.Dataset) else None)
-    return dict(_walk("", {name.replace("/", "."): value for name, value in found.items() if name[0] != "#"}, 0))
+    named = {name.replace("/", "."): value for name, value in found.items() if name[0] != "#"}
+    return _named(source.file, vectors("", named))
 
 
-def _walk(name: str, value: Any, depth: int) -> Iterator[tuple[str, Column]]:
-    """Vectors in structures. dSPACE: X.Data is the time of every entry of Y with its Name and Data. Speedgoat and
-    Simulink: a signal with Time and Data, or fields side by side."""
-    if depth > _DEEPEST:
-        return
-    if isinstance(value, Mapping):
-        if {"X", "Y"} <= set(value):
-            yield from _dspace(value)
-            return
-        for key, part in value.items():
-            yield from _walk(f"{name}.{key}" if name else str(key), part, depth + 1)
-    elif isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and sum(n > 1 for n in value.shape) == 1:
-        yield name, Column(np.asarray(value, dtype=np.float64).ravel())
-
-
-def _dspace(value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:
-    def entries(part: Any) -> list[Mapping[str, Any]]:
-        several = part if isinstance(part, list | np.ndarray) else [part]
-        return [entry for entry in several if isinstance(entry, Mapping) and "Data" in entry]
-
-    for axis in entries(value["X"])[:1]:
-        yield "t", Column(np.asarray(axis["Data"], dtype=np.float64).ravel(), "s")
-    for entry in entries(value["Y"]):
-        label = str(entry.get("Name", "")).strip('"')
-        yield label, Column(np.asarray(entry["Data"], dtype=np.float64).ravel(), str(entry.get("Unit", "") or ""))
+def _named(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
+    """By name. Raises RecordError for two vectors of one name: which is meant cannot be known."""
+    out: dict[str, Column] = {}
+    for name, column in found:
+        if name in out and column.values.size > 1:
+            raise RecordError(f"{file}: holds two signals named '{name}'")
+        out.setdefault(name, column)
+    return out
 
 
 def _find(file: str, wanted: str, found: Mapping[str, Column]) -> str:
@@ -198,5 +213,5 @@ def _unit(column: Column) -> str:
 
 
 def _listing(found: Mapping[str, Column]) -> str:
-    names = [f"{name} ({column.values.size})" for name, column in found.items()]
+    names = [f"{name} ({column.values.size})" for name, column in found.items() if column.values.size > 1]
     return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "") or "no vectors"

@@ -20,7 +20,7 @@ from rich.table import Table
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.physics.foreign_record import foreign_record
+from accept.commands.physics.foreign_record import Unreadable, foreign_record
 from accept.commands.physics.frf_options import Estimator, ResponseFiles, ResponseOptions
 from accept.pictures.formats import format_of
 from checks.declare import Series
@@ -108,8 +108,8 @@ def read_any(path: Path, input: str, channels: Mapping[str, str], step_s: float 
             first = e
         try:
             record, words = foreign_record(path, input, channels, step_s, UNITS)
-        except RecordError as e:
-            raise (e if "--map" in str(e) or "--ts" in str(e) else first) from e
+        except Unreadable as e:
+            raise first from e
     else:
         record, words = foreign_record(path, input, channels, step_s, UNITS)
     say(words)

@@ -140,8 +140,13 @@ class StepScreen(StepForm):
         chosen = field
         await self.app.push_screen(
             Pick(chosen.place.name, self.bench.records),
-            lambda path: self._give(chosen, str(path), repeat=False) if path else None,
+            lambda path: self._give(chosen, self._from_records(path), repeat=False) if path else None,
         )
+
+    def _from_records(self, path: Path) -> str:
+        """As it would be typed: the name alone where the file is in the folder of the records."""
+        records = self.bench.records
+        return str(path.relative_to(records) if path.is_relative_to(records) else path)
 
     async def action_read(self) -> None:
         """Take the instrument's value into the line; what is saved there already is replaced only when asked twice."""
@@ -242,6 +247,6 @@ class StepScreen(StepForm):
     def more_help(self) -> list[str]:
         return [
             "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument, F4 "
-            "takes one more reading of the same value: the mean counts, the scatter is shown. A value that may be a "
-            "slip of the point or of the unit is asked about: F9 keeps it.\n"
+            "takes one more reading of the same value: the mean counts, the scatter is shown. If the decimal "
+            "point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
         ]

@@ -92,6 +92,9 @@ class Field(Vertical):
         """Show what is saved for this place."""
         words = stored_words(self.place, self._step, state)
         self._put(".stored", f"{SAVED} {words}" if words else "")
+        self.set_class(bool(words), "has-stored")
+        for line in self.query(Input):
+            line.placeholder = "" if words and self.place.is_file else self.place.hint  # the name takes its room
 
     def send(self) -> None:
         """What was typed is on its way: the line is free, and the next key is not of this entry."""
@@ -118,7 +121,10 @@ class Field(Vertical):
 
     def _back(self, text: str) -> None:
         for line in self.query(Input):
-            line.value = line.value or text
+            if not line.value:
+                line.value = text
+                if line.has_focus:
+                    line.select_all()  # what is typed next replaces it
 
     def _reason(self, words: str, kind: str) -> None:
         self._put(".reason", words)

@@ -3,6 +3,7 @@
 import asyncio
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.pilot import Pilot
-from textual.widgets import Input
+from textual.widgets import DataTable, Input, Static
 
 from accept.store import Store, open_store
 from accept.tui.widgets.fields import Field
@@ -128,6 +129,24 @@ async def test_what_is_refused_in_the_only_field_is_replaced_by_what_is_typed_ne
         await begin(pilot)
         await press(pilot, "down", "down", "enter", *"abc", "enter", *"365", "enter")
     assert [e["value"] for e in stored("APA-02")] == [365]
+
+
+async def test_a_file_that_is_refused_is_replaced_by_the_name_that_is_typed_next(tmp_path: Path):
+    (tmp_path / "bad.csv").write_text("x_mm,y_mm\n1,2\n")
+    points = "x_mm,y_mm,z_um\n0,0,0\n10,0,1\n10,10,-1\n0,10,1\n20,0,0\n30,0,1\n30,10,0\n20,10,1\n"
+    (tmp_path / "good.csv").write_text(points)
+    async with running(loader(records=tmp_path)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter", "f6", "f2")
+        names = [str(key.value) for key in pilot.app.screen.query_one(DataTable).rows]
+        await press(pilot, *["down"] * names.index("f:bad.csv"), "enter")
+        field = pilot.app.screen.query_one(Field)
+        assert field.input.value == "bad.csv"  # as it would be typed, without the folder
+        assert "it has x_mm (1 rows)" in str(field.query_one(".reason", Static).render())
+        await press(pilot, *"good.csv", "enter")  # the refused name is selected
+        assert pilot.app.screen.complete
+        assert "good.csv" in str(field.query_one(".stored", Static).render())
+        assert not field.input.placeholder  # its room is the name's
 
 
 async def test_all_heights_at_once_are_asked_about_together():
