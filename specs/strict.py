@@ -65,4 +65,6 @@ def problem_line(problem: Mapping[str, Any]) -> str:
     got = "" if isinstance(shown, dict) or problem["type"] == "value_error" else f" (got {shown!r})"
     if problem["type"] == "extra_forbidden":
         words, got = "unknown key", ""
+    elif problem["type"] == "missing":
+        words, got = "is missing", ""
     return f"[{key}] {words}{got}"

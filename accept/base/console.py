@@ -87,7 +87,7 @@ def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
             say(f"accept: {_too_large()}")
             return Exit.BAD_INPUT
         except KeyboardInterrupt:
-            say("accept: stopped; finished units are stored; run the command again to continue")
+            say("accept: stopped; what is finished is kept; run the command again to continue")
             return Exit.STOPPED
 
     return run

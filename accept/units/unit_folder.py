@@ -1,9 +1,10 @@
 """Reads a unit folder: `unit.toml`, strictly, by what the checks declare. `LoadedUnit` reads the files it names."""
 
+import difflib
 import hashlib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -92,7 +93,7 @@ def read(folder: Path) -> UnitFolder:
     """Unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
     if not folder.is_dir():
-        raise UnitError(folder, [f"{'is a file' if folder.exists() else 'there is nothing'}; expected a unit folder"])
+        raise UnitError(folder, [f"{'is a file' if folder.exists() else 'does not exist'}; expected a unit folder"])
     text = _read_text(path)
     try:
         data = tomllib.loads(text.decode("utf-8-sig"))  # editors on Windows put a mark in front
@@ -130,7 +131,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
             continue
         if name not in CHECKS or CHECKS[name].reads != name:
             known = ", ".join(own for own, check in CHECKS.items() if check.reads == own)
-            problems.append(f"[{name}] unknown section or key (known: {known})")
+            problems.append(f"[{name}] unknown section or key{_meant(name, CHECKS)} (known: {known})")
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
@@ -149,11 +150,19 @@ def serial_problem(serial: str) -> str | None:
     return None
 
 
+def _meant(name: str, known: Iterable[str]) -> str:
+    """`; did you mean 'stroke'?` where one of the known names is near."""
+    near = difflib.get_close_matches(name, list(known), 1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:
     known = check.inputs
     unknown = [key for key in content if key not in known]
     if unknown:
-        problems.extend(f"[{check.name}] {k}: unknown key (known: {', '.join(known)})" for k in unknown)
+        problems.extend(
+            f"[{check.name}] {k}: unknown key{_meant(k, known)} (known: {', '.join(known)})" for k in unknown
+        )
         return UnitSection(check, {})
     if _form_of(check, set(content)) is None:
         ways = " or ".join(f"{{{', '.join(i.name for i in form.inputs)}}}" for form in check.forms)

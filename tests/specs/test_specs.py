@@ -45,7 +45,7 @@ def test_a_good_spec_loads(tmp_path: Path) -> None:
     ("old", "new", "key", "words"),
     [
         ('rule = "guarded"', 'rule = "lenient"', "checks.capacitance.limits.sensor_uF.rule", "simple"),
-        ('source = "me"', "", "checks.capacitance.limits.sensor_uF.source", "required"),
+        ('source = "me"', "", "checks.capacitance.limits.sensor_uF.source", "is missing"),
         ('source = "me"', 'source = ""', "checks.capacitance.limits.sensor_uF.source", "at least 1"),
         ('unit = "uF"', 'unit = "F"', "checks.capacitance.limits", "expected 'uF'"),
         ("lower = 4.4", "lower = 6.0", "checks.capacitance.limits.sensor_uF", "not below"),

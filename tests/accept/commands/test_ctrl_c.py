@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -16,6 +17,7 @@ from accept.base.exit_codes import Exit
 from accept.cli.main import app
 from accept.simulate.published_units import write_units
 from tests.accept.tui.terminal import TIMEOUT_S
+from tests.conftest import DATA
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are of Unix")
 
@@ -43,3 +45,40 @@ def test_a_batch_that_is_stopped_keeps_what_is_finished_and_goes_on(tmp_path: Pa
     assert again.exit_code == Exit.REJECTED, again.stderr  # one of the published units has a dead stack
     assert len(json.loads((out / "results.json").read_text())["units"]) == 4
     assert certificate.read_bytes() == kept
+
+
+def stopped(first: str, *command: str) -> str:
+    """What the program says on stderr when it is stopped as soon as a line of it begins with `first`."""
+    run = subprocess.Popen(
+        [sys.executable, "-m", "accept", *command],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
+    next(line for line in run.stderr if line.startswith(first))
+    os.killpg(run.pid, signal.SIGINT)
+    said = run.communicate(timeout=TIMEOUT_S)[1]
+    assert run.returncode == Exit.STOPPED, said
+    assert "Traceback" not in said
+    return said
+
+
+@pytest.mark.slow
+@pytest.mark.needs_data
+def test_a_gap_analysis_that_is_stopped_leaves_nothing(tmp_path: Path) -> None:
+    said = stopped("S-05: calibrating", "gap", str(DATA / "units" / "S-05"), "--out", str(tmp_path / "out"))
+    assert said.splitlines()[-1].startswith("accept: stopped; ")
+    assert not [path for path in (tmp_path / "out").rglob("*") if path.is_file()]
+
+
+@pytest.mark.slow
+def test_a_table_that_is_stopped_has_only_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
+    said = stopped("strut:", "lookup", "build", "--model", "strut", "--nx", "25", "--ny", "25", "--workers", "1")
+    assert said.splitlines()[-1].startswith("accept: stopped; ")
+    kept = [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".log"]
+    for row in kept:
+        assert row.suffix == ".npz"  # no file that is half written, no table that lacks rows
+        with np.load(row) as whole:
+            assert all(np.isfinite(whole[name]).all() for name in whole.files if whole[name].dtype.kind in "fc")

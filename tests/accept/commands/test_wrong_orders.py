@@ -42,7 +42,7 @@ def test_a_place_that_cannot_be_written_is_said_first(unit: Path, tmp_path: Path
 
 def test_a_unit_is_a_folder(unit: Path, tmp_path: Path) -> None:
     assert "is a file; expected a unit folder" in refused("misalign", unit / "unit.toml")
-    assert "there is nothing; expected a unit folder" in refused("report", tmp_path / "no", "--out", tmp_path / "x.pdf")
+    assert "does not exist; expected a unit folder" in refused("report", tmp_path / "no", "--out", tmp_path / "x.pdf")
 
 
 def test_a_failed_write_names_the_file_that_was_asked_for(tmp_path: Path) -> None:

@@ -50,7 +50,7 @@ def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
         ("sensor_uF = 5.10", "sensor_uF = [5.1]", ["[capacitance] sensor_uF", "number in uF"]),
         ("stroke_um = 373.2", 'stroke_um = 373.2\none_stack = "a.mat"', ["[stroke]", "mixes"]),
         ("[stroke]\nstroke_um = 373.2", "stroke = 373.2", ["unknown key"]),
-        ("[stroke]", "[strok]", ["[strok] unknown section", "stroke"]),
+        ("[stroke]", "[strok]", ["[strok] unknown section", "did you mean 'stroke'?"]),
         ("[flatness]\nz_um = [0, -0.5,", '[flatness]\nz_um = [0, "-0.5",', ["[flatness] z_um", "list of 8 numbers"]),
         ("[capacitance]", "[parts]\napa = 3\n[capacitance]", ["[parts] apa = 3", "text"]),
     ],
