@@ -146,13 +146,16 @@ class Pick(Working[Path | None]):
         table, now = self.query_one(DataTable), datetime.now().timestamp()
         before = self._here()
         table.clear()
-        for entry in listing.files:
-            new = "" if entry.name in self._first else "  ← new"
+        names = [f"{entry.name}{'' if entry.name in self._first else '  ← new'}" for entry in listing.files]
+        folders = [f"{name}/" for name in ("..", *listing.folders)]
+        column = table.ordered_columns[0]  # left to itself it shows cut names until the program has nothing to do
+        column.auto_width, column.width = False, max(map(len, ("file", *names, *folders)))
+        for name, entry in zip(names, listing.files, strict=True):
             kind = TYPES[Path(entry.name).suffix.lower()]
             cells = (age_words(entry.mtime, now), size_words(entry.size), kind)
-            table.add_row(Text(f"{entry.name}{new}"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}")
-        for name in ("..", *listing.folders):
-            table.add_row(Text(f"{name}/"), "", "", Text("folder", "dim"), key=f"d:{name}")
+            table.add_row(Text(name), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}")
+        for folder in folders:
+            table.add_row(Text(folder), "", "", Text("folder", "dim"), key=f"d:{folder[:-1]}")
         keys = [str(row.value) for row in table.rows]
         table.move_cursor(row=keys.index(before) if before in keys else 0)
 
