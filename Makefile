@@ -16,6 +16,9 @@ demo: $(STAMP)
 test: $(DEV)
 	$(MAKE) --no-print-directory --jobs 2 tests lint
 
+# Tests start hundreds of programs: what one of them has compiled, the others read, whatever the environment says.
+tests quick soak coverage: export PYTHONDONTWRITEBYTECODE :=
+
 tests: $(DEV)
 	$(BIN)/python -m pytest -n 3 --dist worksteal
 

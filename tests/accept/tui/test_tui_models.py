@@ -14,7 +14,7 @@ from accept.simulate import UnitRequest, simulate
 from accept.tui.screens.gap import answer
 from accept.units import unit_folder
 from accept.workflow import certify
-from accept.workflow.bench import Begun, open_bench
+from accept.workflow.bench import Begun
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.worker import panel_cache
@@ -44,12 +44,12 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def begun(records: Path) -> Iterator[Session]:
     """The strut, its records taken, in the bench's own store."""
-    bench = open_bench("strut", folder=records)
+    bench = loader("strut", folder=records)()
     session, problems = bench.open_unit(Begun("ST-01", "strut", "Ann"))
     assert problems == []
     yield session
     session.close()
-    bench.close()
+    bench.store.close()
 
 
 async def to_steps(pilot) -> None:

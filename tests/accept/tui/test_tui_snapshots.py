@@ -17,7 +17,7 @@ from textual.widgets import DataTable, Input
 
 from accept.base.version import code_sha256
 from accept.judging.judge_unit import load_spec
-from accept.workflow.bench import Begun, Workbench, open_bench
+from accept.workflow.bench import Begun, Workbench
 from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import entries
@@ -26,7 +26,7 @@ from accept.workflow.worker.judging import Explained
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from hw.records import write_csv
-from tests.accept.tui.tui_help import HEIGHTS, NARROW, WIDE, press, running, shown, type_line, words
+from tests.accept.tui.tui_help import HEIGHTS, NARROW, WIDE, loader, press, running, shown, type_line, words
 from tests.checks.gap.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
 
@@ -60,12 +60,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def apa() -> Workbench:
-    return replace(open_bench("apa-basic", RECORDS), instruments=METER)
+    return replace(loader("apa-basic", RECORDS)(), instruments=METER)
 
 
 def strut() -> Workbench:
     """With a strut whose responses are taken, and judged already where a model takes part."""
-    bench = open_bench("strut", RECORDS)
+    bench = loader("strut", RECORDS)()
     session, _ = bench.open_unit(Begun("ST-01", "strut", "Ann"))
     for name in ("low", "high"):
         session.link("frf", session.step("frf").check.inputs[name], RECORDS / "frf.csv")

@@ -10,17 +10,29 @@ from pathlib import Path
 
 import pytest
 
+from accept.workflow.worker import process
 from accept.workflow.worker.process import Broken, NotDone, Work, WorkerProcess
 from tests.accept.batch.killing import TIMEOUT_S, gone, until
 from tests.accept.workflow import worker_orders as work
 
+WITHOUT_PHYSICS = """
+import sys, types
+sys.modules["accept.workflow.worker.judging"] = types.ModuleType("judging")
+from accept.workflow.worker.main import main
+main()
+"""
+
 
 @pytest.fixture(scope="module")
 def worker() -> Iterator[WorkerProcess]:
-    """One for all: what one test leaves of it, a process or none, is what the next work finds at a bench."""
-    started = WorkerProcess()
-    yield started
-    started.close()
+    """One for all: what one test leaves of it, a process or none, is what the next work finds at a bench. It is begun
+    a dozen times, and no work here needs the physics, which take a second each time; the last test and the screens'
+    begin it whole."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(process, "COMMAND", (sys.executable, "-c", WITHOUT_PHYSICS))
+        started = WorkerProcess()
+        yield started
+        started.close()
 
 
 def test_the_answer_comes_back_with_what_was_said(worker: WorkerProcess):

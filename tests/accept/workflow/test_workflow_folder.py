@@ -18,6 +18,7 @@ from accept.workflow.bench import Begun, open_bench
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import fold_run
 from accept.workflow.status import Status
+from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
 from hw.records import write_csv
 from tests.accept.workflow.test_workflow import fill, take
@@ -47,6 +48,12 @@ def folder(tmp_path: Path) -> Path:
     write_csv(place / "heights.csv", heights)
     (place / "unit.toml").write_text(tomlkit.dumps(UNIT))
     return place
+
+
+@pytest.fixture(autouse=True)
+def judged_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test here judges in the other process: none is started."""
+    monkeypatch.setattr(WorkerProcess, "warm", lambda self: None)
 
 
 def opened(folder: Path | None, reason: str | None = None) -> tuple[Session, list[str]]:
