@@ -12,6 +12,7 @@ from hw.serial_port import DamagedCharacter, Port, cause, open_serial, why_not_o
 
 Clock = Callable[[], float]
 
+_ENDS = {b"\r\n": "CR LF", b"\r": "CR", b"\n": "LF"}
 MAX_LINE = 200  # no reply of any of these instruments is half as long
 MAX_TRAFFIC = 200_000  # entries that nobody took; a stroke, the longest run, has some 10,000
 MAX_DISCARDED = 100_000  # a line that never falls silent is said to be one
@@ -97,7 +98,7 @@ class Link:
             if len(self._pending) >= limit:
                 came = self._take(len(self._pending))
                 raise Garbled(f"{self.settings}: {len(came)} bytes without {end!r}: {came[:40]!r}...")
-            self._more(deadline, f"ending in {end!r}")
+            self._more(deadline, f"ending in {_ENDS.get(end, _text(end))}")
 
     def read_exactly(self, count: int, deadline: Deadline) -> bytes:
         """That many bytes. Raises NoReply with what came when the deadline passes, Unplugged."""
@@ -158,7 +159,7 @@ class Link:
     def _more(self, deadline: Deadline, expected: str) -> None:
         if deadline.left <= 0:
             came = self._take(len(self._pending))
-            what = f"only {came!r}" if came else "nothing"
+            what = f"only {_text(came)}" if came else "nothing"
             raise NoReply(f"{self.settings}: {what} came in time, expected a reply {expected}")
         self._look()
 
@@ -204,3 +205,8 @@ class Link:
             words = f"{MAX_TRAFFIC // 2} entries before this were never taken and are gone"
             self._traffic.insert(0, Traffic(time.time(), "note", words.encode()))
         self._traffic.append(Traffic(time.time(), way, data))
+
+
+def _text(data: bytes) -> str:
+    """As a person reads it: quoted, what cannot be printed as its code."""
+    return repr(data)[1:]

@@ -186,7 +186,7 @@ def test_silence_says_what_to_look_at():
 
 
 def test_half_a_line_is_no_reading():
-    with dialogue(*START, (b"?\r", b"0.365m")) as link, pytest.raises(NoReply, match=r"only b'0\.365m'"):
+    with dialogue(*START, (b"?\r", b"0.365m")) as link, pytest.raises(NoReply, match=r"only '0\.365m'"):
         optorsd(link).read()
 
 
