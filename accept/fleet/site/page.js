@@ -4,11 +4,12 @@ const F = window.FLEET, $ = (id) => document.getElementById(id);
 const COLUMNS = ["serial", "kind", "attempt", "time", "operator", "bench", "spec", "verdict", "causes"];
 const Q = F.finding.indexOf("quantity"), V = F.finding.indexOf("value"), R = F.finding.indexOf("verdict");
 const LO = F.finding.indexOf("lower"), HI = F.finding.indexOf("upper"), U = F.finding.indexOf("U");
-const state = { sort: "time", down: true, shown: 100 };
+const state = { sort: "time", down: true, shown: 100, dark: false, printing: false };
+const PAPER_PX = 680; // the plots' width on a sheet of A4
 const last = new Map();
 for (const j of F.judgements) {
   j.causes = j.findings.filter((f) => f[R] !== "pass").map((f) => f[Q]).join(", ");
-  j.text = [j.serial, j.operator, j.bench, j.causes, ...j.notes].join(" ").toLowerCase();
+  j.text = [j.serial, j.operator, j.bench, j.causes, ...j.findings.filter((f) => f[R] !== "pass").map((f) => F.labels[f[Q]]), ...j.notes].join(" ").toLowerCase();
   last.set(j.serial, j);
 }
 
@@ -18,11 +19,17 @@ function node(tag, text, cls) {
   if (cls) made.className = cls;
   return made;
 }
+function label(name) { return `${F.labels[name]} (${name})`; }
+function said(verdict) { return verdict.replace("_", " "); }
+function limits(f) {
+  if (f[LO] !== null && f[HI] !== null) return `${number(f[LO])} to ${number(f[HI])}`;
+  return f[LO] !== null ? `at least ${number(f[LO])}` : f[HI] !== null ? `at most ${number(f[HI])}` : "-";
+}
 function number(v) { return v === null || v === undefined ? "-" : Number(v.toPrecision(6)).toString(); }
 function css(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
 
-function fill(id, values) {
-  for (const v of [...new Set(values)].sort()) { const o = node("option", v); o.value = v; $(id).append(o); }
+function fill(id, values, words) {
+  for (const v of [...new Set(values)].sort()) { const o = node("option", words ? words(v) : v); o.value = v; $(id).append(o); }
 }
 function chosen() {
   const words = $("search").value.toLowerCase().trim();
@@ -41,7 +48,7 @@ function layout(more) {
   const axis = { gridcolor: css("--line"), zerolinecolor: css("--line"), linecolor: css("--quiet"), automargin: true };
   const given = more || {};
   return { ...given, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: css("--ink"), size: 13 },
-    margin: { l: 60, r: 20, t: 10, b: 45 }, height: 340, hovermode: given.hovermode || "closest",
+    margin: { l: 60, r: 20, t: 10, b: 45 }, height: 340, width: state.printing ? PAPER_PX : undefined, hovermode: given.hovermode || "closest",
     xaxis: { ...axis, ...given.xaxis }, yaxis: { ...axis, ...given.yaxis } };
 }
 function plot(id, traces, more) {
@@ -66,7 +73,7 @@ function drawYield(first) {
 function drawCauses(first) {
   const counts = new Map();
   for (const j of first) for (const f of j.findings) if (f[R] !== "pass") {
-    const key = `${f[Q]} (${f[R].replace("_", " ")})`; counts.set(key, (counts.get(key) || 0) + 1);
+    const key = `${F.labels[f[Q]]} (${said(f[R])})`; counts.set(key, (counts.get(key) || 0) + 1);
   }
   const rows = [...counts].sort((a, b) => b[1] - a[1]).slice(0, 20).reverse();
   plot("causes-plot", rows.length ? [{ type: "bar", orientation: "h", y: rows.map((r) => r[0]), x: rows.map((r) => r[1]),
@@ -91,7 +98,7 @@ function drawTrend(first) {
     marker: { size: 7, color: rows.map((r) => (r[1][R] === "pass" ? css("--accent") : css("--bad"))) },
     customdata: rows.map((r) => r[0].serial), text: rows.map((r) => `${r[0].serial}, ${r[0].time.slice(0, 10)}, ${r[0].bench}`),
     hovertemplate: "%{text}<br>%{y}<extra></extra>" }] : [],
-    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: `${name} [${F.quantities[name]}]` } } });
+    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: `${F.labels[name]} [${F.quantities[name]}]` } } });
 }
 function drawCurves(rows) {
   const serials = new Set(rows.map((j) => j.serial)), all = F.curves[$("picture").value] || [];
@@ -113,11 +120,12 @@ function drawTable(rows) {
   const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
   for (const j of sorted.slice(0, state.shown)) {
     const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
-    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : j[c], c === "verdict" ? j.verdict : ""));
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : j[c], c === "verdict" ? j.verdict : c));
     fresh.append(row);
   }
   body.replaceChildren(fresh);
   $("more").hidden = sorted.length <= state.shown;
+  $("left").textContent = sorted.length > state.shown ? `${state.shown} of ${sorted.length} judgements` : "";
 }
 function show(serial) {
   const body = $("detail-body"); body.replaceChildren(node("h2", serial));
@@ -129,8 +137,8 @@ function show(serial) {
     table.append(top);
     for (const f of j.findings) {
       const row = node("tr"), unit = F.quantities[f[Q]];
-      row.append(node("td", f[Q]), node("td", `${number(f[V])} ${unit}`), node("td", number(f[U])),
-        node("td", `${number(f[LO])} to ${number(f[HI])}`), node("td", f[R], f[R]), node("td", f[F.finding.indexOf("reason")] || ""));
+      row.append(node("td", label(f[Q])), node("td", f[V] === null ? "-" : `${number(f[V])} ${unit}`), node("td", number(f[U])),
+        node("td", limits(f)), node("td", said(f[R]), f[R]), node("td", f[F.finding.indexOf("reason")] || ""));
       table.append(row);
     }
     body.append(table);
@@ -141,21 +149,31 @@ function show(serial) {
 }
 function close() { $("detail").hidden = true; history.replaceState(null, "", "#units"); }
 let timer;
+function pictures(rows) {
+  const first = rows.filter((j) => j.attempt === 1);
+  drawYield(first); drawCauses(first); drawTrend(first); drawCurves(rows); drawGap(rows);
+}
+function colours() { document.documentElement.classList.toggle("dark", state.dark && !state.printing); }
+function paper(on) { // dark ink on white, as wide as the sheet
+  state.printing = on; colours();
+  for (const at of document.querySelectorAll(".plot")) Plotly.purge(at); // a plot that is only drawn again keeps its width
+  pictures(chosen());
+}
 function draw() {
-  const rows = chosen(), first = rows.filter((j) => j.attempt === 1);
+  const rows = chosen();
   const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
   $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted`;
   drawTable(rows);
   clearTimeout(timer); // the table answers at once; the pictures follow
-  timer = setTimeout(() => { drawYield(first); drawCauses(first); drawTrend(first); drawCurves(rows); drawGap(rows); document.body.dataset.drawn = rows.length; }, 0);
+  timer = setTimeout(() => { pictures(rows); document.body.dataset.drawn = rows.length; }, 0);
 }
 for (const id of ["kind", "bench", "operator"]) fill(id, F.judgements.map((j) => j[id]));
 fill("verdict", F.judgements.map((j) => j.verdict));
-fill("quantity", Object.keys(F.quantities));
+fill("quantity", Object.keys(F.quantities), label);
 fill("picture", Object.keys(F.curves));
-$("curves").hidden = !Object.keys(F.curves).length;
+for (const part of document.querySelectorAll("#curves, nav a[href='#curves']")) part.hidden = !Object.keys(F.curves).length;
 for (const c of COLUMNS) {
-  const th = node("th"), b = node("button", c); b.type = "button";
+  const th = node("th"), b = node("button", c === "time" ? "time (UTC)" : c); b.type = "button";
   b.addEventListener("click", () => { state.down = state.sort === c ? !state.down : false; state.sort = c; draw(); });
   th.append(b); $("table").tHead.rows[0].append(th);
 }
@@ -164,7 +182,9 @@ for (const id of ["quantity", "picture"]) $(id).addEventListener("input", draw);
 $("reset").addEventListener("click", () => { for (const id of ["search", "kind", "verdict", "bench", "operator", "from", "to"]) $(id).value = ""; draw(); });
 $("more").addEventListener("click", () => { state.shown += 200; draw(); });
 $("close").addEventListener("click", close);
-$("theme").addEventListener("click", () => { document.documentElement.classList.toggle("dark"); draw(); });
+$("theme").addEventListener("click", () => { state.dark = !state.dark; colours(); draw(); });
+addEventListener("beforeprint", () => paper(true));
+addEventListener("afterprint", () => paper(false));
 $("table").addEventListener("click", (e) => { const row = e.target.closest("tr[data-serial]"); if (row) show(row.dataset.serial); });
 document.addEventListener("keydown", (e) => {
   const row = document.activeElement.closest && document.activeElement.closest("tr[data-serial]");
@@ -174,7 +194,8 @@ document.addEventListener("keydown", (e) => {
   else if (row && e.key === "ArrowDown" && row.nextSibling) { e.preventDefault(); row.nextSibling.focus(); }
   else if (row && e.key === "ArrowUp" && row.previousSibling) { e.preventDefault(); row.previousSibling.focus(); }
 });
-if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
+state.dark = matchMedia("(prefers-color-scheme: dark)").matches;
+colours();
 draw();
 const asked = decodeURIComponent(location.hash.slice(1));
 if (asked.startsWith("unit=") && last.has(asked.slice(5))) show(asked.slice(5));

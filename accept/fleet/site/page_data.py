@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from accept.fleet.measurements import bench_of
+from accept.pictures.labels import label_of
 from accept.store import Event
 from checks.picture import Line, Panel
 
@@ -16,7 +17,7 @@ SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
     """judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`;
-    quantities: name -> unit; curves: title -> [{serial, x, y}] with the axes' labels."""
+    quantities: name -> unit; labels: name -> words; curves: title -> [{serial, x, y}] with the axes' labels."""
     judgements: list[dict[str, Any]] = []
     attempts: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -39,7 +40,14 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
                 "gap": _gap(result.get("gap")),
             }
         )
-    return {"finding": FINDING, "quantities": units, "judgements": judgements, "curves": dict(curves)}
+    labels = {name: label_of(name) for name in units}
+    return {
+        "finding": FINDING,
+        "quantities": units,
+        "labels": labels,
+        "judgements": judgements,
+        "curves": dict(curves),
+    }
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:

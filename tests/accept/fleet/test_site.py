@@ -1,5 +1,6 @@
 """The page of the fleet in a real Chromium, from a file: 2,000 units, offline, and nothing of a unit runs."""
 
+import datetime
 import json
 import os
 import re
@@ -13,12 +14,14 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.fleet.site.page_data import curves, document, script
 from accept.fleet.site.write_site import write_site
+from accept.pictures.labels import label_of
 from accept.store import open_store
 from checks.picture import Line, Panel
 from tests.accept.fleet.judgements import add, judgement
 from tests.conftest import CHROMIUM
 from tests.soak import SOAK
 
+LONG_AGO = datetime.datetime(2020, 5, 4, tzinfo=datetime.UTC)
 ARGUMENTS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
@@ -94,22 +97,32 @@ def test_filters_search_and_keys(page, tmp_path):
     fill(60)
     with open_store() as store:
         add(store, [judgement("LAST", {"sensor_uF": 1.7}, "bench-9")], who="Bob")
+        add(store, [judgement("OLD", {"sensor_uF": None})], who="Eve", at=LONG_AGO)
     page.goto(written(tmp_path).as_uri())
-    drawn(page, 61)
-    assert "61 units" in page.text_content("#summary")
+    drawn(page, 62)
+    assert "62 units" in page.text_content("#summary")
     page.keyboard.press("/")
     page.keyboard.type("last")
     drawn(page, 1)
     page.fill("#search", "")
-    page.select_option("#bench", "bench-9")
+    for name, value, units in (("bench", "bench-9", 1), ("operator", "Eve", 1), ("verdict", "incomplete", 1)):
+        page.select_option(f"#{name}", value)
+        drawn(page, units)
+        page.click("#reset")
+        drawn(page, 62)
+    page.fill("#to", "2020-05-04")
     drawn(page, 1)
+    assert page.text_content("#table tbody td") == "OLD"
     page.click("#reset")
-    drawn(page, 61)
+    drawn(page, 62)
     page.fill("#from", "2999-01-01")
     drawn(page, 0)
     assert "Nothing to show" in page.text_content("#yield-plot")
     page.click("#reset")
-    drawn(page, 61)
+    drawn(page, 62)
+    for name in ("stroke_um", "sensor_uF"):
+        page.select_option("#quantity", name)
+        until(page, "document.getElementById('trend-plot').layout.yaxis.title.text", f"{label_of(name)} [{name[-2:]}]")
     page.click("th button >> text=serial")
     page.locator("#table tbody tr").first.focus()
     page.keyboard.press("Enter")
@@ -120,8 +133,29 @@ def test_filters_search_and_keys(page, tmp_path):
     before = page.evaluate("getComputedStyle(document.body).backgroundColor")
     page.click("#theme")
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") != before
-    for link in page.locator("nav a").all():
-        assert page.locator(link.get_attribute("href")).count() == 1
+    assert page.locator("nav a[href='#curves']").is_hidden()  # no curves were named, so there is nothing to go to
+    for link in page.locator("nav a:visible").all():
+        link.click()
+        assert page.locator(link.get_attribute("href")).is_visible()
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_paper_is_white_and_no_wider_than_a_sheet(page, tmp_path):
+    """Printed from the dark page: dark ink, plots within A4's 186 mm, and the screen as it was afterwards."""
+    fill(20)
+    page.emulate_media(color_scheme="dark")
+    page.goto(written(tmp_path).as_uri())
+    drawn(page, 20)
+    look = "(d => [d.layout.font.color, d._fullLayout.width])(document.getElementById('trend-plot'))"
+    before = page.evaluate(look)
+    page.evaluate("window.seen = []")
+    page.evaluate(f"addEventListener('beforeprint', () => seen.push({look}))")
+    page.pdf(path=tmp_path / "page.pdf", format="A4")
+    (printed,) = page.evaluate("seen")
+    assert printed[0] == "#1b1f24"
+    assert printed[1] <= 186 / 25.4 * 96
+    until(page, look, before)
 
 
 @pytest.mark.browser
