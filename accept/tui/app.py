@@ -103,7 +103,7 @@ class BenchApp(App[None]):
             keys = "\n".join(
                 f"  {self.get_key_display(b.binding):<12}{b.binding.description}"
                 for b in screen.active_bindings.values()
-                if b.binding.description and b.binding.show
+                if b.binding.description and (b.binding.show or b.node is screen)
             )
             told = getattr(screen, "help_text", None)
             words = told() if callable(told) else "Enter goes on, Esc goes back."

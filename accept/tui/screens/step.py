@@ -27,10 +27,11 @@ class StepScreen(StepForm):
         Binding("f3", "read", "Read", priority=True),
         Binding("f4", "repeat", "Repeat", priority=True),
         Binding("f5", "note", "Note", priority=True),
-        Binding("f6", "way", "Input", priority=True),
+        # F6 and F9 stand beside the fields: in the footer they would push "Back" off 80 columns.
+        Binding("f6", "way", "Input", priority=True, show=False),
         Binding("f7", "picture", "Plots", priority=True),
         Binding("f8", "measure_again", "Again", priority=True),
-        Binding("f9", "keep", "Keep", priority=True),
+        Binding("f9", "keep", "Keep", priority=True, show=False),
         Binding("ctrl+z", "undo", "Undo", priority=True),
         Binding("up", "line(-1)", show=False, priority=True),
         Binding("down", "line(1)", show=False, priority=True),

@@ -5,7 +5,7 @@ import errno
 from pathlib import Path
 
 import pytest
-from textual.widgets import DataTable, Input, Label
+from textual.widgets import DataTable, Input, Label, Static
 
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
@@ -13,6 +13,7 @@ from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
+from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.fields import Field
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import fold_run
@@ -329,9 +330,19 @@ async def test_help_on_every_screen():
         for keys in (["f1"], ["enter", "f1"]):
             await press(pilot, *keys)
             assert screen(pilot) == "Help"
+            told = "\n".join(str(part.render()) for part in pilot.app.screen.query(Static))
+            assert ("f6          Input" in told) == (len(keys) == 2)  # not in the footer, and here nevertheless
             await press(pilot, "escape")
         await press(pilot, "escape", "s", "f1")
         assert screen(pilot) == "Help"
+
+
+def test_all_keys_of_a_step_fit_into_80_columns():
+    """The last of them is the way back."""
+    keys = [b for b in StepScreen.BINDINGS if b.show]
+    shown = [("f1", "Help"), *((b.key.replace("ctrl+", "^").replace("escape", "esc"), b.description) for b in keys)]
+    assert shown[-1] == ("esc", "Back")
+    assert len(" ".join(f"{key} {words}" for key, words in shown)) <= 80
 
 
 async def test_the_operator_and_the_serial_come_from_the_command_line():

@@ -27,9 +27,7 @@ APART = WorkerProcess()  # one for all tests of a process: to start it takes lon
 atexit.register(APART.close)
 
 
-def loader(
-    spec: str = "apa-basic", records: Path | None = None, folder: Path | None = None
-) -> Callable[[], Workbench]:
+def loader(spec: str = "apa-basic", records: Path | None = None, folder: Path | None = None) -> Callable[[], Workbench]:
     return lambda: replace(open_bench(spec, records, folder=folder), worker=APART)
 
 
