@@ -110,7 +110,7 @@ def main(units: int) -> None:
             else:
                 took, seen = batch(place / "units", place / "all", cluster)
                 print(f"{units} units in {took:.0f} s; memory at every 500th: ", *(f"{m:.0f}" for m in seen), "MB")
-                print(growth(seen))
+                print(f"{growth(seen)}; {resident_MB():.0f} MB when the results were written")
             cluster.close()
             local.close()
         print(f"two workers {times[1] / times[2]:.2f} times one (at least 1.7 on two idle cores)")
