@@ -47,15 +47,15 @@ class Segments:
         self._window = hann(nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
-        self._sum = np.zeros((channels, channels, bins), dtype=complex)  # of X_i conj(X_j) for i >= j
-        self._frames, self._transforms, self._conjugates, self._product = _work_space(channels, self._batch, nperseg)
+        self._sum = np.zeros((channels, channels, bins), dtype=complex)  # see `_hermitian`
+        self._frames, self._transforms, self._conjugate, self._product = _work_space(channels, self._batch, nperseg)
         self._tail = np.empty((channels, 0))
 
     def feed(self, columns: Sequence[Array]) -> None:
         """Add the next samples: one (n,) array per channel, any n."""
         sizes = {np.shape(c) for c in columns}
-        if len(columns) != len(self._frames) or len(sizes) != 1 or len(next(iter(sizes))) != 1:
-            raise ValueError(f"expected {len(self._frames)} arrays of one equal length, got shapes {sorted(sizes)}")
+        if len(columns) != len(self._sum) or len(sizes) != 1 or len(next(iter(sizes))) != 1:
+            raise ValueError(f"expected {len(self._sum)} arrays of one equal length, got shapes {sorted(sizes)}")
         self.samples += len(columns[0])
         if self._tail.shape[1]:
             columns = [np.concatenate(pair) for pair in zip(self._tail, columns, strict=True)]
@@ -67,22 +67,29 @@ class Segments:
         whole = max(0, (len(columns[0]) - self.nperseg) // self.hop + 1)
         if whole:
             frames = [sliding_window_view(c, self.nperseg)[:: self.hop] for c in columns]
-            for first in range(0, whole, self._batch):
-                self._add([f[first : first + self._batch] for f in frames])
+            with np.errstate(invalid="ignore"):  # NaN and inf come through to `spectra`, which names their channel
+                for first in range(0, whole, self._batch):
+                    self._add([f[first : first + self._batch] for f in frames])
         self.count += whole
         return whole * self.hop
 
     def _add(self, frames: Sequence[Array]) -> None:
         n = len(frames[0])
-        windowed, X, conjugates = self._frames[:, :n], self._transforms[:, :n], self._conjugates[:, :n]
-        with np.errstate(invalid="ignore"):  # NaN and inf come through to `spectra`, which names their channel
-            for out, frame in zip(windowed, frames, strict=True):
-                np.subtract(frame, frame.mean(axis=1, keepdims=True), out=out)
-                out *= self._window
-            np.fft.rfft(windowed, out=X)
-            np.conjugate(X, out=conjugates)
-            for i, j in zip(*np.tril_indices(len(X)), strict=True):
-                self._sum[i, j] += np.multiply(X[i], conjugates[j], out=self._product[:n]).sum(axis=0)
+        windowed, X = self._frames[:, :n], self._transforms[:, :n]
+        conjugate, product = self._conjugate[:n], self._product[:n]
+        for out, frame in zip(windowed, frames, strict=True):
+            mean = np.einsum("kn->k", frame) / self.nperseg
+            np.subtract(frame, mean[:, None], out=out)
+            out *= self._window
+        np.fft.rfft(windowed, out=X)
+        squares, ones = product.view(float), np.ones(n)
+        for j in range(len(X)):
+            np.square(X[j].view(float), out=squares)
+            self._sum[j, j] += np.dot(ones, squares).view(complex)
+            np.conjugate(X[j], out=conjugate)
+            for i in range(j + 1, len(X)):
+                np.multiply(X[i], conjugate, out=product)
+                self._sum[i, j] += np.dot(ones, product.view(float)).view(complex)
 
     def spectra(self) -> Spectra:
         """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
@@ -103,10 +110,16 @@ class Segments:
         return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
 
     def _hermitian(self) -> Complex:
-        """(F, M, M) sums of X_i conj(X_j)."""
-        lower = self._sum.transpose(2, 0, 1)
-        above = np.tri(len(self._sum), k=-1)
-        return np.ascontiguousarray(lower + (lower * above).conj().transpose(0, 2, 1))
+        """(F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
+
+        Below the diagonal they are as summed; on it stand the squares of real part and imaginary part, as such.
+        """
+        sums = self._sum.copy()
+        diagonal = np.arange(len(sums))
+        sums[diagonal, diagonal] = self._sum[diagonal, diagonal].real + self._sum[diagonal, diagonal].imag
+        for i, j in zip(*np.tril_indices(len(sums), -1), strict=True):
+            np.conjugate(sums[i, j], out=sums[j, i])
+        return sums.transpose(2, 0, 1)
 
     @property
     def effective(self) -> float:
@@ -126,17 +139,17 @@ def hann(n: int) -> Array:
 
 
 def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Complex]:
-    """Windowed segments (M, K, nperseg), their transforms and conjugates (M, K, F), a product of two channels (K, F).
+    """Windowed segments (M, K, nperseg), their transforms (M, K, F), one channel's conjugate and a product (K, F).
 
     All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
     are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and
     bringing them into it costs more than all products."""
     bins = nperseg // 2 + 1
-    shapes = ((channels, batch, (nperseg + 1) // 2), (channels, batch, bins), (channels, batch, bins), (batch, bins))
+    shapes = ((channels, batch, (nperseg + 1) // 2), (channels, batch, bins), (batch, bins), (batch, bins))
     ends = np.cumsum([math.prod(shape) for shape in shapes])
     pieces = np.split(np.zeros(ends[-1], dtype=complex), ends[:-1])
-    frames, transforms, conjugates, product = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
-    return frames.view(float)[..., :nperseg], transforms, conjugates, product
+    frames, transforms, conjugate, product = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
+    return frames.view(float)[..., :nperseg], transforms, conjugate, product
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:

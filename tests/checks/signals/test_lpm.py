@@ -11,6 +11,7 @@ from scipy.stats import binom
 from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.spectral.frf import h1
+from checks.signals.spectral.local_polynomials import BATCH_BINS
 from checks.signals.spectral.lpm import lpm, lpm_record
 from tests.soak import SOAK
 
@@ -223,3 +224,52 @@ def test_recorded_unit() -> None:
     assert (frf.coherence > 0.99).all()
     windowed = h1(raw["Va"], raw["da"], 10_000.0, 5000).band(85.0, 105.0)
     assert np.abs(windowed.H).max() < 0.5 * np.abs(frf.H[:, 1]).max()
+
+
+def solved_alone(near: np.ndarray, order: int, half: int) -> tuple[np.ndarray, np.ndarray]:
+    """H (C,) and noise (C, C) of one bin by numpy's orthogonal factors of all regressors at once: near (1 + C, 2 half +
+    1). Another way than the code: response and transient together, the constant of the response last."""
+    powers = np.vander(np.arange(-half, half + 1) / half, order + 1)
+    A = np.concatenate([powers, powers * near[0][:, None]], axis=1)
+    q, r = np.linalg.qr(A)
+    H = (q.conj().T @ near[1:].T)[-1] / r[-1, -1]
+    rest = near[1:].T - q @ (q.conj().T @ near[1:].T)
+    return H, (rest.T @ rest.conj()) / (len(A) - A.shape[1])
+
+
+DRIVES = {
+    "white": lambda rng, k: rng.standard_normal(k.size) + 1j * rng.standard_normal(k.size),
+    "nearly constant": lambda rng, k: np.exp(-2j * np.pi * 0.13 * k) * (1 + 0.01 * rng.standard_normal(k.size)),
+    "one line": lambda rng, k: 1e-4 * rng.standard_normal(k.size) + 1j * (k % 40 == 7),
+    "gaps": lambda rng, k: (rng.standard_normal(k.size) + 0j) * np.where(k % 40 < 15, 1e-5, 1.0),
+}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize(("order", "half", "step"), [(4, 8, 1), (2, 10, 3)])
+def test_every_bin_is_the_least_squares_of_its_neighbours(drive: str, order: int, half: int, step: int) -> None:
+    """Against one bin at a time, over more than one batch. Both ways are backward stable: H differs by rounding times
+    the condition, which is what the noise is multiplied by, too. With noise of 1e-3 of the output that is 1e-12 of the
+    stated deviation, and 1e-10 where the drive leaves 1e-4 of itself; squared conditions would lose 1e-6 there."""
+    rng = np.random.default_rng(11)
+    n = 2 * (BATCH_BINS * step + 400)
+    k = np.arange(n // 2 + 1)
+    U = DRIVES[drive](rng, k)
+    U[[0, -1]] = 0.0
+    e = rng.standard_normal((2, k.size)) + 1j * rng.standard_normal((2, k.size))
+    Y = np.stack([(1 + 1e-3 * k) * U, np.exp(0.02j * k) * U]) + 1e-3 * np.stack([e[0], e[0] + e[1]])
+    Y[:, [0, -1]] = 0.0
+    u, *y = np.fft.irfft(np.stack([U, *Y]), n)
+    frf = lpm(u, np.stack(y, axis=1), 1.0, step=step, order=order, half=half)
+    spectra = np.fft.rfft(np.stack([u, *y]) - np.mean([u, *y], axis=1, keepdims=True))
+    assert frf.f.size > BATCH_BINS
+    for i in (*range(0, BATCH_BINS - 3, 37), *range(BATCH_BINS - 3, frf.f.size, 5)):
+        at = round(frf.f[i] * n)
+        near = spectra[:, at - half : at + half + 1]
+        H, noise = solved_alone(near, order, half)
+        sd = np.sqrt(frf.var[i])
+        assert (np.abs(frf.H[i] - H) < 1e-10 * (sd + np.abs(H))).all(), (i, frf.H[i], H)
+        shape = frf.cov[i] * noise[0, 0].real / frf.cov[i, 0, 0].real
+        assert np.abs(shape - noise).max() < 1e-9 * np.abs(noise).max()
+        signal = np.abs(H) ** 2 * np.mean(np.abs(near[0]) ** 2)
+        assert frf.coherence[i] == pytest.approx(signal / (signal + noise.diagonal().real), rel=1e-9)
