@@ -4,16 +4,17 @@ import gc
 import hashlib
 import json
 import os
+import pickle
 import signal
 import sys
 import time
 import tracemalloc
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import dask
 import numpy as np
@@ -23,6 +24,7 @@ from accept.base.cluster import dask_workers
 from accept.base.cluster.connect import connected
 from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
+from accept.base.home import home
 from accept.base.worker_process import memory_GB
 from accept.batch.judge_batch import BatchRequest, run
 from accept.batch.worker import Errand, Returned, judge, run_errand
@@ -30,12 +32,13 @@ from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
 from accept.commands.physics.gap import Answer, GapQuestion, answer
+from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
 from accept.judging.judge_unit import load_spec
 from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model
-from accept.store import open_store
+from accept.store import fold, open_store
 from accept.units import unit_folder
 from accept.units.shared_folder import anywhere, looks_of
 from tests.accept.units.units import GOOD, make_unit
@@ -46,6 +49,8 @@ from validation.run_cases import Job, run_all
 from validation.scores import Outcome
 
 pytestmark = pytest.mark.slow
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +188,43 @@ def test_the_store_judged_again_from_records(cluster: Cluster, tmp_path: Path) -
             far = sorted(judged_again(store, specs, records, cluster), key=lambda one: one.serial)
             assert far == list(judged_again(store, specs, records))
             assert len(far) == 3
+
+
+class Overheard:
+    """A cluster, and all that went to its workers."""
+
+    def __init__(self, cluster: Cluster) -> None:
+        self.cluster, self.sent = cluster, list[bytes]()
+
+    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
+        def noted() -> Iterator[T]:
+            for item in items:
+                self.sent.append(pickle.dumps(item))
+                yield item
+
+        return self.cluster.unordered(work, noted())
+
+
+def test_the_coordinator_signs_and_no_key_leaves_it(cluster: Cluster, tmp_path: Path) -> None:
+    """Certificates of a batch on a cluster are those that the store has; neither key nor passphrase was sent."""
+    for serial in ("A", "B"):
+        make_unit(tmp_path / "units" / serial, serial)
+    credential, heard = demo_credential(home()), Overheard(cluster)
+    assert credential.key is not None
+    secret = credential.key.private_numbers().private_value.to_bytes(credential.key.key_size // 8, "big")
+    specs = {"apa": load_spec("apa-basic")}
+    order = BatchRequest([tmp_path / "units"], tmp_path / "out", specs, "Ada", credential=credential, cluster=heard)
+    with open_store() as store:
+        assert run(order, store, lambda _: None).verdicts == {"accepted": 2}
+        units = fold(store.events()).units
+    for serial in ("A", "B"):
+        pdf, known = tmp_path / "out" / "certificates" / f"{serial}.pdf", units[serial].certificate
+        assert known is not None
+        assert hashlib.sha256(pdf.read_bytes()).hexdigest() == known.sha256
+        assert [s.role for s in known.signatures] == [credential.role]
+    assert len(heard.sent) == 2
+    for words in (secret, secret.hex().encode(), b"PRIVATE KEY", os.environ["ACCEPT_PASSPHRASE"].encode()):
+        assert all(words not in sent for sent in heard.sent)
 
 
 def digest(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> dict[str, Any]:
