@@ -18,19 +18,31 @@ from checks.arrays import Array
 FIRST = 1e-3  # damping, beside priors of one
 ROUNDING = 1e-13
 MOST = 1e8  # no step is as short
-NEAR = 0.01  # of half a squared standard deviation: the place is known to a seventh of its uncertainty
-SETTLED = 1e-4  # of that: a thousandth of the uncertainty
 LONGEST = 10.0  # of a step, where the last one showed that it was too short
 STRAIGHT = 0.25  # of the expected fall: less is a valley that bends, along which the cost tells nothing any more
 
 
+@dataclass(frozen=True)
+class Precision:
+    """How far down a search goes, in half a squared standard deviation. near: it has settled where no step promises
+    more; end: it ends there, if it gets that far without a detour."""
+
+    near: float
+    end: float
+
+
+LOOSE = Precision(0.1, 0.01)  # where one place only leads to the next
+CLOSE = Precision(0.01, 1e-3)  # known to a seventh of its uncertainty: where places are compared
+EXACT = Precision(0.01, 1e-6)  # known to a thousandth: where a value is stated
+
+
 class Residuals(Protocol):
-    """residual (n,) and jacobian (n, p) at x (p,), within bounds lo, hi (p,). A residual that is not finite says that x
-    cannot be."""
+    """residual (n,) at x (p,), within bounds lo, hi (p,), and J'J (p, p) and J'r (p,) of its Jacobian J (n, p) there. A
+    residual that is not finite says that x cannot be."""
 
     def residual(self, x: Array) -> Array: ...
 
-    def jacobian(self, x: Array) -> Array: ...
+    def normal(self, x: Array, r: Array) -> tuple[Array, Array]: ...
 
     def bounds(self) -> tuple[Array, Array]: ...
 
@@ -52,13 +64,11 @@ class Descent:
         """(p, p) J'J at x: asked for only where a search ends for good."""
         if self.known is not None:
             return self.known
-        J = self.problem.jacobian(self.x)
-        return np.asarray(J.T @ J)
+        return self.problem.normal(self.x, self.problem.residual(self.x))[0]
 
 
-def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Descent:
-    """At most so many steps from x to where the cost would fall by less than `near`, and as far beyond as it goes
-    without a detour."""
+def descend(problem: Residuals, x: Array, steps: int, to: Precision = CLOSE) -> Descent:
+    """At most so many steps from x down, as far as a precision asks."""
     lo, hi = problem.bounds()
     x = np.clip(x, lo, hi)
     r = problem.residual(x)
@@ -66,10 +76,10 @@ def descend(problem: Residuals, x: Array, steps: int, near: float = NEAR) -> Des
     settled, moved = False, True
     for taken in range(steps):
         if moved:
-            A, g = _normal(problem, x, r)
+            A, g = problem.normal(x, r)
         new, expected = _step(A, g, x, damping, lo, hi)
-        settled = settled or (expected if damping == FIRST else _step(A, g, x, FIRST, lo, hi)[1]) < near
-        if stretch * expected < SETTLED * near:
+        settled = settled or (expected if damping == FIRST else _step(A, g, x, FIRST, lo, hi)[1]) < to.near
+        if stretch * expected < to.end:
             return Descent(problem, x, cost, settled, taken, A)
         slope = -float(g @ (new - x))
         new = np.clip(x + stretch * (new - x), lo, hi)
@@ -93,11 +103,6 @@ def _stretch(slope: float, taken: float, fall: float) -> float:
     curve away, J'J overstates the curvature, and step after step would stop at a part of the way."""
     curvature = 2.0 * (taken * slope - fall) / taken**2
     return LONGEST if curvature * LONGEST <= slope else max(slope / curvature, 1.0)
-
-
-def _normal(problem: Residuals, x: Array, r: Array) -> tuple[Array, Array]:
-    J = problem.jacobian(x)
-    return J.T @ J, J.T @ r
 
 
 def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:

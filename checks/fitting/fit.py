@@ -11,7 +11,7 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError, NotHeld
 from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset
-from checks.fitting.descent import Descent, descend
+from checks.fitting.descent import EXACT, LOOSE, Descent, descend
 from checks.fitting.goodness import Gap, gaps
 from checks.fitting.prior import prior_rows
 from checks.fitting.response import Response
@@ -25,7 +25,6 @@ ROUGH = 0.3  # of the logarithms in the very first search: an e-fold is three st
 # that of the data only once they overlap.
 TOLERANCES = (0.1, 0.03, 0.01, 0.003)
 STEPS, FEW_STEPS = 60, 15  # of the last search and of those that only lead to it
-LOOSELY = 0.1  # of log likelihood: where a search that only leads on is done
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 AT_BOUND = 1e-3  # of the standard deviation
@@ -185,7 +184,7 @@ def finish(
         final = tuple(s.around(response.frf(s.f, led.at, s.channels)) for s in sets)
         problem = _FitProblem(response, final, led.free, joint)
         x = problem.coordinates.x(np.array([p.begin for p in led.free]))
-        return _result(problem, descend(problem, x, STEPS), tuple(d.cost for d in tried or (led,)))
+        return _result(problem, descend(problem, x, STEPS, EXACT), tuple(d.cost for d in tried or (led,)))
 
 
 @contextmanager
@@ -215,10 +214,10 @@ def _blurred(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
 
 def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
     """From x through one problem after the other."""
-    found = descend(ways[0], x, FEW_STEPS, LOOSELY)
+    found = descend(ways[0], x, FEW_STEPS, LOOSE)
     for problem in ways[1:]:
         before = found.steps
-        found = descend(problem, found.x, FEW_STEPS, LOOSELY)
+        found = descend(problem, found.x, FEW_STEPS, LOOSE)
         found = replace(found, steps=before + found.steps)
     return found
 
@@ -229,7 +228,8 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
     values = found.at
     sets = tuple(s.around(response.frf(s.f, values, s.channels)) for s in datasets)
     problem = _FitProblem(response, sets, found.free, found.joint)
-    return _result(problem, descend(problem, problem.coordinates.x(found.values), STEPS), found.starts)
+    end = descend(problem, problem.coordinates.x(found.values), STEPS, EXACT)
+    return _result(problem, end, found.starts)
 
 
 class _FitProblem:
@@ -270,13 +270,16 @@ class _FitProblem:
         off: Array = self.weight @ (self.coordinates.values(x) - self.prior)
         return off
 
-    def jacobian(self, x: Array) -> Array:
-        values, slope = self.values(x), self.coordinates.slope(x)
-        blocks = []
+    def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
+        values, slope = self.values(x), -self.coordinates.slope(x)
+        A, g = self.weight.T @ self.weight, -self.weight.T @ r[r.size - len(self.weight) :]
+        end = 0
         for s in self.sets:
-            white = s.whitener(self.response.jacobian(s.f, self.names, values, s.channels))
-            blocks.append(np.multiply(white, -slope[:, None], out=white))
-        return np.hstack([*blocks, (self.weight * slope).T]).T
+            begin, end = end, end + 2 * s.H.size
+            D = self.response.jacobian(s.f, self.names, values, s.channels)
+            of_set = s.whitener.normal(D, r[begin:end])
+            A, g = A + of_set[0], g + of_set[1]
+        return A * np.outer(slope, slope), g * slope
 
     def bounds(self) -> tuple[Array, Array]:
         return self.coordinates.bounds()
@@ -293,14 +296,15 @@ class _Rough(_FitProblem):
             parts += [ratio.real.ravel(), ratio.imag.ravel()]
         return np.concatenate([*parts, self.off_prior(x)])
 
-    def jacobian(self, x: Array) -> Array:
+    def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
         values, slope = self.values(x), self.coordinates.slope(x)
         blocks = []
         for s, H in zip(self.sets, self.modelled(x), strict=True):
             D = self.response.jacobian(s.f, self.names, values, s.channels)
             D = D * (-self._known(s) / _not_zero(H)) * slope[:, None, None]
             blocks += [D.real.reshape(len(slope), H.size), D.imag.reshape(len(slope), H.size)]
-        return np.hstack([*blocks, (self.weight * slope).T]).T
+        rows = np.hstack([*blocks, (self.weight * slope).T])
+        return rows @ rows.T, rows @ r
 
     @staticmethod
     def _known(s: Dataset) -> Array:

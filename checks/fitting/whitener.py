@@ -43,6 +43,17 @@ class Whitener:
             white -= ((white @ self.U) * self.shrink) @ self.U.T
         return white
 
+    def normal(self, slopes: Complex, white: Array) -> tuple[Array, Array]:
+        """(P, P) and (P,): products of whitened slopes (P, F, C) with each other and with whitened residuals (2 F C,),
+        in half the time that whitening the slopes takes."""
+        rows = _real(self._lower(slopes))
+        A, g = rows @ rows.T, rows @ white
+        if self.U.size:
+            smooth = rows @ self.U
+            A -= (smooth * (self.shrink * (2.0 - self.shrink))) @ smooth.T
+            g -= smooth @ (self.shrink * (white @ self.U))
+        return A, g
+
     def by_bin(self, white: Array) -> Complex:
         """(..., F, C) complex of such numbers (..., 2 F C), each part of unit variance."""
         F, C, _ = self.inverse.shape

@@ -11,7 +11,7 @@ from math import inf
 from checks.errors import ModelError
 from checks.fitting.calibrate import OTHER, of_damping
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import BEYOND_DOUBT, LOOSELY, Led, lead
+from checks.fitting.fit import BEYOND_DOUBT, Led, lead
 from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
@@ -28,6 +28,7 @@ FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
 SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
+ALIKE = 0.1  # of log likelihood: or where they cost the same
 POLISH = 8  # steps with everything free, where the scatter was held before
 COARSE_BINS = 150  # of a first look from the priors
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
@@ -322,7 +323,7 @@ def _nearest(found: Sequence[Candidate]) -> Candidate:
 
 def _same(a: Led, b: Led) -> bool:
     alike = all(abs(p.begin - q.begin) < SAME * p.unit for p, q in zip(a.free, b.free, strict=True))
-    return alike or abs(a.cost - b.cost) < LOOSELY
+    return alike or abs(a.cost - b.cost) < ALIKE
 
 
 def freed(refit: Refit) -> Refit:

@@ -178,6 +178,15 @@ class _Problem:
             rows = self.scatter.turned(rows)
         return np.hstack([rows, self.weight.T]).T
 
+    def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
+        """J'J and J'r, of a search with nothing held."""
+        D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
+        size = r.size - len(self.weight)
+        A, g = self.data.whitener.normal(D, r[:size])
+        return A * np.outer(self.unit, self.unit) + self.weight.T @ self.weight, self.weight.T @ r[
+            size:
+        ] - g * self.unit
+
     def cost(self, x: Array) -> float:
         r = self.residual(x)
         return 0.5 * float(r @ r)
