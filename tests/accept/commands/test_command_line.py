@@ -3,10 +3,12 @@
 import io
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import fields, is_dataclass
 from inspect import signature
+from pathlib import Path
 
 import pytest
 from rich.table import Table
@@ -16,6 +18,7 @@ from accept.base.console import PlainConsole
 from accept.cli.main import app
 from accept.cli.options import spread
 from accept.commands.bench.simulate_options import SimulateOptions
+from accept.judging.judge_unit import load_spec
 from tests.test_docs import command_names
 
 SHELLS = {
@@ -57,6 +60,17 @@ def test_the_script_that_a_shell_sources(shell: str) -> None:
     env = os.environ | {"_ACCEPT_COMPLETE": f"source_{shell}"}
     done = subprocess.run([sys.executable, "-c", run], env=env, capture_output=True, text=True, check=False)
     assert f"_ACCEPT_COMPLETE=complete_{shell}" in done.stdout
+    if shutil.which(shell):  # the shell itself reads it
+        read = subprocess.run([shell, "-n", "/dev/stdin"], input=done.stdout, capture_output=True, text=True)
+        assert read.returncode == 0, read.stderr
+
+
+def test_a_copy_of_a_spec_is_one_to_change(tmp_path: Path) -> None:
+    copied = CliRunner().invoke(app, ["spec", "copy", "apa-basic", str(tmp_path / "mine.toml")])
+    assert copied.exit_code == 0, copied.output
+    spec = load_spec(str(tmp_path / "mine.toml"))
+    assert spec.name == "mine"
+    assert spec.checks == load_spec("apa-basic").checks
 
 
 def test_a_group_of_options_stands_as_its_fields() -> None:
