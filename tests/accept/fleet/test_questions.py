@@ -160,6 +160,21 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
     assert "units): rule 2" in told[-1]
 
 
+def test_benches_and_operators_have_charts_of_their_own(tmp_path):
+    """Two benches that differ by five sigma, and an operator at each, unit by unit in turn: apart, each is a process in
+    control about its own mean; the mean of both together is neither's."""
+    steady = 2.0 * np.random.default_rng(1).permutation(ndtri((np.arange(40) + 0.5) / 40))
+    with open_store() as store:
+        for i, z in enumerate(steady):
+            for mean, bench, who in ((355.0, "bench-1", "Ann"), (365.0, "bench-2", "Bob")):
+                add(store, [judgement(f"{who}-{i:02d}", {"stroke_um": mean + z}, bench)], who=who)
+    for by, names in (("bench", ("bench-1", "bench-2")), ("operator", ("Ann", "Bob"))):
+        done = ask("trend", "stroke_um", "--by", by, "--json", tmp_path / "t.json")
+        assert done.exit_code == 0, done.output
+        rows = {row["group"]: (row["mean"], row["units"]) for row in json.loads((tmp_path / "t.json").read_text())}
+        assert rows == {name: (pytest.approx(m + steady.mean()), 40) for name, m in zip(names, (355, 365), strict=True)}
+
+
 def test_nothing_from_a_serial_runs_in_a_spreadsheet_or_a_terminal(tmp_path):
     with open_store() as store:
         add(store, [judgement("=cmd|'/c calc'!A1\x1b[31m", {"sensor_uF": 5.0})])
