@@ -4,7 +4,7 @@ Required: at 100,000 units at most 1.2. Both are what `accept batch` does after 
 of typed values, append, write the results, close. The full store was checked whole and sealed when it was made; the
 walk of the whole chain, which a day's first opening takes, is given too. On a busy machine only processor time means
 something. The memory is that of `accept batch` as a program of its own, at its peak; that of `accept rejudge` must not
-depend on the units either, and grows by less than a kilobyte for each that flips.
+depend on the units either, and grows by some two kilobytes for each that flips.
 """
 
 import os
