@@ -19,6 +19,7 @@ from pathlib import Path
 import scipy.fft
 
 from accept.batch import judge_batch
+from accept.batch.request import BatchRequest
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
@@ -89,7 +90,7 @@ def read_all(folders: list[Path]) -> None:
 
 def judge(folders: list[Path], out: Path, credential: keys.Credential | None) -> None:
     """A whole batch."""
-    order = judge_batch.BatchRequest(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
+    order = BatchRequest(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:
         judge_batch.run(order, store, lambda _: None)
 

@@ -17,6 +17,7 @@ from distributed import Client, LocalCluster
 
 from accept.base.cluster.dask_workers import KEPT, KEPT_MESSAGES, DaskWorkers
 from accept.batch import judge_batch
+from accept.batch.request import BatchRequest
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from tests.accept.units.units import make_unit
@@ -55,7 +56,7 @@ def batch(units: Path, place: Path, cluster: DaskWorkers | None) -> tuple[float,
             seen.append(resident_MB())
 
     specs = {"apa": load_spec("apa-basic")}
-    order = judge_batch.BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
+    order = BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
     place.mkdir()
     with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
         began = time.perf_counter()

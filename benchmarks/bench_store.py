@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 from accept.batch import judge_batch
+from accept.batch.request import BatchRequest
 from accept.judging.judge_unit import load_spec
 from accept.store import NewEvent, open_store
 from tests.accept.units.units import make_unit
@@ -27,7 +28,7 @@ def one_more(url: str, place: Path, name: str) -> tuple[float, float]:
     times, busy = [], []
     for n in range(RUNS):
         folder = make_unit(place / name / f"U-{n}", f"{name}-{n}")
-        order = judge_batch.BatchRequest(
+        order = BatchRequest(
             [folder], place / "out" / name / str(n), {"apa": load_spec("apa-basic")}, "bench"
         )
         began, began_busy = time.perf_counter(), time.process_time()

@@ -8,6 +8,7 @@ from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
+from accept.batch.request import BatchRequest
 from accept.batch.table import explanations, reasons, units_table
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions
@@ -31,7 +32,7 @@ def run(wheres: list[str], wanted: BatchOptions) -> Exit:
     who = credential.person if credential else operator_name(wanted.operator)
     units = fetched(wheres, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
-        order = judge_batch.BatchRequest(
+        order = BatchRequest(
             units.paths,
             wanted.out,
             specs_for(wanted.spec),

@@ -19,8 +19,9 @@ from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
-from accept.batch import fleet_comparison, judge_batch
+from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet, Member
+from accept.batch.request import spec_for
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
@@ -62,7 +63,7 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
         one = unit_folder.read(folder)
         if one.serial in results:
             raise UnitError(folder / unit_folder.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
-        results[one.serial] = judge_unit.judge_unit(one, judge_batch.spec_for(one, specs))
+        results[one.serial] = judge_unit.judge_unit(one, spec_for(one, specs))
         say(f"[{len(results)}/{len(folders)}] {one.serial}: measured")
     if len(results) < 2:
         raise UnitError(paths[0], ["holds one unit only; a comparison needs two or more"])

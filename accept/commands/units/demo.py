@@ -13,6 +13,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
 from accept.batch import engines, judge_batch
+from accept.batch.request import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.physics.model import model_for
@@ -43,7 +44,7 @@ def run(out: Path, operator: str | None) -> Exit:
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
         learned = _learned(out)
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-        order = judge_batch.BatchRequest(
+        order = BatchRequest(
             units, out, specs, operator_name(operator), credential, model=str(learned), pool=elsewhere
         )
         ca = credential.ca.public_bytes(Encoding.PEM)
@@ -57,7 +58,7 @@ def run(out: Path, operator: str | None) -> Exit:
     stdout.print(units_table(apas, {"published\nflatness um": _published()}))
     stdout.print(units_table(struts))
     tell(*reasons(report.units))
-    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / judge_batch.CERTIFICATES}")
+    say(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}")
     say(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)")
     truth = _hidden(units[-1])
     tell(*(_found(strut, truth) for strut in struts))

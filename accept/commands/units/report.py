@@ -9,7 +9,7 @@ from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
-from accept.batch import judge_batch
+from accept.batch.request import spec_for
 from accept.batch.table import reasons_of
 from accept.certificate import uncertified
 from accept.certificate.certify import certify
@@ -41,7 +41,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         from accept.models.model_file import open_model
 
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
-    chosen = judge_batch.spec_for(one, specs_for(wanted.spec))
+    chosen = spec_for(one, specs_for(wanted.spec))
     today = datetime.now(UTC).date()
     stated = statement(load_bench(wanted.bench), chosen.checks, today) if wanted.bench else None
     credential = bench_credential(home(), wanted.operator, wanted.tsa)

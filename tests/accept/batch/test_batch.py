@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.batch.engines import processes
-from accept.batch.judge_batch import BatchRequest, run
+from accept.batch.judge_batch import run
+from accept.batch.request import BatchRequest
 from accept.certificate.contents.content import content_of
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign

@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from accept.batch import judge_batch
+from accept.batch.request import BatchRequest
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.rejudge import verify_file
@@ -45,7 +46,7 @@ def work(bench: Path, folder: Path, points: Points) -> None:
     points.install()
     acks = os.open(folder / "acks", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     credential = keys.unlock(bench, TECHNICIAN, "correct horse")
-    order = judge_batch.BatchRequest(
+    order = BatchRequest(
         [bench / "units"], folder / "out", {"apa": load_spec("apa-basic")}, "Ada", credential, 1
     )
     with open_store(f"sqlite:///{folder / 'store.sqlite'}") as store:

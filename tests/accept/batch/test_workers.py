@@ -13,7 +13,8 @@ import pytest
 from accept.base.worker_process import memory_GB
 from accept.batch import worker
 from accept.batch.engines import processes
-from accept.batch.judge_batch import BatchRequest, run
+from accept.batch.judge_batch import run
+from accept.batch.request import BatchRequest
 from accept.certificate.examine import JudgedUnit
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store

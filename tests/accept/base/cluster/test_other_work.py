@@ -26,7 +26,8 @@ from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.worker_process import memory_GB
-from accept.batch.judge_batch import BatchRequest, run
+from accept.batch.judge_batch import run
+from accept.batch.request import BatchRequest
 from accept.batch.worker import Errand, Returned, judge, run_errand
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
