@@ -22,16 +22,7 @@ if TYPE_CHECKING:
     from checks.model.structure.superelement import Superelement
 
 
-@dataclass(frozen=True, eq=False)
-class ModelFiles:
-    """A model that is a file: its TOML first, then the files of matrices that it names, by file name."""
-
-    name: str
-    files: Mapping[str, bytes]
-
-    @property
-    def hashes(self) -> dict[str, str]:
-        return {name: hashlib.sha256(content).hexdigest() for name, content in self.files.items()}
+ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, then the files of matrices that it names
 
 
 @dataclass
@@ -113,16 +104,21 @@ def named_models(spec: Spec) -> list[str]:
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
     """Name -> files of every model among these that is no built-in one. A model that cannot be read has no files: the
     check that asks for it gives no result."""
-    found = {}
+    found: dict[str, ModelFiles] = {}
     for name in names:
         if name not in builtin_models():
-            found[name] = ModelFiles(name, _read(name))
+            found[name] = _read(name)
     return found
 
 
 def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
     """Name -> file name -> sha256: what a result keeps of its models."""
-    return {name: files.hashes for name, files in sorted(evidence.items())}
+    return {name: sha256_of(files) for name, files in sorted(evidence.items())}
+
+
+def sha256_of(files: ModelFiles) -> dict[str, str]:
+    """File name -> sha256."""
+    return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 
 def _read(name: str) -> dict[str, bytes]:

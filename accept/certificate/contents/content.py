@@ -112,7 +112,7 @@ class CertificateContent:
                 name: {"sha256": digest, "attached": name in self.files, "bytes": self.sizes.get(name)}
                 for name, digest in self.inputs.items()
             },
-            "models": {name: list(model.files) for name, model in sorted(self.models.items())},
+            "models": {name: list(files) for name, files in sorted(self.models.items())},
             "provenance": dict(self.provenance),
         }
 
@@ -127,7 +127,7 @@ class CertificateContent:
         models = {
             f"{MODEL_FOLDER}/{nth}/{file}": content
             for nth, (_, model) in enumerate(sorted(self.models.items()))
-            for file, content in model.files.items()
+            for file, content in model.items()
         }
         return dict(sorted((own | models | dict(self.files)).items()))
 
@@ -217,7 +217,7 @@ def _json(data: Any, indent: int | None) -> bytes:
 
 def _models(named: Mapping[str, Any], attachments: Mapping[str, bytes]) -> dict[str, ModelFiles]:
     return {
-        name: ModelFiles(name, {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files})
+        name: {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files}
         for nth, (name, files) in enumerate(sorted(named.items()))
     }
 

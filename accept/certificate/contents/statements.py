@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
+from accept.models.evidence import hashes
 
 NOT_STATED = "not stated"
 
@@ -31,7 +32,7 @@ def _approved(approval: Mapping[str, Any] | None) -> str:
 
 
 def _models(contents: CertificateContent) -> str:
-    named = [f"{n} ({f} {digest[:12]})" for n, m in sorted(contents.models.items()) for f, digest in m.hashes.items()]
+    named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(contents.models).items() for f, digest in files.items()]
     return "; ".join(named)
 
 

@@ -19,7 +19,7 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
-from accept.models.evidence import ModelFolder, Models
+from accept.models.evidence import ModelFiles, ModelFolder, Models, hashes
 from accept.units.loaded_unit import RESPONSES
 from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
@@ -44,7 +44,7 @@ class Attachments:
     spec_text: str
     files: Mapping[str, bytes]
     missing: tuple[str, ...] = ()
-    models: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
+    models: Mapping[str, ModelFiles] = field(default_factory=dict)
 
     def opened_models(self, folder: Path) -> Models:
         """Models of the spec, opened from where `unpack` wrote them."""
@@ -108,8 +108,7 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
     missing = tuple(name for name in contents.inputs if name not in contents.files)
     if rejudge is None:
         return Step("not judged again", complete=False)
-    models = {name: dict(model.files) for name, model in contents.models.items()}
-    judged = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, models))
+    judged = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, contents.models))
     again = judged.entry
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
@@ -189,8 +188,7 @@ def _check_hashes(contents: CertificateContent) -> None:
     for name, content in contents.files.items():
         if hashlib.sha256(content).hexdigest() != contents.inputs.get(name):
             raise InvalidCertificate(f"the attached {name} is not the file that was judged")
-    models = {name: model.hashes for name, model in contents.models.items()}
-    if models != {name: dict(files) for name, files in contents.result.get("models", {}).items()}:
+    if hashes(contents.models) != {name: dict(files) for name, files in contents.result.get("models", {}).items()}:
         raise InvalidCertificate("the attached model files are not those that the unit was judged by")
     _check_inputs(contents)
 
