@@ -9,6 +9,7 @@ from checks.signals.spectral.frf import guarded_covariance
 
 MIN_DOF = 7  # with fewer, F(2, 2 nu) has tails so heavy that a variance says little
 BATCH_BINS = 768  # bins solved at once: fewer cost more in calls, more in memory far from the core
+WHOLE_BINS = 16  # batches are filled up to a multiple: the last digit of a bin must not say where its batch ends
 SAMPLED_BINS = 256  # of the first ones the correlation of neighbours is taken
 DEPENDENT = 1e-20  # share of a regressor's power left by the others, below which it is one of them but for rounding
 
@@ -68,11 +69,15 @@ def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomi
     """
     channels, points, B = len(near) - 1, near.shape[1], near.shape[2]
     found = LocalPolynomialFit.empty(B, channels, points)
-    work = _work_space(local, channels, min(B, BATCH_BINS))
+    work = _work_space(local, channels, min(_filled(B), BATCH_BINS))
     for first in range(0, B, BATCH_BINS):
         batch = slice(first, first + BATCH_BINS)
         _solve(near[:, :, batch], local, floor, work, found.batch(batch))
     return found
+
+
+def _filled(bins: int) -> int:
+    return -(-bins // WHOLE_BINS) * WHOLE_BINS
 
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
@@ -94,11 +99,12 @@ def _solve(
     further columns the solution is backward stable ([BJORCK67]).
     """
     B, order = near.shape[2], len(local.regressors) - 1
-    whole, columns, products, conjugate = (x[..., :B] for x in work)
-    np.multiply(local.regressors[:, :, None], near[0], out=whole[: order + 1])
-    whole[order + 1 :] = near[1:]
+    whole, columns, products, conjugate = (x[..., : _filled(B)] for x in work)
+    whole[order + 1 :, :, :B] = near[1:]
+    np.multiply(local.regressors[:, :, None], near[0], out=whole[: order + 1, :, :B])
+    whole[:, :, B:] = 0.0
     np.matmul(local.off_transient.T, whole.view(float), out=columns.view(float))
-    powered = np.ones(B, dtype=bool)
+    powered = np.ones(whole.shape[2], dtype=bool)
     for s in range(order + 1):
         q, rest, product = columns[s], columns[s + 1 :], products[s + 1 :]
         power, undiminished = _power(q), _power(whole[s])
@@ -107,9 +113,10 @@ def _solve(
         coefficient = _sum(np.multiply(rest, np.conjugate(q, out=conjugate), out=product)) * reciprocal
         rest -= np.multiply(coefficient[:, None], q, out=product)
     noise = _covariance(columns[order + 1 :], products, conjugate) / local.dof
-    found.H[:] = np.where(powered, coefficient, 0.0).T
-    found.cov[:] = guarded_covariance((noise * reciprocal).transpose(2, 0, 1), powered)
-    found.coherence[:] = _quality(found.H, noise, np.where(powered, undiminished / near.shape[1], 0.0))
+    H = np.where(powered, coefficient, 0.0).T
+    found.H[:] = H[:B]
+    found.cov[:] = guarded_covariance((noise * reciprocal).transpose(2, 0, 1), powered)[:B]
+    found.coherence[:] = _quality(H, noise, np.where(powered, undiminished / near.shape[1], 0.0))[:B]
     b = len(found.weights)
     weights = (local.off_transient @ columns[order, :, :b].conj()) * reciprocal[:b]
     found.weights[:] = np.where(powered[:b], weights, 0.0).T

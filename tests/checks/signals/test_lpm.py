@@ -273,3 +273,17 @@ def test_every_bin_is_the_least_squares_of_its_neighbours(drive: str, order: int
         assert np.abs(shape - noise).max() < 1e-9 * np.abs(noise).max()
         signal = np.abs(H) ** 2 * np.mean(np.abs(near[0]) ** 2)
         assert frf.coherence[i] == pytest.approx(signal / (signal + noise.diagonal().real), rel=1e-9)
+
+
+@pytest.mark.parametrize("bins", [1, 7, 16, 389])
+def test_a_bin_is_the_same_to_the_last_digit_in_any_band(
+    smooth: tuple[np.ndarray, np.ndarray, float], bins: int
+) -> None:
+    """Vector instructions take the last few of a row in another way: a batch has none."""
+    u, y, fs = smooth
+    df = fs / u.size
+    every = lpm(u, y, fs, f_lo=100.0, f_hi=100.0 + 1000 * df)
+    some = lpm(u, y, fs, f_lo=100.0, f_hi=100.0 + (bins - 1) * df)
+    assert some.f.size == bins
+    np.testing.assert_array_equal(some.H, every.H[:bins])
+    np.testing.assert_array_equal(some.cov, every.cov[:bins])
