@@ -37,6 +37,26 @@ def test_the_published_example():
     assert study.distinct_categories == 4
 
 
+def test_a_known_library_finds_the_same_mean_squares():
+    """The table with an interaction added, by `anova_lm(ols("y ~ C(part) * C(operator)"))` of statsmodels 0.15.0: sums
+    of squares 99.043934444444 (9), 2.117262222222 (2), 6.428982222222 (18), 2.758933333333 (60), p 6.675189503383e-10.
+    Components are their differences ([AIAG-MSA]); the last digits printed are the tolerance."""
+    part, operator = np.indices((10, 3))
+    study = gauge_study(AIAG + 0.5 * (part * operator % 3)[:, :, None])
+    parts, operators, interaction, repeats = (
+        99.043934444444 / 9,
+        2.117262222222 / 2,
+        6.428982222222 / 18,
+        2.758933333333 / 60,
+    )
+    assert study.repeatability**2 == pytest.approx(repeats, rel=1e-11)
+    assert study.interaction**2 == pytest.approx((interaction - repeats) / 3, rel=1e-11)
+    assert study.operators**2 == pytest.approx((operators - interaction) / 30, rel=1e-11)
+    assert study.parts**2 == pytest.approx((parts - interaction) / 9, rel=1e-11)
+    assert study.p_interaction == pytest.approx(6.675189503383e-10, rel=1e-9)
+    assert study.degrees == 60
+
+
 def test_the_components_that_were_put_in_are_found():
     """Parts 1.0, operators 0.3, interaction 0.2, repeats 0.1; 60 parts, 12 operators. Mean of 40 studies within four of
     its own standard errors."""
