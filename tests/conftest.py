@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from accept.certificate.trust import encrypted_key
 from tests.demo_run import demo_run
@@ -74,6 +74,7 @@ def bench_home(homes: Iterator[Path], monkeypatch: pytest.MonkeyPatch) -> Path:
     return home
 
 
-# Seeded like every other test; no deadline: how long an example takes says nothing about whether it is right.
-settings.register_profile("accept", derandomize=True, deadline=None)
+# Seeded like every other test; no deadline: how long an example takes, or drawing it on a busy machine, says nothing
+# about whether it is right.
+settings.register_profile("accept", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("accept")

@@ -142,9 +142,9 @@ def _deviation(result: Result, c: int, f: Array, relative_sd: Array, added: Elem
     data = result.before.data
     name, H = data.channels[c], data.H[:, c]
     first, last = shown(result)
-    models = [("left before", first.modelled[:, c], "before"), ("left after", last.modelled[:, c], "model")]
+    models = [("residual before", first.modelled[:, c], "before"), ("residual after", last.modelled[:, c], "model")]
     if added is not None:
-        models.append(("left with the element", models[-1][1] * added.factor(data.f), "good"))
+        models.append(("residual with the element", models[-1][1] * added.factor(data.f), "good"))
     noise = np.sqrt(-np.log(0.05) * data.noise[:, c]) / np.abs(H)  # of a complex normal error of this variance
     model = np.sqrt(-np.log(0.05)) * relative_sd
     items: list[Item] = [
