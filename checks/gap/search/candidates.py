@@ -28,9 +28,11 @@ FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
 DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
 SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
+NO_RIVAL = 30.0  # times the cost of the best: what is as far off is not followed
+GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 ALIKE = 0.1  # of log likelihood: or where they cost the same
 POLISH = 8  # steps with everything free, where the scatter was held before
-COARSE_BINS = 150  # of a first look from the priors
+COARSE_BINS = 150  # of a first look at records that may be turned
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 SURE, SMALL = 8, 0.1  # members of a round that are fitted: so many, and those with this share of the largest gain
 BOTH_WAYS = 2  # candidates tried with the other form of damping
@@ -206,8 +208,13 @@ class Search:
         calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
-        scores = [s for s in (screen(on_A, m) for m in absent) if s.p < WORTH_A_FIT]
-        return self._raced([r for s in _promising(scores) if not self.over for r in self._starts(base, s)])
+        every = [screen(on_A, m) for m in absent]
+        promising = _promising([s for s in every if s.p < WORTH_A_FIT])
+        starts = [r for s in promising if not self.over for r in self._starts(base, s)]
+        if base.worst_G > GROSS:  # so far off that what is linear there promises nothing
+            others = [s for s in every if s not in promising]
+            starts += [r for s in others if not self.over for r in self._coarse_start(base, s)]
+        return self._raced(starts)
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
         """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
@@ -242,22 +249,18 @@ class Search:
         return out
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
-        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives."""
-        response = base.response.with_member(score.member).holding_scatter()
-        found, member = score.starts[0], score.member
+        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives.
+        With scatter everything is free from the beginning, as for a calibration: held modes lead elsewhere."""
+        response, member = base.response.with_member(score.member), score.member
         if not isinstance(member, Effect):
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-        own |= {f"{member.name}.{p.name}": p.start if p.linear else found[p.name] for p in member.parameters}
+        own |= {f"{member.name}.{p.name}": p.start if p.linear else score.starts[0][p.name] for p in member.parameters}
         try:
-            return [self.go_on(begin(response, self.A, self._annealed(quick, self._few_bins, own).at), FEW)]
+            return [self.go_on(begin(response, self.A, self._led(quick, own).at), FEW)]
         except ModelError:
             return []
-
-    @cached_property
-    def _few_bins(self) -> Dataset:
-        return self.A.thinned(COARSE_BINS)
 
     def pruned(self, c: Candidate) -> Candidate:
         """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
@@ -282,7 +285,7 @@ class Search:
             absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
-            out += self._raced([r for s in scores for r in self._from_screen(less, at, s)])
+            out += self._raced([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
         return out
 
     def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
@@ -299,14 +302,19 @@ class Search:
         done = self.go_on(refit, MANY)
         return self.go_on(freed(done), POLISH) if done.response.held else done
 
-    def _raced(self, started: Sequence[Refit]) -> list[Candidate]:
-        """The best start of every set, the most promising ones fitted to the end."""
+    def _raced(self, started: Sequence[Refit], adequate: float = inf) -> list[Candidate]:
+        """The best start of every set, the most promising ones fitted to the end. adequate: cost of an explanation that
+        is; once there is one, what is far above it is no rival and stays where it is."""
         best: dict[frozenset[str], Refit] = {}
         for r in sorted(started, key=lambda r: r.cost):
             best.setdefault(frozenset(r.response.names), r)
-        ranked = list(best.values())
-        done = [self._to_the_end(r) for r in ranked[:GO_ON]] + [freed(r) for r in ranked[GO_ON:]]
-        return sorted((self._candidate(r) for r in done), key=lambda c: -c.score)
+        done = []
+        for i, r in enumerate(best.values()):
+            near = i < GO_ON and r.cost < NO_RIVAL * adequate
+            done.append(self._candidate(self._to_the_end(r) if near else freed(r)))
+            if adequate == inf and near and done[-1].adequate:
+                adequate = done[-1].cost
+        return sorted(done, key=lambda c: -c.score)
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:

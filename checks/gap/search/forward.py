@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, Candidate, Search
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Candidate, Search
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +27,8 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
         search.say(f"looking for effect {len(base.response.effects) + len(base.response.stand_ins) + size}")
         found: list[Candidate] = []
         for b in beam:
+            if found and b.cost > NO_RIVAL * min(c.cost for c in found):
+                continue
             found = _distinct([*found, *search.extended(b, {c.names for c in found})])
             adequate = [c for c in found[: 2 * GO_ON] if c.adequate]
             if adequate:
