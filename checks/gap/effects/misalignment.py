@@ -15,6 +15,7 @@ EFFECT = Effect(
             off=0.0,
             start=0.0,
             scale=20.0,
+            begins=(-120.0, 120.0),  # the sign of dx is easily mistaken where dy is large
             sets=("misalignment.dx_um",),
         ),
         Parameter(

@@ -25,8 +25,8 @@ class Parameter:
     lo, hi: physical bounds. off: the value at which the effect does nothing (NaN: the model's own). start: where a fit
     begins; scale: what counts as a step. sets, adds: the model's parameters that take the value, or the value on top of
     their own; what a model does not have is passed over. grid: values to begin from when the response is not even
-    roughly linear in it (empty: it is). limit_at: the value at which the detection limits of the others are stated.
-    sd: of a prior about zero, where there is one.
+    roughly linear in it (empty: it is). begins: where else a fit begins when nothing fits by far. limit_at: the value
+    at which the detection limits of the others are stated. sd: of a prior about zero, where there is one.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Parameter:
     sets: tuple[str, ...] = ()
     adds: tuple[str, ...] = ()
     grid: tuple[float, ...] = ()
+    begins: tuple[float, ...] = ()
     limit_at: float | None = None
     sd: float = math.inf
 

@@ -6,6 +6,7 @@ Every candidate is fitted to one realisation (A) and compared on the other (B), 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from math import inf
 
 from checks.errors import ModelError
@@ -249,16 +250,23 @@ class Search:
         return out
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Refit]:
-        """From the priors, on few bins: where the calibration without the effect is far off, only this one arrives.
-        With scatter everything is free from the beginning, as for a calibration: held modes lead elsewhere."""
+        """As a calibration begins, from the priors, on few bins: where the calibration without the effect is far off,
+        only this one arrives. Everything is free, because modes that are held on the way lead elsewhere."""
         response, member = base.response.with_member(score.member), score.member
         if not isinstance(member, Effect):
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-        own |= {f"{member.name}.{p.name}": p.start if p.linear else score.starts[0][p.name] for p in member.parameters}
+        gross = base.worst_G > GROSS
+        names = [f"{member.name}.{p.name}" for p in member.parameters]
+        places = [
+            (p.start, *(p.begins if gross else ())) if p.linear else (score.starts[0][p.name],)
+            for p in member.parameters
+        ]
         try:
-            return [self.go_on(begin(response, self.A, self._led(quick, own).at), FEW)]
+            leads = [self._led(quick, own | dict(zip(names, place, strict=True))) for place in product(*places)]
+            best = min(leads, key=lambda led: led.cost)
+            return [self.go_on(begin(response, self.A, best.at), FEW)]
         except ModelError:
             return []
 
