@@ -23,6 +23,7 @@ from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
+BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -59,7 +60,7 @@ def claims(
         without = _without(search, found, effect)
         gain, confirmed = found.best.lnL - without.lnL, _confirmed(search, found, without)
         p = float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(effect.parameters)))))
-        reasons = _reasons(search.table, effect, gain, total, confirmed, final, full)
+        reasons = _reasons(search.table, effect, gain, total, confirmed, final, full, found.base)
         if slow is not None and (words := effect.slow.contradicts(slow, full.response.of(final.at, effect.name))):
             reasons.append(words)
         unseen = set(effect.channels) - set(search.A.channels) - set(left_out)
@@ -82,7 +83,14 @@ def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> 
 
 
 def _reasons(
-    table: Thresholds, effect: Effect, gain: float, total: float, confirmed: float, final: Fit, full: Candidate
+    table: Thresholds,
+    effect: Effect,
+    gain: float,
+    total: float,
+    confirmed: float,
+    final: Fit,
+    full: Candidate,
+    base: Candidate,
 ) -> list[str]:
     out = []
     if not gain > table.delta_lnL:
@@ -102,7 +110,7 @@ def _reasons(
         out.append("explains the data only together with an unidentified effect")
     if on_a_mode(effect, full.response, final.at):
         out.append("lies on a mode of the strut, which looks the same when its coupling is not that of the model")
-    if not full.adequate and (_astray(full) or _disturbed(full, effect)):
+    if not full.adequate and (_astray(full) or _disturbed(full, effect) or _spread_out(full, base)):
         out.append("leaves a residual where it acts")
     return out
 
@@ -168,6 +176,14 @@ def _disturbed(full: Candidate, effect: Effect) -> bool:
     change = response.frf(data.f, full.at, data.channels) - without.frf(data.f, at, data.channels)
     energy = (np.abs(full.seen.by_bin(data.whitener(change))) ** 2 / 2.0).mean(axis=0)
     return any(energy[data.channels.index(w.channel)] > MATTERS for w in full.adequacy.windows)
+
+
+def _spread_out(full: Candidate, base: Candidate) -> bool:
+    """Whether what is left lies in no band, so that nothing says that it lies elsewhere, and weighs: where it is more
+    than chance at its worst (a p just below the limit is what one right explanation in a thousand has), or where the
+    tolerance could hold what was there before."""
+    weighs = full.adequacy.p < BEYOND_CHANCE * full.table.p_global or base.worst_G < full.table.G
+    return weighs and not full.adequacy.windows
 
 
 def _astray(full: Candidate) -> bool:
