@@ -22,6 +22,11 @@ from tests.conftest import DATA
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are of Unix")
 
 
+def heard() -> None:
+    """In the child: a test run in the background ignores Ctrl-C, and what it starts would inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.slow
 def test_a_batch_that_is_stopped_keeps_what_is_finished_and_goes_on(tmp_path: Path) -> None:
     units, out = tmp_path / "units", tmp_path / "out"
@@ -29,7 +34,12 @@ def test_a_batch_that_is_stopped_keeps_what_is_finished_and_goes_on(tmp_path: Pa
         shutil.rmtree(unit)
     command = [sys.executable, "-m", "accept", "batch", str(units), "--out", str(out), "--workers", "2"]
     run = subprocess.Popen(
-        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True
+        command,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+        preexec_fn=heard,
     )
     # A unit is finished when it is said to be: its certificate lies there a moment before the store knows of it.
     finished = next(m for line in run.stderr if (m := re.match(r"\[1/4\] (\S+): ", line))).group(1)
@@ -55,6 +65,7 @@ def stopped(first: str, *command: str) -> str:
         stdout=subprocess.DEVNULL,
         text=True,
         start_new_session=True,
+        preexec_fn=heard,
     )
     next(line for line in run.stderr if line.startswith(first))
     os.killpg(run.pid, signal.SIGINT)

@@ -138,7 +138,7 @@ def test_simulate_bench_as_a_program_of_its_own(tmp_path):
     [
         ("gauge:menu_open", "is a menu open"),
         ("lcr:overrange", "PRIM:OVER"),
-        ("probe:half_line", "only b"),
+        ("probe:half_line", "only 'ND-' came in time"),
         ("lcr:half_line:3", "not acknowledged"),
         ("gauge:swapped:probe", "gauge: no reply"),
     ],
