@@ -11,13 +11,15 @@ from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Inputs, Prepared, possible_faults, with_fault
-from checks.gap.search.candidates import COARSE_BINS, Candidate, Effort, Say, Search, quicker
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Effort, Say, Search, quicker
 from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 HALF = 0.5  # of the misfit
 WORTH = 100.0  # of log-likelihood: a fault of the records is no small thing
 FEW_STEPS = 10
+COARSE_BINS = 150  # of a first look at records that may be turned
 HOPELESS = 2.0  # times the misfit of the records as they came
 
 

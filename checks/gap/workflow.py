@@ -8,7 +8,8 @@ from checks.gap.decision.report import answer
 from checks.gap.decision.result import Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
-from checks.gap.search.candidates import Candidate, Effort, Say, Search
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.forward import SearchResult, explain
 
 FIRST = 2  # effects that are looked for before a channel is left out

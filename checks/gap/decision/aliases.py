@@ -10,7 +10,7 @@ from checks.arrays import Array, Complex
 from checks.fitting.dataset import Dataset
 from checks.fitting.response import Response
 from checks.gap.modelling.effect import Effect, Values
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 

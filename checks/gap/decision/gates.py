@@ -15,7 +15,8 @@ from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
-from checks.gap.search.candidates import MANY, Candidate, Search
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import MANY, Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.search.levenberg_marquardt import begin
 from checks.gap.search.screen import screen

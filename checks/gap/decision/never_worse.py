@@ -11,7 +11,7 @@ from checks.gap.decision.gates import Claim, kept
 from checks.gap.decision.result import Gaps, ModeGap
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 
 ABOUT_MODE_HZ = 5.0
 AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance

@@ -23,7 +23,7 @@ from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import Experiment
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.parameters import is_mode_factor
 

@@ -18,7 +18,8 @@ from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.preparation.inputs import Prepared, raw, trials_of
-from checks.gap.search.candidates import Candidate, Search
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known

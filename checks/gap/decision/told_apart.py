@@ -20,7 +20,7 @@ from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 
 FAR = 3.0  # prior standard deviations from which on a calibrated value is said

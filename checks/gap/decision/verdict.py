@@ -22,7 +22,7 @@ from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.record_faults import Early
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 
 

@@ -42,7 +42,8 @@ EFFECT = Effect(
     ),
     channels=("de", "da"),
     sign="the same resonance adds to de and da, with the same residue; Vs does not show it",
-    sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}), {ratio} times the static motion.",
+    sentence="The bench has a mode at {f_Hz} Hz (damping ratio {damping_ratio}). "
+    "It adds {ratio} times the static motion.",
     sources=("[STB] 3.2.3", "[EWINS00] 3.10"),
     experiment=Experiment.POINT,
 )

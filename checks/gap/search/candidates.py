@@ -1,11 +1,8 @@
-"""Candidates of an explanation: the model with members of the library added, and how each is fitted from where.
-
-Every candidate is fitted to one realisation (A) and compared on the other (B), which it has never seen.
-"""
+"""How candidates of an explanation come about: which members of the library are tried, and how each is fitted from
+where."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import product
 from math import inf
 
@@ -13,15 +10,14 @@ from checks.errors import ModelError
 from checks.fitting.calibrate import OTHER, of_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Led, lead
-from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.search.candidate import Candidate
 from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
 from checks.gap.search.screen import Score, peaks, screen
-from checks.gap.statistics.adequacy import Adequacy, judge
-from checks.gap.statistics.projected_residual import Projected, at_known, project
+from checks.gap.statistics.projected_residual import project
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
@@ -30,10 +26,8 @@ GO_ON = 5  # starts of one round that go on
 DRAWN = 2  # more starts of a calibration with scatter, where the first is not adequate
 SAME = 0.3  # prior standard deviations: searches that end no further apart have found one place
 NO_RIVAL = 30.0  # times the cost of the best: what is as far off is not followed
-GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 ALIKE = 0.1  # of log likelihood: or where they cost the same
 POLISH = 8  # steps with everything free, where the scatter was held before
-COARSE_BINS = 150  # of a first look at records that may be turned
 WORTH_A_FIT = 1e-2  # chance of a member's gain in the screen, above which no fit is begun
 SURE, SMALL = 8, 0.1  # members of a round that are fitted: so many, and those with this share of the largest gain
 BOTH_WAYS = 2  # candidates tried with the other form of damping
@@ -41,64 +35,6 @@ PLACES = 2  # of the largest residual that a mode is moved to
 NEIGHBOURS = 3  # effects that are tried in the place of one that is there
 FROM_FAR = 3  # candidates of a round begin once more at the priors, where none is adequate
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A response fitted to A; seen: its residual on B; led: where the search on few bins had led, if it began there."""
-
-    response: Augmented
-    at: dict[str, float]
-    cost: float
-    unseen: Dataset
-    table: Thresholds
-    led: Led | None = None
-
-    @cached_property
-    def seen(self) -> Projected:
-        return project(self.response, self.unseen, self.at)
-
-    @property
-    def lnL(self) -> float:
-        """Log-likelihood of B at the values from A, priors included, but for a constant."""
-        return -self._settled.cost
-
-    @cached_property
-    def _settled(self) -> Projected:
-        """The residual as it is: what the parameters could explain takes derivatives by all of them to know."""
-        return at_known(self.response, self.unseen, self.at)
-
-    @cached_property
-    def adequacy(self) -> Adequacy:
-        return judge(self.seen, self.table.p_global)
-
-    @property
-    def adequate(self) -> bool:
-        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
-        the tolerance could just explain bin by bin is still one."""
-        return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
-
-    @cached_property
-    def channel_G(self) -> dict[str, float]:
-        """G of every channel on B."""
-        model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
-        data = self.unseen.around(model)
-        return {channel: g.G for channel, g in gaps([data], [data.H - model]).items()}
-
-    @property
-    def worst_G(self) -> float:
-        """Largest G of a channel on B."""
-        return max(self.channel_G.values())
-
-    @property
-    def names(self) -> frozenset[str]:
-        return frozenset(self.response.names)
-
-    @property
-    def score(self) -> float:
-        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
-        parameters = sum(len(m.parameters) for m in self.response.members)
-        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
 
 
 @dataclass
@@ -135,7 +71,7 @@ class Search:
         """A response fitted to A to the end, from far away. drawn: more starts, where the model scatters and the one at
         `start` leads to nothing adequate."""
         if not response.model.scatters:
-            return self._candidate(self.go_on(self._annealed(response, self.A, start), MANY))
+            return self._candidate(self.go_on(self._annealed(response, start), MANY))
         first = self._led(response, start)
         own = self._to_its_end(response, first)
         return own if own.adequate else self._elsewhere(response, start, first, own, drawn)
@@ -196,8 +132,8 @@ class Search:
         self.effort.spent += done.work - refit.work
         return done
 
-    def _annealed(self, response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
-        done = annealed(response, data, start)
+    def _annealed(self, response: Augmented, start: Mapping[str, float]) -> Refit:
+        done = annealed(response, self.A, start)
         self.effort.spent += done.work
         return done
 
@@ -212,7 +148,7 @@ class Search:
         every = [screen(on_A, m) for m in absent]
         promising = _promising([s for s in every if s.p < WORTH_A_FIT])
         starts = [r for s in promising if not self.over for r in self._starts(base, s)]
-        if base.worst_G > GROSS:  # so far off that what is linear there promises nothing
+        if base.gross:
             others = [s for s in every if s not in promising]
             starts += [r for s in others if not self.over for r in self._coarse_start(base, s)]
         return self._raced(starts)
@@ -257,10 +193,9 @@ class Search:
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-        gross = base.worst_G > GROSS
         names = [f"{member.name}.{p.name}" for p in member.parameters]
         places = [
-            (p.start, *(p.begins if gross else ())) if p.linear else (score.starts[0][p.name],)
+            (p.start, *(p.begins if base.gross else ())) if p.linear else (score.starts[0][p.name],)
             for p in member.parameters
         ]
         try:
@@ -303,7 +238,7 @@ class Search:
     def _again(self, c: Candidate) -> Refit:
         own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
         quick = replace(c.response, model=quicker(c.response.model))
-        return self.go_on(begin(c.response, self.A, self._annealed(quick, self.A, own).at), MANY)
+        return self.go_on(begin(c.response, self.A, self._annealed(quick, own).at), MANY)
 
     def _to_the_end(self, refit: Refit) -> Refit:
         """First with the scatter held, then with all that is free."""

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Candidate, Search
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Search
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,9 +183,8 @@ class _Problem:
         D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
         size = r.size - len(self.weight)
         A, g = self.data.whitener.normal(D, r[:size])
-        return A * np.outer(self.unit, self.unit) + self.weight.T @ self.weight, self.weight.T @ r[
-            size:
-        ] - g * self.unit
+        A = A * np.outer(self.unit, self.unit) + self.weight.T @ self.weight
+        return A, self.weight.T @ r[size:] - g * self.unit
 
     def cost(self, x: Array) -> float:
         r = self.residual(x)

@@ -19,7 +19,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation import record_faults
 from checks.gap.preparation.inputs import possible_faults, with_fault
-from checks.gap.search.candidates import Candidate
+from checks.gap.search.candidate import Candidate
 from checks.gap.workflow import GapRefused, run
 from tests.checks.gap.gap_cases import inputs, recorded, strut
 

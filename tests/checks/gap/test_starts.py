@@ -9,7 +9,8 @@ from accept.models.model_file import open_model
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.gap.search.candidates import GROSS, Candidate, Search, quicker
+from checks.gap.search.candidate import GROSS, Candidate
+from checks.gap.search.candidates import Search, quicker
 from checks.model.model import Model
 from tests.checks.gap.gap_cases import recorded
 

@@ -1,0 +1,80 @@
+"""A candidate of an explanation: a model with members of the library added and fitted, and how well it does.
+
+It is fitted to one realisation (A) and compared on the other (B), which it has never seen.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from checks.fitting.dataset import Dataset
+from checks.fitting.fit import Led
+from checks.fitting.goodness import gaps
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.statistics.adequacy import Adequacy, judge
+from checks.gap.statistics.projected_residual import Projected, at_known, project
+
+GROSS = 1e4  # of a channel's G: most of it is no calibration's business
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A response fitted to A; seen: its residual on B; led: where the search on few bins had led, if it began there."""
+
+    response: Augmented
+    at: dict[str, float]
+    cost: float
+    unseen: Dataset
+    table: Thresholds
+    led: Led | None = None
+
+    @cached_property
+    def seen(self) -> Projected:
+        return project(self.response, self.unseen, self.at)
+
+    @property
+    def lnL(self) -> float:
+        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        return -self._settled.cost
+
+    @cached_property
+    def _settled(self) -> Projected:
+        """The residual as it is: what the parameters could explain takes derivatives by all of them to know."""
+        return at_known(self.response, self.unseen, self.at)
+
+    @cached_property
+    def adequacy(self) -> Adequacy:
+        return judge(self.seen, self.table.p_global)
+
+    @property
+    def adequate(self) -> bool:
+        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
+        the tolerance could just explain bin by bin is still one."""
+        return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
+
+    @cached_property
+    def channel_G(self) -> dict[str, float]:
+        """G of every channel on B."""
+        model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+        data = self.unseen.around(model)
+        return {channel: g.G for channel, g in gaps([data], [data.H - model]).items()}
+
+    @property
+    def worst_G(self) -> float:
+        """Largest G of a channel on B."""
+        return max(self.channel_G.values())
+
+    @property
+    def gross(self) -> bool:
+        """Whether so much is left that what is linear here promises nothing."""
+        return self.worst_G > GROSS
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.response.names)
+
+    @property
+    def score(self) -> float:
+        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
+        parameters = sum(len(m.parameters) for m in self.response.members)
+        return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)
