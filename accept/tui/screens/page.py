@@ -6,11 +6,12 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.widgets import Footer, Label, Static
+from textual.widgets import Label, Static
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.plots import Plots
 from accept.tui.widgets.findings import Findings
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import StepList
 from accept.tui.widgets.unit_bar import UnitBar
@@ -42,7 +43,7 @@ class Page(Working[bool]):
                     yield from self.parts()
                     yield Pictures()
         yield Label("", id="status")
-        yield Footer(compact=True)
+        yield KeyRow()
 
     def parts(self) -> ComposeResult:
         """What stands in the body, above the pictures."""

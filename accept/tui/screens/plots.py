@@ -8,8 +8,9 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.screen import Screen
-from textual.widgets import Footer, Label
+from textual.widgets import Label
 
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
 
@@ -31,7 +32,7 @@ class Plots(Screen[None]):
     def compose(self) -> ComposeResult:
         yield Label("", classes="title", id="which", markup=False)
         yield Vertical(id="drawn")
-        yield Footer(compact=True)
+        yield KeyRow()
 
     async def on_mount(self) -> None:
         await self._draw()

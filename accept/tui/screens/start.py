@@ -10,11 +10,12 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
-from textual.widgets import Footer, Input, Label, OptionList
+from textual.widgets import Input, Label, OptionList
 from textual.widgets.option_list import Option
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry, typed
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class StartScreen(Working[Begin | None]):
             yield Label("", id="about", markup=False)
             yield OptionList(id="units", markup=False)
         yield Label("Starting …", id="status")
-        yield Footer(compact=True)
+        yield KeyRow()
 
     def on_mount(self) -> None:
         if not self.alive:

@@ -8,7 +8,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
-from textual.widgets import DataTable, Footer, Label, Static
+from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
 from accept.tui.background.busy_screen import Working
@@ -17,6 +17,7 @@ from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import GAP_TITLE, StepList
 from accept.tui.widgets.step_words import head, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
@@ -53,7 +54,7 @@ class Steps(Working[bool]):
                 yield Static("", id="head", markup=False)
                 yield Static("", id="card", markup=False)
         yield Label("", id="status")
-        yield Footer(compact=True)
+        yield KeyRow()
 
     def on_mount(self) -> None:
         if not self.alive:

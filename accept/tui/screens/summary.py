@@ -6,7 +6,7 @@ from typing import ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import DataTable, Footer, Label, Static
+from textual.widgets import DataTable, Label, Static
 
 from accept.certificate.contents.disposition import CHOICES
 from accept.certificate.trust import keys
@@ -18,6 +18,7 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
@@ -57,7 +58,7 @@ class Summary(Working[bool]):
         yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
-        yield Footer(compact=True)
+        yield KeyRow()
 
     def on_mount(self) -> None:
         if not self.alive:

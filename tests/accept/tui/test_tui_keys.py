@@ -7,12 +7,14 @@ import pytest
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.pilot import Pilot
+from textual.widgets._footer import FooterKey
 
 from accept.base.home import home
 from accept.certificate.trust import keys as signing_keys
 from accept.store import open_store
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
-from tests.accept.tui.tui_help import loader, press, running, settled
+from tests.accept.tui.tui_help import begin, loader, press, running, settled
 from tests.soak import SOAK
 
 COUNT = 20_000 if SOAK else 400
@@ -87,3 +89,19 @@ async def test_random_keys(tmp_path):
     assert {"value_taken", "step_judged"} <= kinds  # the keys did reach the fields
     assert "certificate_signed" not in kinds
     assert not list(home().glob("certificates/*"))
+
+
+async def test_the_row_of_keys_is_composed_anew_where_a_key_changes_and_only_there():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        row = pilot.app.screen.query_one(KeyRow)
+        before = list(row.children)
+        await press(pilot, "down", "x", "backspace", "up")
+        assert list(row.children) == before
+        await press(pilot, "f6")  # records instead of values: F2 has a file to pick
+        assert list(row.children) != before
+        active = [each for each in pilot.app.screen.active_bindings.values() if each.binding.show]
+        shown = [(key.key, key.disabled) for key in row.query(FooterKey)]
+        assert shown == [(each.binding.key, not each.enabled) for each in active]
+        assert ("f2", False) in shown
