@@ -26,10 +26,14 @@ NEEDS = {
 }
 
 
+gc.disable()  # a fifth of the time that collecting takes, and what is collected stays anyway
+
+
 def pytest_collection_finish() -> None:
     """What is loaded by now stays to the end: the garbage collector need not walk over it again and again."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -7,9 +7,8 @@ import os
 import pickle
 import signal
 import sys
-import time
 import tracemalloc
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -42,6 +41,7 @@ from accept.models.model_file import open_model
 from accept.store import fold, open_store
 from accept.units import unit_folder
 from accept.units.shared_folder import anywhere, looks_of
+from tests.accept.base.cluster.small_work import digest, fatal_31, grab, half, process_of
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.gap_units import make_strut
 from validation import run_cases
@@ -61,19 +61,10 @@ def cluster() -> Iterator[Cluster]:
         yield made
 
 
-def half(number: int) -> float:
-    return number / (number - 3)
-
-
 def test_what_the_work_raises_is_raised_here_and_the_cluster_goes_on(cluster: Cluster) -> None:
     with pytest.raises(WorkFailed, match="ZeroDivisionError"):
         list(cluster.unordered(half, range(6)))
     assert sorted(cluster.unordered(half, [4, 5])) == [(4, 4.0), (5, 2.5)]
-
-
-def process_of(number: int) -> int:
-    time.sleep(0.05)
-    return os.getpid()
 
 
 def test_work_goes_on_when_every_worker_died(cluster: Cluster) -> None:
@@ -85,12 +76,6 @@ def test_work_goes_on_when_every_worker_died(cluster: Cluster) -> None:
     found += back
     assert sorted(number for number, _ in found) == list(range(200))
     assert {pid for _, pid in found} - died  # those that were started again
-
-
-def fatal_31(number: int) -> int:
-    if number == 31:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return -number
 
 
 @pytest.mark.soak
@@ -117,10 +102,6 @@ def test_what_was_handed_in_is_not_held(cluster: Cluster, monkeypatch: pytest.Mo
     tracemalloc.stop()
     assert found == {200_000}
     assert held < 12e6
-
-
-def grab(gigabytes: float) -> int:
-    return int(np.empty(int(gigabytes * 1e9 / 8)).size)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only here the limit is enforced for sure")
@@ -228,14 +209,6 @@ def test_the_coordinator_signs_and_no_key_leaves_it(cluster: Cluster, tmp_path: 
         assert all(words not in sent for sent in heard.sent)
 
 
-def digest(folder: Path, model: Path, out: Path | None, without: Sequence[str] = ()) -> dict[str, Any]:
-    """A workflow for the blind test: hashes of what it is handed, and a crash where an effect is left out."""
-    if without:
-        raise ValueError(f"cannot do without {', '.join(without)}")
-    found = {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
-    return {"verdict": "no_missing_effect", "named": [], "files": found, "model": model.read_text()}
-
-
 @dataclass(frozen=True)
 class Small:
     """A unit of the blind test that takes no time to record."""
@@ -255,7 +228,7 @@ def test_the_blind_test(cluster: Cluster, tmp_path: Path, monkeypatch: pytest.Mo
     """Workers are handed the same units, byte for byte, and a crash is an outcome there as here; a worker whose
     validation is another one is found before it counts."""
     truth = {"effects": {}, "outside": {}, "kind": "none"}
-    named = f"{__name__}:{digest.__name__}"
+    named = f"{digest.__module__}:{digest.__name__}"
     model = tmp_path / "model.toml"
     model.write_text("# as the coordinator has it")
     jobs: list[Any] = [Job(Small(serial), truth, named, model=model) for serial in ("B-1", "B-2")]  # type: ignore[arg-type]
