@@ -102,11 +102,13 @@ class Form:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or list that a spec may set for a check under `settings`, with its default and its meaning."""
+    """A number or list that a spec may set for a check under `settings`, with its default and its meaning. positive:
+    whether it, or each of its numbers, must be above zero."""
 
     name: str
     default: Any
     meaning: str
+    positive: bool = False
 
 
 @dataclass(frozen=True)

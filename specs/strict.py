@@ -1,6 +1,7 @@
 """TOML read strictly: an unknown key, a wrong type, a number that is not finite are errors with their key path."""
 
 import hashlib
+import sys
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -45,16 +46,28 @@ def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **
     name: of the file, for messages. Raises SpecError listing every problem with its key path.
     """
     try:
+        data = toml_of(raw)
         text = raw.decode("utf-8")
-        data = tomllib.loads(text)
         document.model_validate(data)  # first alone, so that a file cannot bring its own hash
         return full.model_validate({**data, "sha256": hashlib.sha256(raw).hexdigest(), "text": text, **origin})
-    except UnicodeDecodeError as e:
-        raise SpecError(name, [f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}"]) from e
-    except tomllib.TOMLDecodeError as e:
-        raise SpecError(name, [f"is not TOML: {e}"]) from e
-    except ValidationError as e:
+    except ValidationError as e:  # is a ValueError too
         raise SpecError(name, [problem_line(problem) for problem in e.errors()]) from e
+    except ValueError as e:
+        raise SpecError(name, [str(e)]) from e
+
+
+def toml_of(raw: bytes) -> dict[str, Any]:
+    """What the bytes of a TOML file hold. Raises ValueError, which says why they are none."""
+    try:
+        return tomllib.loads(raw.decode("utf-8-sig"))  # editors on Windows put a mark in front
+    except UnicodeDecodeError as e:
+        raise ValueError(f"is not UTF-8: byte {e.start} is 0x{raw[e.start]:02x}") from e
+    except tomllib.TOMLDecodeError as e:
+        raise ValueError(f"is not TOML: {e}") from e
+    except RecursionError as e:
+        raise ValueError("is not TOML: it is nested too deeply") from e
+    except ValueError as e:  # Python converts no more digits; a number of so many is none of a measurement
+        raise ValueError(f"holds a number of more than {sys.get_int_max_str_digits()} digits") from e
 
 
 def problem_line(problem: Mapping[str, Any]) -> str:

@@ -6,13 +6,15 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, ValidationError, create_model
 
 from checks.declare import Check
-from specs.strict import Finite, Strict, problem_line
+from specs.strict import Finite, Positive, Strict, problem_line
 
 
 def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
     """What is wrong with the settings that a spec gives a check, a line each with key path and value. A setting that
     the check does not declare is not looked at."""
-    declared: dict[str, Any] = {s.name: (_type(s.default), ...) for s in check.settings if s.name in given}
+    declared: dict[str, Any] = {
+        s.name: (_type(s.default, Positive if s.positive else Finite), ...) for s in check.settings if s.name in given
+    }
     try:
         create_model("Settings", __base__=Strict, **declared).model_validate({name: given[name] for name in declared})
     except ValidationError as e:
@@ -20,18 +22,18 @@ def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
     return []
 
 
-def _type(default: Any) -> Any:
-    """The default tells what a setting is: a number, which is not negative where the default is not; a text; a pair,
-    from and to; so many numbers or points; or, where the default is empty, any list of numbers."""
+def _type(default: Any, number: Any) -> Any:
+    """What a setting is, by its default: a number, which is not negative where the default is not; a text; a pair, from
+    and to; so many numbers or points; or, where the default is empty, any list of numbers. number: type of each."""
     if isinstance(default, str):
         return str
     if not isinstance(default, list | tuple):
-        return Annotated[Finite, Field(ge=0)] if default >= 0 else Finite
+        return Annotated[number, Field(ge=0)] if default >= 0 else number
     if not default:
-        return list[Finite]
+        return list[number]
     if isinstance(default[0], list | tuple):
-        return _so_many(_so_many(Finite, len(default[0])), len(default))
-    numbers = _so_many(Finite, len(default))
+        return _so_many(_so_many(number, len(default[0])), len(default))
+    numbers = _so_many(number, len(default))
     return Annotated[numbers, AfterValidator(_rising)] if len(default) == 2 and default[0] < default[1] else numbers
 
 

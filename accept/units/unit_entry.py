@@ -13,6 +13,7 @@ from checks.declare import CsvTable, Input, Measured, Scalar, Series, Vector
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
 RESERVED = ("unit.toml", "results.json", "manifest.json", "spec.toml", "panels.json")
 MODEL_FOLDER = "spec-models"
+LEAST_U = 1e-9  # of the value: below it is a slip of the exponent, or a guard band that was to be switched off
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,9 @@ def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusa
             f" (expected {declared.lo:g} to {declared.hi:g} {declared.unit})"
         )
     if U is not None and not (math.isfinite(_float(U)) and _float(U) > 0):
-        unusable.append(f"the uncertainty U of {declared.name} is {U}, expected a positive number")
+        unusable.append(f"the uncertainty U of {declared.name} is {_float(U):g}, expected a positive number")
+    elif U is not None and _float(U) < LEAST_U * abs(number):
+        unusable.append(f"the uncertainty U of {declared.name} is {U:g} {declared.unit}: no instrument is that exact")
     return Measured(number, None if U is None else _float(U))
 
 

@@ -3,7 +3,6 @@
 import difflib
 import hashlib
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
@@ -14,10 +13,11 @@ from accept.units import folder_header
 from accept.units.unit_entry import Entry, FileEntry, entry_of
 from accept.units.unit_experiments import EXPERIMENTS, UnitExperiment, experiments_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form
+from checks.declare import Check, Form, Series
 from checks.errors import RecordError
 from specs.errors import AcceptError
 from specs.files import read_bounded
+from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
 KINDS = ("apa", "strut")
@@ -96,11 +96,9 @@ def read(folder: Path) -> UnitFolder:
         raise UnitError(folder, [f"{'is a file' if folder.exists() else 'does not exist'}; expected a unit folder"])
     text = _read_text(path)
     try:
-        data = tomllib.loads(text.decode("utf-8-sig"))  # editors on Windows put a mark in front
-    except UnicodeDecodeError as e:
-        raise UnitError(path, [f"is not UTF-8: byte {e.start} is 0x{text[e.start]:02x}"]) from e
-    except (tomllib.TOMLDecodeError, RecursionError) as e:
-        raise UnitError(path, [f"is not TOML: {e}"]) from e
+        data = toml_of(text)
+    except ValueError as e:
+        raise UnitError(path, [str(e)]) from e
     return parse(folder, text, data)
 
 
@@ -122,6 +120,13 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
     parts = folder_header.strings(data, "parts", problems)
     channels = folder_header.strings(data, "channels", problems)
+    known_channels = _record_channels()
+    problems += [
+        f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
+        f" (known: {', '.join(known_channels)})"
+        for key in channels
+        if key not in known_channels
+    ]
     measured = folder_header.days(data, problems)
     notes = folder_header.notes(data, problems)
     experiments = experiments_of(data, problems)
@@ -150,10 +155,18 @@ def serial_problem(serial: str) -> str | None:
     return None
 
 
+def _record_channels() -> list[str]:
+    """Names, here, of every channel that a check may read from a record."""
+    series = [i for check in CHECKS.values() for i in check.inputs.values() if isinstance(i, Series)]
+    steps = [one.step for one in series if one.step is not None]
+    return list(dict.fromkeys([name for one in series for name in (*one.channels, *one.optional_channels)] + steps))
+
+
 def _meant(name: str, known: Iterable[str]) -> str:
     """`; did you mean 'stroke'?` where one of the known names is near."""
-    near = difflib.get_close_matches(name, list(known), 1)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    folded = {one.casefold(): one for one in known}
+    near = difflib.get_close_matches(name.casefold(), list(folded), 1)
+    return f"; did you mean '{folded[near[0]]}'?" if near else ""
 
 
 def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:
@@ -185,7 +198,13 @@ def inside(folder: Path, name: str) -> Path:
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    try:
+        path.is_file()  # a name too long for any file is no file of the unit, on every system
+        within = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError) as e:  # RuntimeError: links that lead in a circle
+        told = e.strerror if isinstance(e, OSError) else "its links lead in a circle"
+        raise RecordError(f"{name[:60]}: cannot be a file of the unit: {told}") from e
+    if not within or ".." in path.relative_to(folder).parts:  # the folder may be moved, its name is no part of the unit
         raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
     return path
 

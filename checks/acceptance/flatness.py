@@ -59,7 +59,7 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
     offset = float(found.x[2] * span + z.mean() - slope @ [x.mean(), y.mean()])
     multipliers = -np.asarray(found.ineqlin.marginals)
     weights = multipliers[: z.size] - multipliers[z.size :]
-    cosine = 1.0 / math.sqrt(1.0 + float(slope @ slope))
+    cosine = 1.0 / math.hypot(1.0, *slope)  # no square that overflows and makes every part flat
     return Zone(float(found.x[3] * span) * cosine, slope, offset, weights)
 
 
@@ -145,7 +145,7 @@ def _tilt(planes: list[tuple[Array, Array]], reading: StatedU | None) -> Quantit
     """Angle between the least-squares planes of the two interfaces [urad], small angles."""
     (slope_1, cofactor_1), (slope_2, cofactor_2) = planes
     difference = slope_2 - slope_1
-    tilt = float(np.linalg.norm(difference))
+    tilt = math.hypot(*difference)
     direction = difference / tilt if tilt > 0 else np.array([1.0, 0.0])
     # heights in um over lengths in m give urad
     sensitivity = math.sqrt(float(direction @ (cofactor_1 + cofactor_2) @ direction))

@@ -219,7 +219,7 @@ CHECK = Check(
         Setting("top_Hz", TOP_HZ, "highest frequency used, well below the first zero of Vs"),
         Setting("resistor_ohm", RESISTOR_OHM, "resistor where the unit does not state its own"),
         SAMPLING,
-        Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to"),
+        Setting("capacitance_uF", CAPACITANCE_UF, "capacitance of a sound sensor stack, from and to", positive=True),
     ),
     stated=("sensor_highpass_Hz", "resistor_ohm"),
     guide=Guide(

@@ -229,7 +229,7 @@ def _free_free(name: str, mode: Mode) -> str:
 
 SETTINGS = (
     Setting("impacts_min", IMPACTS_MIN, "good impacts that a record needs; never fewer than three"),
-    Setting("level_ratio", 3.0, "an impact this many times above or below the median is off level"),
+    Setting("level_ratio", 3.0, "an impact this many times above or below the median is off level", positive=True),
     Setting("coherence_min", 0.9, "agreement of an impact's response with what the others predict"),
     Setting("force_range_N", 0.0, "range of the force sensor; 0: not stated, overloads show by their flat tops only"),
     Setting("torsion_contrast", 4.0, "how much weaker the top impact must show the torsion mode"),

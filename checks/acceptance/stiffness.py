@@ -288,7 +288,7 @@ CHECK = Check(
     ),
     measure=measure,
     settings=(
-        Setting("gravity", GRAVITY, "acceleration of gravity on the bench [m/s2]"),
+        Setting("gravity", GRAVITY, "acceleration of gravity on the bench [m/s2]", positive=True),
         Setting(
             "gravity_U", GRAVITY_U, "its expanded uncertainty [m/s2]; where it is not known, that of the whole globe"
         ),

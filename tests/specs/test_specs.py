@@ -89,13 +89,16 @@ source = "me"
         ("duration_min_s = inf", "finite"),
         ("coherent_de_Hz = [10.0, nan]", "finite"),
         ("coherent_de_Hz = [700.0, 10.0]", "not a range"),  # nothing would be asked to be coherent
+        ("coherent_de_Hz = [0.0, 700.0]", "greater than 0 (got 0.0)"),  # thirds of octaves from zero never end
+        ("sampling_Hz = [0.0]", "greater than 0 (got 0.0)"),
         ("coherent_de_Hz = [10.0]", "at least 2 items"),
         ("coherent_de_Hz = 700.0", "valid list"),
         ("polarity = [0, 0]", "at least 3 items"),
         ("spurious_Hz = ['200']", "[checks.frf.settings.spurious_Hz.0] Input should be a valid number"),
         ("payload_kg = '5'", "Input should be a valid number"),
         ("payload_kg = true", "Input should be a valid number"),
-        ("payload_kg = -5.0", "greater than or equal to 0 (got -5.0)"),
+        ("payload_within = -0.2", "greater than or equal to 0 (got -0.2)"),
+        ("payload_kg = 0", "greater than 0 (got 0)"),
         ("model = 3", "valid string (got 3)"),
         ("payload = 5.0", "unknown name"),
     ],
@@ -144,6 +147,14 @@ def test_damaged_files(tmp_path: Path) -> None:
     path.write_text("name = ")
     with pytest.raises(SpecError, match="not TOML"):
         load(path)
+    path.write_text("x = " + "[" * 5000)
+    with pytest.raises(SpecError, match="nested too deeply"):
+        load(path)
+    path.write_text(GOOD.replace("5.5", "1" + "0" * 5000))
+    with pytest.raises(SpecError, match="a number of more than 4300 digits"):
+        load(path)
+    path.write_bytes(GOOD.encode("utf-8-sig"))  # as an editor on Windows saves it
+    assert load(path).text.encode() == path.read_bytes()
     with pytest.raises(SpecError, match="cannot be read"):
         load(tmp_path / "absent.toml")
     with pytest.raises(SpecError, match="apa-basic"):

@@ -2,7 +2,6 @@
 
 import hashlib
 import io
-import tomllib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -26,6 +25,7 @@ from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, p
 from checks.acceptance import CHECKS
 from checks.picture import Panel
 from specs.files import read_bounded
+from specs.strict import toml_of
 
 _LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
 _SHOWN = 3  # differences named in the reason; the details have all
@@ -173,7 +173,7 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
 
 def _unit(contents: CertificateContent) -> UnitFolder:
     text = contents.files[UNIT_FILE]
-    return parse(Path(), text, tomllib.loads(text.decode("utf-8-sig")))
+    return parse(Path(), text, toml_of(text))
 
 
 def _other(contents: CertificateContent) -> str:

@@ -17,7 +17,9 @@ WITHIN = 1e-3  # quartz clocks are right to 1e-4; a time vector of rounded steps
 NEIGHBOUR = 1.2
 ROUND = 5e-5
 DOUBLINGS = 16  # of 1 Hz to 65536 Hz
-SAMPLING = Setting("sampling_Hz", [], "rates of the bench's clocks; a record of another rate is not used; empty: any")
+SAMPLING = Setting(
+    "sampling_Hz", [], "rates of the bench's clocks; a record of another rate is not used; empty: any", positive=True
+)
 
 
 def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:

@@ -227,7 +227,7 @@ def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], r
 
 
 SETTINGS = (
-    Setting("payload_kg", 5.7, "payload of the bench where the unit does not state its own"),
+    Setting("payload_kg", 5.7, "payload of the bench where the unit does not state its own", positive=True),
     Setting("payload_within", 0.2, "part by which the unit's payload may differ from that of the limits"),
     Setting("scale_within", 0.2, "part by which the static gains of de and da may differ"),
     Setting("bands_within", 0.15, "part by which both records may differ about their merging, and from their repeats"),
@@ -238,9 +238,16 @@ SETTINGS = (
     Setting("resonance_Hz", [70.0, 130.0], "where the axial resonance is searched"),
     Setting("zero_Hz", [25.0, 65.0], "where the zero of Vs is searched"),
     Setting("coherence_min", 0.9, "median coherence that every third of an octave needs"),
-    Setting("coherent_Vs_Hz", [10.0, 2000.0], "band in which Vs must be coherent, but for its zero and the resonance"),
-    Setting("coherent_de_Hz", [10.0, 700.0], "band in which de must be coherent, but for the resonance"),
-    Setting("coherent_da_Hz", [10.0, 1000.0], "band in which da must be coherent, but for the resonance"),
+    Setting(
+        "coherent_Vs_Hz",
+        [10.0, 2000.0],
+        "band in which Vs must be coherent, but for its zero and the resonance",
+        positive=True,
+    ),
+    Setting("coherent_de_Hz", [10.0, 700.0], "band in which de must be coherent, but for the resonance", positive=True),
+    Setting(
+        "coherent_da_Hz", [10.0, 1000.0], "band in which da must be coherent, but for the resonance", positive=True
+    ),
     Setting("polarity", [-1, 1, 1], "sign of the static gain of Vs, de and da; 0: either"),
     Setting("delay_max_samples", 5.0, "a channel further behind Va than this was stored with an offset"),
     Setting("offset_max_samples", 0.8, "two channels further apart than this were stored with an offset"),

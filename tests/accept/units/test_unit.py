@@ -52,6 +52,7 @@ def test_a_good_unit_is_accepted(tmp_path: Path) -> None:
         ("[stroke]\nstroke_um = 373.2", "stroke = 373.2", ["unknown key"]),
         ("[stroke]", "[strok]", ["[strok] unknown section", "did you mean 'stroke'?"]),
         ("[flatness]\nz_um = [0, -0.5,", '[flatness]\nz_um = [0, "-0.5",', ["[flatness] z_um", "list of 8 numbers"]),
+        ("[capacitance]", '[channels]\nVS = "AI0"\n[capacitance]', ["[channels] VS", "did you mean 'Vs'?"]),
         ("[capacitance]", "[parts]\napa = 3\n[capacitance]", ["[parts] apa = 3", "text"]),
     ],
 )
@@ -73,6 +74,7 @@ def test_an_unusable_unit_toml_is_refused_by_key(tmp_path: Path, old: str, new: 
         (b"", "serial is missing"),
         (b"\0" * 99, "not TOML"),
         (b"a=" + b"[" * 5000, "not TOML"),
+        (b"a=1" + b"0" * 5000, "a number of more than 4300 digits"),
         (b"#" * 2_000_000, "larger"),
     ],
 )
@@ -99,6 +101,7 @@ def test_not_a_folder_not_there_and_nothing_inside(tmp_path: Path) -> None:
         ("sensor_uF = 5.10", "sensor_uF = -5.1", "sensor_uF", "not plausible"),
         ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, U = -0.1 }", "sensor_uF", "expected a positive number"),
         ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, U = nan }", "sensor_uF", "expected a positive number"),
+        ("sensor_uF = 5.10", "sensor_uF = { value = 5.1, U = 5e-12 }", "sensor_uF", "no instrument is that exact"),
         ("sensor_uF = 5.10", "", "sensor_uF", "not measured"),
         ("[stroke]\nstroke_um = 373.2", "", "stroke_um", "not measured"),
         ("stroke_um = 373.2", "", "stroke_um", "not measured"),
@@ -107,6 +110,13 @@ def test_not_a_folder_not_there_and_nothing_inside(tmp_path: Path) -> None:
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "no.csv"', "flatness_um", "no.csv"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "../o.csv"', "flatness_um", "outside the unit"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "/etc/hosts"', "flatness_um", "outside the unit"),
+        (
+            "z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]",
+            'points = "a/../o.csv"',
+            "flatness_um",
+            "outside the unit",
+        ),
+        ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", f'points = "{"a" * 300}.csv"', "flatness_um", "too long"),
         ("stroke_um = 373.2", 'one_stack = "a.mat"\ntwo_stacks = "b.mat"', "stroke_um", "a.mat"),
     ],
 )

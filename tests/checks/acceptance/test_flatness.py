@@ -132,6 +132,13 @@ def test_heights_more_alike_than_the_probe_reads_are_no_result(heights: np.ndarr
         quantities(heights)
 
 
+def test_heights_that_are_no_heights_show_no_flat_part() -> None:
+    """A tilt so steep that its square overflows was taken for a part without thickness: the zone is no less wide."""
+    steep, absurd = (quantities(scale * np.array(SEED_APAS[0].heights_um)) for scale in (1e6, 1e200))
+    assert steep["flatness_um"].value > 1e3
+    assert absurd["flatness_um"].value == pytest.approx(steep["flatness_um"].value, rel=0.01)
+
+
 def test_a_position_read_twice_is_no_result() -> None:
     x, y = np.array(POSITIONS_MM, dtype=float).T
     x[7], y[7] = x[6], y[6]
