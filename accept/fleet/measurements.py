@@ -1,5 +1,6 @@
 """Every judged quantity that the event store holds, as one table."""
 
+import calendar
 import datetime
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -87,8 +88,8 @@ def day(text: str | None, *, last: bool = False) -> datetime.date | None:
     try:
         if len(text) == 7:
             first = datetime.date.fromisoformat(f"{text}-01")
-            following = (first.replace(day=28) + datetime.timedelta(days=4)).replace(day=1)
-            return following - datetime.timedelta(days=1) if last else first
+            first = datetime.date.fromisoformat(f"{text}-01")
+            return first.replace(day=calendar.monthrange(first.year, first.month)[1]) if last else first
         return datetime.date.fromisoformat(text)
     except ValueError as e:
         raise FleetError(f"'{text}' is not a day; write 2026-10-05, or 2026-10 for a month") from e

@@ -120,7 +120,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
     parts = folder_header.strings(data, "parts", problems)
     channels = folder_header.strings(data, "channels", problems)
-    known_channels = _record_channels()
+    known_channels = _record_channels() if channels else []  # every check is loaded for it
     problems += [
         f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
         f" (known: {', '.join(known_channels)})"

@@ -53,12 +53,13 @@ def _kind(found: h5py.Dataset) -> str:
 def _numbers(file: str, raw: bytes, name: str) -> Array:
     with h5py.File(io.BytesIO(raw), "r") as f:
         found = f[name]
-        _refuse_what_is_not_there(file, found, len(raw))
+        vet_stored(file, found, len(raw))
         return np.asarray(found[()], np.float64).ravel()
 
 
-def _refuse_what_is_not_there(file: str, found: h5py.Dataset, file_bytes: int) -> None:
-    """HDF5 reads a part that was never written as zeros, and follows references into other files."""
+def vet_stored(file: str, found: h5py.Dataset, file_bytes: int) -> None:
+    """Raises RecordError for numbers that are not in the file: HDF5 reads a part that was never written as zeros, and
+    follows references into other files."""
     plan, where = found.id.get_create_plist(), f"{file}: variable '{found.name.lstrip('/')}'"
     if found.is_virtual or plan.get_external_count():
         raise RecordError(f"{where} lies in another file; only data inside the file are read")

@@ -145,9 +145,21 @@ def _matlab(source: Source) -> dict[str, Column]:
 def _hdf5(source: Source) -> dict[str, Column]:
     import h5py  # loads slowly: only when wanted
 
+    from hw.records.mat73 import vet_stored
+
+    found: dict[str, Any] = {}
+    sizes: list[int] = []
+
+    def take(name: str, node: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(node, h5py.Dataset) and node.size:
+            sizes.append(node.size)
+            vet_stored(source.file, node, len(source.raw))
+            if sum(sizes) > DEFAULT_LIMITS.max_samples:
+                raise RecordError(f"{source.file}: holds more than {DEFAULT_LIMITS.max_samples} numbers")
+            found[name] = node[()]
+
     with h5py.File(io.BytesIO(source.raw), "r") as file:
-        found: dict[str, Any] = {}
-        file.visititems(lambda name, node: found.update({name: node[()]}) if isinstance(node, h5py.Dataset) else None)
+        file.visititems(take)
     named = {name.replace("/", "."): value for name, value in found.items() if name[0] != "#"}
     return _named(source.file, vectors("", named))
 

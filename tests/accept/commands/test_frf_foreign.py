@@ -141,6 +141,20 @@ def test_two_signals_of_one_name_are_refused(tmp_path):
         read_any(tmp_path / "two.mat", "Va", {}, None)
 
 
+@pytest.mark.parametrize(("made", "said"), [({}, "the file holds 0 of them"), ({"external": "own"}, "in another file")])
+def test_numbers_that_are_not_in_the_file_are_not_made_up(made, said, tmp_path):
+    """HDF5 reads what was never written as zeros, gigabytes of them from a file of two kilobytes, and other files."""
+    import h5py
+
+    (tmp_path / "other").write_bytes(DE.tobytes())
+    outside = {"external": [(str(tmp_path / "other"), 0, DE.nbytes)]} if made else {}
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["data/time"], file["data/Va"] = T, VA
+        file.create_dataset("data/de", (N,), "f8", **outside)
+    with pytest.raises(RecordError, match=said):
+        read_any(tmp_path / "a.mat", "Va", {}, None)
+
+
 def test_signals_of_another_time_axis_are_no_outputs(tmp_path):
     axes = np.array([{"Name": "fast", "Data": T}, {"Name": "slow", "Data": 2 * T}], dtype=object)
     signals = [{"Name": "Va", "Data": VA, "XIndex": 1}, {"Name": "de", "Data": DE, "XIndex": 2}]

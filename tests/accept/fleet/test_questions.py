@@ -117,7 +117,7 @@ def test_pictures_show_what_the_tables_say(bench, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "first", "last"),
-    [("2026-02", "2026-02-01", "2026-02-28"), ("2026-12", "2026-12-01", "2026-12-31"), ("2026-10-05",) * 3],
+    [("2026-02", "2026-02-01", "2026-02-28"), ("9999-12", "9999-12-01", "9999-12-31"), ("2026-10-05",) * 3],
 )
 def test_days_and_months(text, first, last):
     assert (str(day(text)), str(day(text, last=True))) == (first, last)
