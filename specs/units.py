@@ -36,3 +36,11 @@ def unit_of(quantity: str) -> str:
         if quantity == suffix or quantity.endswith("_" + suffix):
             return unit
     return DIMENSIONLESS
+
+
+def without_unit(quantity: str) -> str:
+    """The name without its unit: `k_closed` of `k_closed_N_per_um`; a name that is a unit alone stays."""
+    for suffix in _SUFFIXES:
+        if quantity.endswith("_" + suffix):
+            return quantity.removesuffix("_" + suffix)
+    return quantity

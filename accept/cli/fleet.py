@@ -18,7 +18,7 @@ from accept.commands.fleet.options import (
 )
 from accept.commands.options import ClusterAt, Plot
 
-golden_app = typer.Typer(help="Golden units, for whether the bench measures as before.", no_args_is_help=True)
+golden_app = typer.Typer(help="Golden units: does the bench measure as before?", no_args_is_help=True)
 
 AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
 

@@ -12,7 +12,7 @@ from accept.commands.bench.simulate_options import SimulateOptions
 app = typer.Typer(help="Instruments on the bench.", no_args_is_help=True)
 simulate_app = typer.Typer(help="Simulated units and a simulated bench.", no_args_is_help=True)
 
-Bench = Annotated[Path | None, typer.Option("--bench", help="bench.toml; else the one in ACCEPT_HOME.")]
+Bench = Annotated[Path | None, typer.Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
 Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
 
 
@@ -36,7 +36,7 @@ def hw_scan(
 
 @app.command("test")
 def hw_test(
-    names: Annotated[list[str] | None, typer.Argument(help="Instruments by their names; else all.")] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
     bench: Bench = None,
 ) -> None:
     """Ask every instrument for one reading. Exit 5 with the reason where one does not answer as it should."""
@@ -63,7 +63,9 @@ def hw_measure(
     section: Annotated[str, typer.Argument(help="flatness, capacitance, stroke or stiffness.")],
     bench: Bench = None,
     begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
-    dwell: Annotated[float | None, typer.Option(min=0.1, help="The rig plays the voltage, so long a step [s].")] = None,
+    dwell: Annotated[
+        float | None, typer.Option(min=0.1, help="Time per step if the rig drives the voltage [s].")
+    ] = None,
     operator: Operator = None,
 ) -> None:
     """Measure a section of a unit with its instrument."""
@@ -110,7 +112,7 @@ def recall(
         datetime.datetime, typer.Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")
     ],
 ) -> None:
-    """List the units that an instrument touched since a day. From the event store."""
+    """List the units measured with an instrument. From the event store."""
     from accept.commands.trust import recall as command
 
     raise typer.Exit(command.run(instrument, since.date()))

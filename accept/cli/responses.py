@@ -32,14 +32,16 @@ def compare(
     json: Json = None,
     plot: Plot = None,
 ) -> None:
-    """Compare units and find who stands out. Robust scores of quantities and curves, overlays of curves."""
+    """Compare units and find which stand out. Robust scores of quantities and curves, overlays of curves."""
     from accept.commands.units import compare as command
 
     raise typer.Exit(command.run(units, spec, json, plot))
 
 
 def gap(
-    units: Annotated[list[Path], typer.Argument(help="Unit folders with a section [frf], or parents of such.")],
+    units: Annotated[
+        list[Path], typer.Argument(help="Unit folders with a section [frf], or folders that contain them.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder for gap.json, gap.pdf and model.toml.")],
     model: StartModelName = None,
     fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,

@@ -23,7 +23,7 @@ def demo(
 @spread
 def batch(
     units: Annotated[
-        list[str], typer.Argument(help="Unit folders, parents of such, or addresses of them (s3://, zip://, https://).")
+        list[str], typer.Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
     ],
     wanted: BatchOptions,
 ) -> None:
@@ -44,8 +44,8 @@ def report(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: R
 @spread
 def run_workflow(
     wanted: RunOptions,
-    web: Annotated[bool, typer.Option("--web", help="In a browser on this machine (needs the extra 'web').")] = False,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Of --web, on 127.0.0.1.")] = 8000,
+    web: Annotated[bool, typer.Option("--web", help="Show the screens in a browser (extra `web`).")] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port for --web, on 127.0.0.1.")] = 8000,
 ) -> None:
     """Measure a unit step by step, up to the signed certificate."""
     from accept.commands.bench import run as command

@@ -8,11 +8,13 @@ import typer
 Json = Annotated[Path | None, typer.Option("--json", help="JSON file to write.")]
 Csv = Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")]
 Plot = Annotated[Path | None, typer.Option("--plot", help="Picture to write: .pdf, .png or .svg.")]
-SpecName = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; else the kind picks.")]
+SpecName = Annotated[str | None, typer.Option("--spec", help="Built-in spec or TOML file; default: by the kind.")]
 BenchPath = Annotated[Path | None, typer.Option("--bench", help="bench.toml: judge with its calibrations.")]
 ModelName = Annotated[str, typer.Option("--model", help="Built-in model or TOML file.")]
-StartModelName = Annotated[str | None, typer.Option("--model", help="Model to start from; else the kind picks.")]
-Operator = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who judges; without it the login name.")]
+StartModelName = Annotated[str | None, typer.Option("--model", help="Model to start from; default: by the kind.")]
+Operator = Annotated[
+    str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name of the operator; default: the login name.")
+]
 QaPassphrase = Annotated[Path | None, typer.Option(help="File with the passphrase of the QA key.")]
 LargeRecords = Annotated[
     Path | None, typer.Option("--records", help="Folder with the records that were too large to attach.")

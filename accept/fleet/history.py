@@ -45,7 +45,7 @@ def _panel(quantity: str, rows: pd.DataFrame) -> Panel:
     few = last <= MOST_NAMED
     return Panel(
         label_of(quantity),
-        f"{quantity} [{rows['unit'].iloc[-1]}]",
+        f"{label_of(quantity)} [{rows['unit'].iloc[-1]}]",
         "" if few else "attempt",
         tuple(items),
         y_range=(0.3, last + 0.7 + 0.5 * few),  # room for the legend

@@ -108,7 +108,7 @@ def panel(trend: Trend) -> Panel:
     """The chart: values in order, weighted mean, mean and limits."""
     x = np.arange(1.0, len(trend.rows) + 1)
     values = trend.rows["value"].to_numpy()
-    items: list[Line | Mark] = [Line(x, values, trend.quantity, "points", "data")]
+    items: list[Line | Mark] = [Line(x, values, "value", "points", "data")]
     if trend.chart is not None:
         items += [
             Line(x, trend.chart.ewma, "weighted mean", role="model"),
@@ -122,4 +122,4 @@ def panel(trend: Trend) -> Panel:
             items.append(Mark(float(limit[0]), "y", f"{bound} limit", "limit"))
     label = label_of(trend.quantity)
     title = label if trend.name == "all" else f"{label}, {trend.name}"
-    return Panel(title, "unit, in order of judging", f"{trend.quantity} [{trend.unit}]", tuple(items))
+    return Panel(title, "unit, in order of judging", f"{label} [{trend.unit}]", tuple(items))

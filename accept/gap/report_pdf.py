@@ -34,8 +34,8 @@ from checks.gap.decision.result import NO_MISSING, Result
 HEAD = 20 * mm
 BODE = 27.0, 14.0, 15.5  # mm: axes of magnitude, phase and what is left, of three channels on a page
 BEFORE = (
-    "Before: the model with its uncertain values fitted, without the effects; after: with the effects named. Both on "
-    "records that were not fitted."
+    "Before: the fitted model without the effects that were named; after: with them. Both on records that were not "
+    "fitted."
 )
 BANDS = (
     "Bands hold 95 % at each frequency: of the measurement by its noise; of the model after by its stated tolerance "
@@ -58,7 +58,7 @@ def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
         *_table(shown.get("reasons"), (66, 22, 24, 70)),
         *_limits(result),
         *_table(shown.get("added"), (18, 20, 20, 18, 56, 50)),
-        *_table(shown.get("fitted"), (62, 36, 36, 48)),
+        *_table(shown.get("fitted"), (56, 44, 44, 38)),
         PageBreak(),
         words("Bode plots, on records that were not fitted", page_style.HEADING),
         words(BANDS, page_style.QUIET),
@@ -152,7 +152,8 @@ def _limits(result: Result) -> list[Flowable]:
 def _remarks(result: Result) -> list[Flowable]:
     experiments = [f"{line[0].upper()}{line[1:]}." for line in map(experiment_line, result.experiments)]
     modes = ", ".join(f"{m.f_Hz:.0f} Hz {gap_number(m.G)}" for m in result.gap_after.modes)
-    lines = [f"G after, within 5 Hz about each mode: {modes}.", *experiments, *result.notes]
+    notes = [f"{note[0].upper()}{note[1:].rstrip('.')}." for note in result.notes]
+    lines = [f"G after, within 5 Hz about each mode: {modes}.", *experiments, *notes]
     return [Spacer(1, 4), *(words(line, page_style.SMALL) for line in lines)]
 
 

@@ -7,6 +7,7 @@ from accept.gap.empirical import Added
 from accept.gap.reasons import candidates, moved, shift_words
 from accept.gap.text import gap_number, number
 from accept.pictures.interactive import PageTable
+from accept.pictures.labels import model_label, with_unit
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
 from checks.model.unidentified import Pair
@@ -34,7 +35,7 @@ def _gap(result: Result) -> PageTable:
         rows.append((*row, f"{dB:.3g} dB", f"{dB_after:.3g} dB", f"{deg:.3g} deg", f"{deg_after:.3g} deg"))
     note = (
         "G: squared residual over noise variance plus squared tolerance, per degree of freedom; 1 or less is "
-        "agreement. G before: the least that the model reaches without what was named, whatever its values. "
+        "agreement. G before: the lowest that the model reaches without the named effects, fitted again. "
         f"Level and phase: rms of what is left over{_taken_away(result)}."
     )
     head = ("Channel", "G before", "G after", "level before", "after", "phase before", "after")
@@ -44,7 +45,7 @@ def _gap(result: Result) -> PageTable:
 def _taken_away(result: Result) -> str:
     """Which values the map, the curves, level and phase before have, where they are not those that G before has."""
     alike = bool(result.before.names) or not result.named
-    return "" if alike else "; before, as on the map: what was named taken away, all other values as fitted"
+    return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
 
 
 def _reasons(result: Result) -> PageTable:
@@ -72,12 +73,17 @@ def _added(added: Sequence[Added]) -> PageTable:
 def _fitted(result: Result) -> PageTable:
     found = moved(result)
     rows = tuple(
-        (one.name, f"{number(one.prior)} ± {one.prior_sd:.2g}", f"{number(one.value)} ± {one.sd:.2g}", shift_words(one))
+        (
+            model_label(one.name),
+            with_unit(f"{number(one.prior)} ± {one.prior_sd:.2g}", one.name),
+            with_unit(f"{number(one.value)} ± {one.sd:.2g}", one.name),
+            shift_words(one),
+        )
         for one in found[:PARAMETERS]
     )
     rest = len(found) - PARAMETERS
     more = f" The other {rest} moved less." if rest > 0 else ""
-    note = f"± is one standard deviation. Those that moved furthest come first.{more}"
+    note = f"± is one standard deviation. Those that moved furthest come first.{more} model.toml holds them all."
     return PageTable(
         "Fitted values against their priors", note, ("Model value", "in its file", "fitted", "moved by"), rows
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
 from checks.rounding import rounded
-from specs.units import DIMENSIONLESS, unit_of
+from specs.units import DIMENSIONLESS, unit_of, without_unit
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
@@ -69,8 +69,7 @@ _OF_A_UNIT_ALONE = {"kg": "mass", "V_per_V": "coupling"}
 
 def symbol(parameter: str) -> str:
     """`dx_um` is dx, `f_Hz` f, `damping_ratio` "damping ratio"."""
-    suffix = unit_of(parameter).replace("/", "_per_").replace(" ", "_")
-    return _OF_A_UNIT_ALONE.get(parameter) or parameter.removesuffix(f"_{suffix}").replace("_", " ")
+    return _OF_A_UNIT_ALONE.get(parameter) or without_unit(parameter).replace("_", " ")
 
 
 def unit(parameter: str) -> str:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from accept.workflow.session import Session
 
 
+_KEYCAPS = {"escape": "Esc", "pageup": "PgUp", "pagedown": "PgDn", "up": "↑", "down": "↓", "left": "←", "right": "→"}
+_TEXTUALS = ("app.focus_next", "app.focus_previous", "screen.copy_text")  # what textual binds on every screen
+
+
 @dataclass
 class RunOutcome:
     """What this run has come to, for the exit code."""
@@ -97,15 +101,22 @@ class BenchApp(App[None]):
             self.session.close()
             self.session = None
 
+    def get_key_display(self, binding: Binding) -> str:
+        """As it is printed on the key and in the instructions: F1, Esc, Enter."""
+        key = binding.key
+        if binding.key_display or len(key) == 1 or key.startswith("ctrl+"):
+            return super().get_key_display(binding)
+        return _KEYCAPS.get(key, key.capitalize())
+
     def action_help(self) -> None:
         screen = self.screen
         if not isinstance(screen, Help):
             keys = "\n".join(
                 f"  {self.get_key_display(b.binding):<12}{b.binding.description}"
                 for b in screen.active_bindings.values()
-                if b.binding.description and (b.binding.show or b.node is screen)
+                if b.binding.description and b.binding.action not in _TEXTUALS and (b.binding.show or b.node is screen)
             )
             told = getattr(screen, "help_text", None)
             words = told() if callable(told) else "Enter goes on, Esc goes back."
-            always = f"  {'f12':<12}Light or dark\n  {'^q':<12}Quit; the next start continues here"
+            always = f"  {'F12':<12}Light or dark\n  {'^q':<12}Quit; the next start continues here"
             self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}\n{always}"))

@@ -17,6 +17,7 @@ def vet_twins(values: Mapping[str, Any]) -> None:
     records = {name: value for name, value in values.items() if isinstance(value, Record)}
     for (a, one), (b, other) in combinations(records.items(), 2):
         if one.sha256 == other.sha256 or _same_samples(one, other):
+            a, b = (name.replace("_", " ") for name in (a, b))
             raise RecordError(f"{a} ({one.name}) and {b} ({other.name}) hold the same recording; give each its own")
 
 

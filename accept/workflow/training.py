@@ -59,7 +59,7 @@ class TrainingInstruments(BenchInstruments):
         entry = section.entries.get(name) if section else None
         if found is None and section is not None and isinstance(entry, Measured):
             declared = section.check.inputs[name]
-            return Label("label", entry.value, str(getattr(declared, "unit", "1"))) if is_needed(declared) else None
+            return Label("the label", entry.value, str(getattr(declared, "unit", "1"))) if is_needed(declared) else None
         return found
 
 

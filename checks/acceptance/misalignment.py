@@ -89,7 +89,7 @@ def _notes(found: MisalignmentEstimate) -> list[str]:
 
 CHECK = Check(
     name="misalignment",
-    title="Misalignment of the APA from the joints' axis",
+    title="Misalignment from the joints' axis",
     short="Misalignment",
     kinds=("strut",),
     forms=check.CHECK.forms,

@@ -195,7 +195,7 @@ PICTURE = """\
 
 CHECK = Check(
     name="sensor_highpass",
-    title="High-pass of the sensor stack and its resistor",
+    title="High-pass of the sensor stack",
     short="High-pass",
     kinds=("apa",),
     forms=(

@@ -20,6 +20,7 @@ from specs.spec import CheckSpec
 RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # [STB] 2.4: 840 and 1400 Hz; 1220 Hz
 FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0, "z_torsion": 400.0}  # of the strut, by FEM ([STB], table 2.4)
+_FREE_FREE_WORDS = {"x_bending": "bending in x", "y_bending": "bending in y", "z_torsion": "torsion about z"}
 HARMONIC_WITHIN = 0.05
 SAME_MODE = 0.02  # apart; the place of the impact does not move a mode, and clamping again does so by less
 IMPACTS_MIN = 3  # with fewer, their scatter says nothing: a spec may ask for more, not for less
@@ -200,7 +201,11 @@ def _notes(
     left = found["torsion_left"]
     if isinstance(left, HammerResponse):
         others = ", ".join(f"{m.f_Hz:.4g}" for m in left.modes if m is not chosen["z_torsion"])
-        notes.append(f"torsion_left also shows {others} Hz" if others else "torsion_left shows no other mode")
+        notes.append(
+            f"the record of torsion, hit at the left, also shows {others} Hz"
+            if others
+            else "the record of torsion, hit at the left, shows no other mode"
+        )
     return notes + [_free_free(name, mode) for name, mode in chosen.items() if isinstance(mode, Mode)]
 
 
@@ -222,8 +227,8 @@ def _window(tested: HammerResponse) -> str:
 
 def _free_free(name: str, mode: Mode) -> str:
     return (
-        f"{name}: {mode.f_Hz:.4g} Hz fixed-free is {mode.f_Hz / math.sqrt(2):.4g} Hz times sqrt 2; "
-        f"free-free in the strut the FEM says {FREE_FREE_Hz[name]:g} Hz, a factor {mode.f_Hz / FREE_FREE_Hz[name]:.2f}"
+        f"{_FREE_FREE_WORDS[name]}: {mode.f_Hz:.4g} Hz with one end clamped is about {mode.f_Hz / math.sqrt(2):.4g} Hz "
+        f"(divided by sqrt 2) free in the strut; finite elements say {FREE_FREE_Hz[name]:g} Hz"
     )
 
 
@@ -249,7 +254,7 @@ PICTURE = """\
 
 CHECK = Check(
     name="spurious_modes",
-    title="Spurious modes: bending and torsion, by hammer",
+    title="Spurious modes: bending and torsion",
     short="Spurious modes",
     kinds=("apa",),
     forms=(
@@ -275,7 +280,7 @@ CHECK = Check(
     stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),
     guide=Guide(
         "Hit with the hammer at the point in the drawing, about ten single hits per record; vibrometer opposite. "
-        "Wait until the vibration has decayed before the next hit. Repeat double hits.",
+        "Wait until the vibration has decayed before the next hit. A double hit does not count: hit again.",
         PICTURE,
         drive="none; you hit by hand",
     ),

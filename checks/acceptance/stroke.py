@@ -260,7 +260,7 @@ PICTURE = """\
 
 CHECK = Check(
     name="stroke",
-    title="Stroke of the three stacks, -20 V to 150 V",
+    title="Stroke of the three stacks",
     short="Stroke",
     kinds=("apa",),
     forms=(

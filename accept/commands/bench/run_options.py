@@ -15,13 +15,13 @@ UNIT_FILE = "unit.toml"  # as in accept.units.unit_folder, which takes longer to
 class RunOptions:
     """The command line, as typed."""
 
-    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to go on with; else it is typed.")] = None
+    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to continue with.")] = None
     spec: SpecName = None
     bench: BenchPath = None
     records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None
     operator: Operator = None
     training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the training unit; without it by chance.")] = None
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training unit; default: random.")] = None
 
     def arguments(self) -> list[str]:
         """What would be typed to get this."""

@@ -8,7 +8,7 @@ import typer
 
 from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName, TimeStamping
 
-ExplainBy = Annotated[str | None, typer.Option("--model", help="Explain responses by this model, not the spec's.")]
+ExplainBy = Annotated[str | None, typer.Option("--model", help="Compare responses with this model, not the spec's.")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,8 +17,10 @@ class BatchOptions:
 
     out: Annotated[Path, typer.Option(help="Folder for the results.")]
     spec: SpecName = None
-    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only.")] = False
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; without it as many as the work is worth.")] = (
+    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only; write no certificates.")] = (
+        False
+    )
+    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes; default: by the amount of work.")] = (
         None
     )
     cluster: ClusterAt = None

@@ -22,6 +22,7 @@ from accept.pictures import signs
 from accept.store import Event
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.page import Page
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
@@ -46,7 +47,7 @@ class Explain(Page):
         super().__init__(bench, session, WORDS, GAP)
 
     def parts(self) -> ComposeResult:
-        yield Static("", id="answer", markup=False)
+        yield Hanging(id="answer")
 
     def on_mount(self) -> None:
         if not self.alive:
@@ -63,7 +64,7 @@ class Explain(Page):
         found = self.session.gap
         if self.alive and found is not None:
             self.query_one("#main").add_class("complete")
-            self.query_one("#answer", Static).update(answer(found))
+            self.query_one("#answer", Hanging).hang(answer(found))
             self.query_one(Pictures).show(self.session.gap_panels)
         self.show_around()
 
@@ -75,7 +76,7 @@ class Explain(Page):
         if state is None or not state.entries:
             self.say("Load the frequency responses first", "bad")
             return
-        self.query_one("#answer", Static).update(Text("Analysing … (Esc: stop)", "dim"))
+        self.query_one("#answer", Hanging).hang(Text("Analysing … (Esc: stop)", "dim"))
         explain = self.session.explain
         send_to_worker(self, self.bench.worker, lambda e: explain(e.explain), self._found, "searching", self._not_found)
 
@@ -84,7 +85,7 @@ class Explain(Page):
         self.say("Saved; it appears on the certificate", "good")
 
     def _not_found(self, _: str) -> None:
-        self.query_one("#answer", Static).update("")
+        self.query_one("#answer", Hanging).hang(Text(""))
         self._show()
 
     def help_text(self) -> str:
@@ -109,7 +110,8 @@ def answer(found: Mapping[str, Any]) -> Text:
         return text
     for effect in found["named"]:
         text.append(f"  {effect['sentence']}\n", "bold")
-        text.append(f"    {words_of(effect['effect'])}: {parameters(values_of(effect))}\n", "dim")
+        if values := values_of(effect):
+            text.append(f"    {words_of(effect['effect'])}: {parameters(values)}\n", "dim")
     for rivals in found["ambiguous"]:
         text.append(f"  {alternatives(rivals)}\n", "yellow")
     for nameless in found["unnamed"]:

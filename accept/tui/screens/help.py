@@ -8,6 +8,8 @@ from textual.containers import VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
+from accept.tui.widgets.hanging import Hanging
+
 
 class Help(ModalScreen[None]):
     """What a screen is for, and all its keys."""
@@ -21,8 +23,8 @@ class Help(ModalScreen[None]):
     def compose(self) -> ComposeResult:
         with VerticalScroll(classes="dialog tall"):
             yield Static(self._title, classes="title", markup=False)
-            yield Static(self._text, markup=False)
-            yield Static("\nEsc: back", classes="quiet")
+            yield Hanging(self._text)
+            yield Static("\nEnter or Esc: close", classes="quiet")
 
     def action_leave(self) -> None:
         if self.is_current:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from accept.workflow.session import Session
     from accept.workflow.unit_list import KnownUnit
 
+_GO_ON = "Enter: next field; on the last field it starts"
 PARTS = {"strut": ("apa", "joint_bottom", "joint_top", "encoder")}
 _LABELS = {
     "operator": "Operator",
@@ -118,7 +119,7 @@ class StartScreen(Working[Begin | None]):
             kind.value = kinds[0]
         serial = self.query_one("#serial", Input)
         serial.value = serial.value or bench.proposed
-        self.say("Enter: next field; on the last field it starts")
+        self.say(_GO_ON)
         self._look()
 
     def _propose(self, taken: "UnitFolder") -> None:
@@ -178,6 +179,7 @@ class StartScreen(Working[Begin | None]):
         if at + 1 == len(shown) or (shown[at].id == "serial" and self._known):
             self._begin(None)
         else:
+            self.say(_GO_ON)
             self.set_focus(shown[at + 1])
 
     def action_new_attempt(self) -> None:
@@ -234,7 +236,7 @@ class StartScreen(Working[Begin | None]):
         if shown.display:
             shown.display = False
             self.query_one("#serial", Input).focus()
-            self.say("Enter: next field; on the last field it starts")
+            self.say(_GO_ON)
         elif self._ending:
             self.leave(None)
         else:

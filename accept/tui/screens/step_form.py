@@ -24,6 +24,7 @@ class StepForm(StepView):
         self._form = self.step.form(session.state(name).form)
         self._reading = False
         self._rereading: Field | None = None  # F3 was pressed once on what is saved already
+        self._last: Field | None = None  # given last: where all is given, the arrows go on from it
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # what came out stands on top, so that nobody has to scroll for it
@@ -61,7 +62,7 @@ class StepForm(StepView):
     def _go_on(self, after: Field | None) -> None:
         """The cursor to the next field that nothing is saved for or under way to, behind `after` where there is one. At
         once, so that no key comes between; and nowhere when all is there, so that nothing is overwritten unseen."""
-        self._rereading = None
+        self._rereading, self._last = None, after
         fields = list(self.query(Field))
         start = fields.index(after) + 1 if after in fields else 0
         empty = [f for f in fields[start:] + fields[:start] if not (f.pending or self._has(f.place))]
@@ -115,7 +116,11 @@ class StepForm(StepView):
         fields = [field.input for field in self.query(Field)]
         await typed(*fields)
         self._rereading = None
-        now = fields.index(self.focused) if self.focused in fields else (-1 if way > 0 else 0)
+        if self.focused in fields:
+            now = fields.index(self.focused)
+        else:  # between the field that was given last and the next
+            given = [n for n, field in enumerate(self.query(Field)) if field is self._last]
+            now = (given[0] if given else -1) + (way < 0)
         if fields:
             self.set_focus(fields[(now + way) % len(fields)])
 

@@ -54,7 +54,7 @@ class Summary(Working[bool]):
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session, "summary")
         yield Static("Evaluating …", id="verdict", markup=False)
-        yield DataTable(id="findings", cursor_type="row")
+        yield DataTable(id="findings", cursor_type="row", cell_padding=0)
         yield Static("", id="detail", markup=False)
         yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
@@ -63,7 +63,7 @@ class Summary(Working[bool]):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one(DataTable).add_columns("", "Quantity", "Value ± U", "Limits", "Verdict")
+        self.query_one(DataTable).add_columns("", "Quantity ", "Value ± U ", "Limits ", "Verdict")
         if self.session.result is not None:
             self._judged(self.session.result)
         else:
@@ -86,14 +86,20 @@ class Summary(Working[bool]):
             status = of_findings([f])
             value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-            cells = (label_of(f.quantity), value, bounds, Text(status.word, status.style))
-            table.add_row(Text(status.mark, status.style), *cells)
-        self._notes = list(result.notes)
+            cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
+            table.add_row(Text(f" {status.mark} ", status.style), *cells)
+        self._notes = [self._with_step(note) for note in result.notes]
         self._why = [_detail(f) for f in result.findings]
         self._tell(0)
         self._show_certificate()
         signed = self.session.attempt.certificate is not None
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
+
+    def _with_step(self, note: str) -> str:
+        """A note with the words of its step in place of the code name that it begins with."""
+        name, colon, words = note.partition(": ")
+        short = next((step.short for step in self.session.steps if step.name == name), name)
+        return f"{short}{colon}{words}"
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         self._tell(event.cursor_row)
@@ -106,10 +112,12 @@ class Summary(Working[bool]):
     def _show_certificate(self) -> None:
         attempt = self.session.attempt
         if attempt.certificate is None:
-            words = "certificate: not signed"
+            words = "Certificate: not signed"
         else:
             by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
-            words = f"certificate: {attempt.certificate}\nsigned by: {by}"
+            words = f"Certificate: {attempt.certificate}\nSigned by: {by}"
+            if self.bench.hidden:
+                words += f"\n{self.bench.hidden}"
         if self.report is not None:
             words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
         self.query_one("#certificate", Static).update(words)
@@ -229,5 +237,5 @@ def _verdict(result: UnitResult) -> Text:
     ):
         names = [label_of(f.quantity) for f in result.findings if f.verdict is verdict]
         if names:
-            text.append(f"  {word}: {', '.join(names)}")
+            text.append(f"  {word}: {'; '.join(names)}")
     return text

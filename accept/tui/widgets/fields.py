@@ -148,6 +148,6 @@ def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState) -> str
 
 def _value_words(one: Repeated, unit: str) -> str:
     if one.scatter is None:
-        return f"{one.value:.6g} {unit}" + (f" ± {one.U:.2g}" if one.U is not None else "")
+        return numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
     shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
     return f"{shown}, {one.count} readings, s = {one.scatter:.2g}"

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from rich.text import Text
-from textual.widgets import Static
 
 from accept.pictures.labels import label_of
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
 from accept.workflow.advice import advice
 from accept.workflow.state.step_judgement import StepJudgement
@@ -16,23 +17,24 @@ from checks.verdict import Finding
 
 _STRIP = 30
 _FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
-_NAME, _VALUE = 25, 18  # columns of that table; with its limits it fits beside the steps at 80 columns
+_NAME, _VALUE = 25, 18  # least columns of that table; with its limits it fits beside the steps at 80 columns
 
 
-class Findings(Static):
+class Findings(Hanging):
     """Shows one judgement, or words in its place."""
 
     def show(self, check: Check, judgement: StepJudgement | None, words: str = "") -> None:
         text = findings_text(check, judgement) if judgement else Text(words, "dim")
         self.display = bool(text.plain)
-        self.update(text)
+        self.hang(text)
 
 
 def findings_text(check: Check, judgement: StepJudgement) -> Text:
     """What to do stands below the finding that it is about; findings of one cause share reason and advice. What is for
     information comes last, and what is beyond doubt before what is not."""
     text, told = Text(), set[str]()
-    one = finding_text if len(judgement.findings) <= _FEW else finding_row
+    name = max([_NAME, *(len(label_of(q.name)) for _, q in judgement.information)])
+    one = finding_text if len(judgement.findings) <= _FEW else partial(finding_row, name=name)
     for finding in judgement.findings:
         text.append_text(one(replace(finding, reason="as above") if finding.reason in told else finding))
         told.add(finding.reason or "")
@@ -41,7 +43,7 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
                 text.append(f"  → {line}\n", "bold yellow")
             told.add(line)
     for _, q in judgement.information:
-        text.append(f"  {label_of(q.name):<{_NAME}} {numbers(q.value, q.U, q.unit)}\n", "dim")
+        text.append(f"  {label_of(q.name):<{name}} {numbers(q.value, q.U, q.unit)}\n", "dim")
     for note in judgement.notes:
         text.append(f"  Note: {note}\n", "dim")
     text.rstrip()
@@ -52,7 +54,9 @@ def finding_text(f: Finding) -> Text:
     """Two lines, and a third with the reason where there is one."""
     status = of_findings([f])
     colour = status.style
-    text = Text.assemble((f"{status.mark} {label_of(f.quantity)}", colour), "  ", (_value(f), "bold"), "  ")
+    text = Text.assemble((f"{status.mark} {label_of(f.quantity)}", colour), "  ")
+    if f.value is not None:
+        text.append(f"{_value(f)}  ", "bold")
     text.append(f"{status.word}\n", colour)
     drawn = limit_bar(f.value, f.U, f.lower, f.upper, _STRIP)
     text.append(f"  {drawn}  ", colour)
@@ -62,10 +66,10 @@ def finding_text(f: Finding) -> Text:
     return text
 
 
-def finding_row(f: Finding) -> Text:
+def finding_row(f: Finding, name: int = _NAME) -> Text:
     """One line, and a second with the reason where there is one."""
     status = of_findings([f])
-    text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{_NAME}}", status.style))
+    text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}", status.style))
     text.append(f"{_value(f):<{_VALUE}} ", "bold").append(f"{limits(f.lower, f.upper)}\n", "dim")
     if f.reason:
         text.append(f"    {f.reason}\n", status.style)

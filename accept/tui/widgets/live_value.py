@@ -76,8 +76,8 @@ def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None
     """name: of the instrument, "" where the value is a stored one. fault: the last one, "" without."""
     text = Text()
     if name:
-        text.append(f"live {name}  ", "dim")
-        text.append("…\n" if value is None else f"{_number(value, unit)}\n", "bold")
+        text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")
+        text.append(f"  on {name}\n", "dim")
     if limit is not None and value is not None:
         drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP)
         inside = _inside(value.value, limit)

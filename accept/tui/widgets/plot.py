@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ _MOST_POINTS = 600  # a terminal is no wider
 WIDE_FROM = 110  # columns, as in the app's breakpoints
 _APART = {True: 40, False: 14}  # points on top of curves on a whole screen, beside others: so few that both are seen
 _FEW = 60  # points by themselves: more of them are drawn small
+_MARGIN = 0.02  # of what is drawn, on either side of it
 _X_TICKS = 6  # numbers that never run into each other at 40 columns
 _NARROWEST = 30  # columns of a map with its names
 MAP_ROWS = 14  # of a map beside other parts of a screen
@@ -80,6 +82,7 @@ class PanelPlot(PlotWidget):
         super().__init__(allow_pan_and_zoom=False)
         self._panel, self._most = panel, _APART[large]
         self._has_curves = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
+        self._reach: tuple[list[float], list[float]] = ([], [])  # lowest and highest of what was drawn, along x and y
 
     def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
         """textual calls the base class's handler after this one: it would clear what was drawn."""
@@ -89,18 +92,22 @@ class PanelPlot(PlotWidget):
         panel = self._panel
         self.set_x_formatter(Decades(few=4) if panel.x_log else Few())
         self.set_y_formatter(_vertical(panel))
-        self.set_xlabel(panel.x_label)
+        self.set_xlabel(panel.x_label.replace("[", "\\["))  # "[s]" would be taken for a style
         ends = _span(panel)
         colours = iter(SERIES * 4)
         for item in sorted(panel.items, key=_layer):
             self._draw(item, ends, colours)  # what comes later hides what was there
         if panel.x_range is not None:
             self.set_xlimits(*(_logged(np.array(panel.x_range), panel.x_log)))
+        elif self._reach[0]:
+            self.set_xlimits(*_with_margin(self._reach[0]))
         if panel.y_range is not None:
             lo, hi = panel.y_range
             self.set_ylimits(*(_logged(np.array([lo, hi]), panel.y_log)))
         elif panel.kind is PanelKind.PHASE:
             self.set_ylimits(-195.0, 195.0)
+        elif self._reach[1]:
+            self.set_ylimits(*_with_margin(self._reach[1]))
 
     def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
         match item:
@@ -109,7 +116,7 @@ class PanelPlot(PlotWidget):
                 self._curve(item.x, item.y, colour, points=item.style == "points", label=item.label)
             case Band():
                 for edge in (item.lo, item.hi):
-                    self._curve(item.x, edge, ROLES["quiet"], points=True, label="")
+                    self._curve(item.x, edge, ROLES["quiet"], points=item.x.size > _FEW, label="")
             case Heights():
                 self._curve(item.x, item.y, ROLES["data"], points=True, label="")
             case Mark() | Span():
@@ -120,11 +127,14 @@ class PanelPlot(PlotWidget):
 
     def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
         panel = self._panel
-        x, y = _logged(thin(x), panel.x_log), _logged(thin(y), panel.y_log)
+        kept = thin(y)
+        x, y = _logged(x[kept], panel.x_log), _logged(y[kept], panel.y_log)
         known = np.isfinite(x) & np.isfinite(y)
         if not known.any():
             return
         x, y = x[known], y[known]
+        for reach, values in zip(self._reach, (x, y), strict=True):
+            reach += [float(values.min()), float(values.max())]
         if points and (self._has_curves or x.size <= _FEW):
             few = apart(x, self._most) if self._has_curves else slice(None)
             self.scatter(x[few], y[few], marker="•", marker_style=colour, label=label or None)
@@ -168,10 +178,22 @@ def apart(x: Array, most: int) -> NDArray[np.intp]:
     return np.sort(np.unique(part, return_index=True)[1])
 
 
-def thin(values: Array) -> Array:
-    """At most `_MOST_POINTS` values: every n-th."""
-    step = math.ceil(values.size / _MOST_POINTS)
-    return values if step <= 1 else values[::step]
+def thin(y: Array) -> NDArray[np.intp]:
+    """Places in y (N,) of at most `_MOST_POINTS` values: of each run of samples the lowest and the highest, so that no
+    peak is lost."""
+    if y.size <= _MOST_POINTS:
+        return np.arange(y.size)
+    edges = np.linspace(0, y.size, _MOST_POINTS // 2 + 1).astype(int)
+    low, high = np.where(np.isnan(y), np.inf, y), np.where(np.isnan(y), -np.inf, y)
+    ends = [(a + np.argmin(low[a:b]), a + np.argmax(high[a:b])) for a, b in pairwise(edges)]
+    return np.unique(ends)
+
+
+def _with_margin(reach: Sequence[float]) -> tuple[float, float]:
+    """What lies on the edge of the axes may be lost to rounding: a little more than what is drawn."""
+    lo, hi = min(reach), max(reach)
+    margin = _MARGIN * (hi - lo) or abs(hi) * _MARGIN or _MARGIN
+    return lo - margin, hi + margin
 
 
 def _logged(values: Array, log: bool) -> Array:

@@ -265,7 +265,7 @@ PICTURE = """\
 
 CHECK = Check(
     name="frf",
-    title="Frequency responses: axial resonance, zero of Vs, gains, spurious modes",
+    title="Frequency responses",
     short="Responses",
     kinds=("apa", "strut"),
     forms=(

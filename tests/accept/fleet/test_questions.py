@@ -109,7 +109,7 @@ def test_pictures_show_what_the_tables_say(bench, tmp_path):
     assert next(item.words for item in passed.items if isinstance(item, Text)) == "2026-10: 7 of 10"
     assert len(yield_panels(made, causes.head(0), "month")) == 1  # nothing stopped anything: no empty axes
     sensor, stroke = history_panels(changes(frame[frame["serial"] == "A-07"]))
-    assert (sensor.title, stroke.x_label) == ("Sensor stack", "stroke_um [um]")
+    assert (sensor.title, stroke.x_label) == ("Sensor stack", "Stroke, three stacks [um]")
     assert [list(item.x) for item in sensor.items if isinstance(item, Line) and item.role == "bad"] == [[5.0]]
     assert not [item for item in stroke.items if isinstance(item, Line) and item.role == "bad"]
     assert list(sensor.items[0].x) == [1.68, 1.72]

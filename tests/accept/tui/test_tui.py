@@ -331,7 +331,7 @@ async def test_help_on_every_screen():
             await press(pilot, *keys)
             assert screen(pilot) == "Help"
             told = "\n".join(str(part.render()) for part in pilot.app.screen.query(Static))
-            assert ("f6          Input" in told) == (len(keys) == 2)  # not in the footer, and here nevertheless
+            assert ("F6          Input" in told) == (len(keys) == 2)  # not in the footer, and here nevertheless
             await press(pilot, "escape")
         await press(pilot, "escape", "s", "f1")
         assert screen(pilot) == "Help"

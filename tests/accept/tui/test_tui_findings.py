@@ -1,17 +1,21 @@
 """Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
 import numpy as np
+from rich.console import Console
+from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Static
 
+from accept.pictures.labels import model_label, with_unit
 from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
-from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelView, apart
+from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, PanelView, apart, thin
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.picture import Image, Line, Panel
+from checks.picture import Band, Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
@@ -119,3 +123,46 @@ def test_a_narrow_peak_stays_in_a_narrow_map():
     (row,) = shaded(Image(np.arange(300.0), np.zeros(1), z), 40, 1)
     assert row.count("█") == 1
     assert row[137 * 40 // 300] == "█"
+
+
+def test_a_title_with_number_and_state_is_one_line_beside_the_steps():
+    assert all(len(f"8/8  ? no result  ·  {check.title}") <= ROOM for check in CHECKS.values())
+
+
+def test_a_long_line_goes_on_below_its_first_letter():
+    console = Console(width=12, no_color=True)
+    with console.capture() as drawn:
+        console.print(Hung(Text("head\n  one two three")))
+    assert [line.rstrip() for line in drawn.get().splitlines()] == ["head", "  one two", "  three"]
+
+
+def test_no_impact_is_lost_among_more_samples_than_columns():
+    force = np.zeros(122880)
+    force[[7, 60001, 122879]] = 100.0, 80.0, -5.0
+    assert set(force[thin(force)]) == {0.0, 100.0, 80.0, -5.0}
+
+
+async def test_points_on_the_edge_are_drawn_and_so_is_a_zone_of_two_places():
+    check = CHECKS["flatness"]
+    z = np.array([5.4, -3.0, 4.0, 5.0, 1.0, 2.0, 3.0, 6.0])
+    zone = Band(np.array([0.5, 8.5]), np.full(2, z.min()), np.full(2, z.max()), "zone")
+    points = Line(np.arange(1.0, 9.0), z, style="points")
+
+    class Shows(App[None]):
+        def compose(self) -> ComposeResult:
+            yield PanelPlot(Panel(check.title, "time [s]", "", (zone, points)))
+
+    async with Shows().run_test(size=(80, 24)) as pilot:
+        await pilot.pause()
+        rows = ["".join(segment.text for segment in strip) for strip in pilot.app.screen._compositor.render_strips()]
+    drawn = "\n".join(rows)
+    assert drawn.count("•") == 8
+    assert "time [s]" in drawn  # "[s]" is no style
+    assert sum(row.count("⠒") + row.count("⠤") + row.count("⠉") + row.count("⣀") > 40 for row in rows) == 2
+
+
+def test_values_of_a_model_have_words_and_units():
+    assert model_label("joint.kRx_Nm_per_rad") == "joints: bending stiffness kRx"
+    assert model_label("apa.mode_stiffness_12") == "APA: mode stiffness 12"
+    assert with_unit("1 ± 2", "joint.cR_Nm_s_per_rad") == "1 ± 2 N m s/rad"
+    assert with_unit("1 ± 2", "apa.damping_ratio") == "1 ± 2"
