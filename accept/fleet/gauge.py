@@ -61,6 +61,10 @@ def crossed(frame: pd.DataFrame) -> Array:
 
 def study(frame: pd.DataFrame) -> GaugeStudy:
     """The study of a table. Raises FleetError."""
+    if frame["value"].nunique() == 1:
+        raise FleetError(
+            f"all {len(frame)} readings are {frame['value'].iloc[0]:g}: the gauge shows nothing of its spread"
+        )
     try:
         return gauge_study(crossed(frame))
     except ValueError as e:

@@ -25,6 +25,8 @@ def gauge_study(table: Path | None, wanted: GaugeOptions, choice: Choice, output
     check(outputs)
     if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
+    if wanted.tolerance == 0.0:
+        raise FleetError("--tolerance 0: the distance between the limits must be above zero")
     if table is not None:
         frame = gauge.read_table(table)
     else:

@@ -17,6 +17,7 @@ from accept.pictures.labels import label_and_name
 from accept.store import open_store
 from specs.spec import Spec
 
+NAMED = 10  # serials in a sentence
 SHOWN = 500  # flips on the terminal; the files have all
 
 
@@ -26,10 +27,13 @@ def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: s
     check(outputs)
     loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
     judged, worse, flips = 0, False, []
+    not_measured: list[str] = []
     with connected(where, say) as cluster, open_store() as store:
         for unit in judged_again.judged_again(store, loaded, from_records, cluster):
             judged += 1
             worse = worse or unit.worse
+            if from_records and unit.basis == judged_again.VALUES:
+                not_measured.append(unit.serial)
             if unit.flipped:  # what does not change is not held
                 flips.append((unit.serial, unit.was, unit.now, sys.intern(_why(unit)), unit.basis))
     rows = pd.DataFrame(sorted(flips), columns=["serial", "was", "now", "why", "judged_from"])
@@ -39,6 +43,12 @@ def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: s
         stdout.print(f"none of {judged} units changes its verdict")
     if len(flips) > SHOWN:
         say(f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}")
+    if not_measured:
+        named = ", ".join(sorted(not_measured)[:NAMED]) + (", ..." if len(not_measured) > NAMED else "")
+        say(
+            f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
+            f"their folders are gone, cannot be read or no longer hold what was judged ({named})"
+        )
     if not from_records:
         say("stored values were compared with the new limits; changed settings of a check need --records")
     write(outputs, rows)

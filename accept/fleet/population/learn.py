@@ -7,6 +7,7 @@ neither.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ FEWEST = 3
 BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong
+SAME = 1e-6  # relative: a copy in single precision stays below it, a repeat of the recording does not
 DIGITS = "0123456789"
 MODES, PAYLOAD = "apa.mode_", "bench.payload_kg"
 
@@ -92,10 +94,18 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
     for folder, serial in zip(folders, serials, strict=True):
         if serials.count(serial) > 1:
             raise UnitError(folder, [f"serial '{serial}' is given twice; each unit counts once"])
+    for (one, measured), (other, copied) in combinations(zip(folders, found, strict=True), 2):
+        if _same_recording(measured.first.H, copied.first.H):
+            raise UnitError(other, [f"holds the recording of {measured.serial} ({one}); each unit counts once"])
     kinds = {m.kind for m in found}
     if len(kinds) > 1:
         raise ModelError(f"units of kinds {', '.join(sorted(kinds))}: a batch is of one kind")
     return found
+
+
+def _same_recording(one: Array, other: Array) -> bool:
+    """Whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by more."""
+    return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=0.0))
 
 
 def learn_population(measured: Sequence[Responses], given: Opened, say: Say, ask: Ask | None = None) -> Population:

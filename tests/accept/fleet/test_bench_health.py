@@ -109,6 +109,7 @@ def test_the_published_study_from_a_table(tmp_path):
         ("part,operator,value\na,b,x\n", "line 2: value 'x'"),
         ("part,operator,value\na,b,1\na,b,2\nc,b,1\nc,b,2\n", "1 operator"),
         ("part,operator,value\na,x,1\na,x,2\na,y,1\nb,x,1\nb,x,2\nb,y,1\nb,y,2\n", "equally often"),
+        ("part,operator,value\na,x,1\na,x,1\na,y,1\na,y,1\nb,x,1\nb,x,1\nb,y,1\nb,y,1\n", "all 8 readings are 1"),
         ("", "not a CSV table"),
     ],
 )

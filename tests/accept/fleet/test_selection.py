@@ -120,7 +120,9 @@ def test_from_records_where_they_are_unchanged(tmp_path):
     (row,) = json.loads((tmp_path / "f.json").read_text())
     assert row["judged_from"] == "records", done.output
     (tmp_path / "u" / "unit.toml").write_text((tmp_path / "u" / "unit.toml").read_text() + "\n# touched\n")
-    ask("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
+    done = ask("rejudge", "--spec", tmp_path / "s.toml", "--records", "--json", tmp_path / "f.json")
+    assert "1 of 1 units were not measured again" in done.stderr
+    assert "(U-1)" in done.stderr
     assert json.loads((tmp_path / "f.json").read_text())[0]["judged_from"] == "stored values"
 
 

@@ -195,16 +195,21 @@ def test_effects_that_differ_are_nobody_s_bench() -> None:
     assert common_effects([of("a", 50.0), of("b", 120.0), of("c", 90.0)]) == ()
 
 
-@pytest.mark.parametrize("case", ["few", "twice", "missing", "kinds", "no sd", "no out"])
+@pytest.mark.parametrize("case", ["few", "twice", "copied", "missing", "kinds", "no sd", "no out"])
 def test_bad_input_is_refused_before_anything_is_fitted(case: str, batch: list[Path], tmp_path: Path) -> None:
     out: object = tmp_path / "out"
     units: list[object] = list(batch[:3])
     words = {"few": "3 or more", "twice": "given twice", "missing": "nowhere", "kinds": "of one kind", "no sd": "sd"}
+    words["copied"] = "holds the recording of B-0"
     model: object = MODEL
     if case == "few":
         units = units[:2]
     if case == "twice":
         units[2] = units[0]
+    if case == "copied":
+        units[2] = shutil.copytree(batch[0], tmp_path / "copy")
+        text = (tmp_path / "copy" / "unit.toml").read_text()
+        (tmp_path / "copy" / "unit.toml").write_text(text.replace("B-0", "OTHER"))
     if case == "missing":
         units[2] = tmp_path / "nowhere"
     if case == "kinds":
