@@ -15,7 +15,11 @@ from accept.store.instrument_recall import touched
 def run(instrument: str, since: datetime.date) -> Exit:
     """List every unit that an instrument touched since a day."""
     with open_store() as store:
-        touches = touched(store.events(), instrument, since)
+        ever = touched(store.events(), instrument, datetime.date.min)
+    touches = [touch for touch in ever if touch.time[:10] >= since.isoformat()]
+    if not ever:
+        say(f"no unit was ever touched by an instrument '{instrument}': is its serial number right?")
+        return Exit.BAD_INPUT
     if not touches:
         say(f"no unit was touched by instrument {instrument} since {since}")
         return Exit.ACCEPTED

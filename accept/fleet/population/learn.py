@@ -18,7 +18,7 @@ from accept.gap.fleet import common
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened
 from accept.units.unit_folder import UnitError
-from checks.arrays import Array
+from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.hierarchy import (
@@ -103,7 +103,7 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
     return found
 
 
-def _same_recording(one: Array, other: Array) -> bool:
+def _same_recording(one: Complex, other: Complex) -> bool:
     """Whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by more."""
     return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=0.0))
 

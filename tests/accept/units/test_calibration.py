@@ -199,8 +199,10 @@ def test_recall_lists_every_unit_that_an_instrument_touched(tmp_path):
     assert "U-1" in done.output
     assert "judged stroke: accepted" in done.output
     assert "U-2" not in done.output  # judged without a bench file: no instrument is known
-    assert "no unit" in run("recall", "--instrument", "i_stroke-1", "--since", "2099-01-01").output
-    assert "no unit" in run("recall", "--instrument", "another", "--since", "2020-01-01").output
+    later = run("recall", "--instrument", "i_stroke-1", "--since", "2099-01-01")
+    assert (later.exit_code, "no unit" in later.output) == (0, True)
+    mistyped = run("recall", "--instrument", "i-stroke-1", "--since", "2020-01-01")  # would hide every unit behind it
+    assert (mistyped.exit_code, "is its serial number right?" in mistyped.output) == (6, True)
 
 
 @pytest.mark.parametrize(
