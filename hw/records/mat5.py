@@ -31,6 +31,7 @@ NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
 OPAQUE = 17
 LOGICAL, COMPLEX = 0x02, 0x08
 HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
+UNPACKED_AT_ONCE = 1_000_000  # bytes
 DEFLATE_RATIO = 1032  # no deflate stream grows by more (zlib.net, "Maximum Compression Factor")
 
 
@@ -49,6 +50,19 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
     order = ">" if raw[126:128] == b"MI" else "<"
     found = [_variable(file, raw, e, order) for e in _elements(file, raw, order)]
     return unique(file, [v for v in found if v.name])  # unnamed: what MATLAB keeps behind its objects
+
+
+def vet_unpacked(file: str, raw: bytes, most: int) -> None:
+    """Raises RecordError where the compressed variables of a file unpack to more than `most` bytes: for readers that
+    unpack all of them. None of it is kept."""
+    left = most
+    for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
+        inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]
+        while element.kind == COMPRESSED and packed and left >= 0:
+            left -= len(inflate.decompress(packed, UNPACKED_AT_ONCE))
+            packed = inflate.unconsumed_tail
+    if left < 0:
+        raise RecordError(f"{file}: its compressed variables unpack to more than {most} bytes, the most that is read")
 
 
 def _elements(file: str, raw: bytes, order: str) -> Iterator[MatElement]:

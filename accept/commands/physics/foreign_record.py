@@ -138,6 +138,9 @@ def _decoded(raw: bytes) -> str:
 def _matlab(source: Source) -> dict[str, Column]:
     from scipy.io import loadmat  # loads slowly: only when wanted
 
+    from hw.records.mat5 import vet_unpacked
+
+    vet_unpacked(source.file, source.raw, 8 * DEFAULT_LIMITS.max_samples)
     found = loadmat(io.BytesIO(source.raw), simplify_cells=True)
     return _named(source.file, vectors("", {k: v for k, v in found.items() if not k.startswith("__")}))
 

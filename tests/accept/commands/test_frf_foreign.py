@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from accept.commands.physics import foreign_record
 from accept.commands.physics.frf import read_any
 from checks.errors import RecordError
+from hw.records.limits import ReadLimits
 
 FS, N = 1000.0, 400
 T = np.arange(N) / FS
@@ -153,6 +155,14 @@ def test_numbers_that_are_not_in_the_file_are_not_made_up(made, said, tmp_path):
         file.create_dataset("data/de", (N,), "f8", **outside)
     with pytest.raises(RecordError, match=said):
         read_any(tmp_path / "a.mat", "Va", {}, None)
+
+
+def test_a_small_file_that_unpacks_to_more_than_is_read_is_refused(tmp_path, monkeypatch):
+    savemat(tmp_path / "a.mat", {"log": {"time": T, "Va": VA, "de": np.zeros(200_000)}}, do_compression=True)
+    read_any(tmp_path / "a.mat", "Va", {"de": "time"}, 1 / FS)
+    monkeypatch.setattr(foreign_record, "DEFAULT_LIMITS", ReadLimits(max_samples=100_000))
+    with pytest.raises(RecordError, match="unpack to more than 800000 bytes"):
+        read_any(tmp_path / "a.mat", "Va", {"de": "time"}, 1 / FS)
 
 
 def test_signals_of_another_time_axis_are_no_outputs(tmp_path):
