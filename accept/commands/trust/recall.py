@@ -19,7 +19,7 @@ def run(instrument: str, since: datetime.date) -> Exit:
     touches = [touch for touch in ever if touch.time[:10] >= since.isoformat()]
     if not ever:
         say(f"no unit was ever touched by an instrument '{instrument}': is its serial number right?")
-        return Exit.BAD_INPUT
+        return Exit.INCOMPLETE
     if not touches:
         say(f"no unit was touched by instrument {instrument} since {since}")
         return Exit.ACCEPTED
