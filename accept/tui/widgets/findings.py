@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 from rich.text import Text
 
@@ -34,7 +33,7 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
     information comes last, and what is beyond doubt before what is not."""
     text, told = Text(), set[str]()
     name = max([_NAME, *(len(label_of(q.name)) for _, q in judgement.information)])
-    one = finding_text if len(judgement.findings) <= _FEW else partial(finding_row, name=name)
+    one = finding_text if len(judgement.findings) <= _FEW else finding_row
     for finding in judgement.findings:
         text.append_text(one(replace(finding, reason="as above") if finding.reason in told else finding))
         told.add(finding.reason or "")
@@ -66,10 +65,10 @@ def finding_text(f: Finding) -> Text:
     return text
 
 
-def finding_row(f: Finding, name: int = _NAME) -> Text:
+def finding_row(f: Finding) -> Text:
     """One line, and a second with the reason where there is one."""
     status = of_findings([f])
-    text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}", status.style))
+    text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{_NAME}}", status.style))
     text.append(f"{_value(f):<{_VALUE}} ", "bold").append(f"{limits(f.lower, f.upper)}\n", "dim")
     if f.reason:
         text.append(f"    {f.reason}\n", status.style)

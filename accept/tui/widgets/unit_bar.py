@@ -8,8 +8,8 @@ from accept.workflow.status import Status
 
 
 class UnitBar(Static):
-    """One line. Where the spec's title does not fit, its name stands there; what is still longer than the screen is cut
-    at the end."""
+    """One line. Where the spec's title does not fit, its name stands there, or nothing; what is still longer than the
+    screen is cut at the end."""
 
     def __init__(self, session: Session, where: str = "") -> None:
         super().__init__("", id="unit", markup=False)
@@ -24,8 +24,8 @@ class UnitBar(Static):
     def show(self) -> None:
         """As it is now."""
         spec = self._session.spec
-        whole = self._line(spec.title)
-        self.update(whole if whole.cell_len <= self.size.width else self._line(f"spec {spec.name}"))
+        lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
+        self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
 
     def _line(self, spec: str) -> Text:
         session = self._session

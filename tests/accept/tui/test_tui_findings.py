@@ -1,5 +1,7 @@
 """Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
+from dataclasses import replace
+
 import numpy as np
 from rich.console import Console
 from rich.text import Text
@@ -45,8 +47,9 @@ def test_a_reason_of_several_findings_is_read_once() -> None:
 
 
 def test_a_row_of_many_findings_fits_beside_the_steps() -> None:
-    lines = findings_text(CHECKS["frf"], judged(reversed_sensor=False)).plain.splitlines()
-    assert len(lines) == 4
+    more = (("frf", Quantity("k_resonance_N_per_um", 1.186, 0.012, "N/um")),)  # its words are long
+    lines = findings_text(CHECKS["frf"], replace(judged(reversed_sensor=False), information=more)).plain.splitlines()
+    assert len(lines) == 5
     assert max(map(len, lines)) <= ROOM
 
 
