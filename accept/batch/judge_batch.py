@@ -41,7 +41,6 @@ class BatchReport:
     verdicts: Counter[str] = field(default_factory=Counter)
     refused: list[dict[str, str]] = field(default_factory=list)
     unchanged: int = 0
-    doubted: list[str] = field(default_factory=list)  # judged earlier with a recording that another unit has too
 
     @property
     def judged(self) -> int:
@@ -91,6 +90,7 @@ class _Batch:
     store: Store
     say: Say
     report: BatchReport = field(default_factory=BatchReport)
+    doubted: list[str] = field(default_factory=list)  # judged earlier with a recording that another unit has too
 
     def enrol(self) -> None:
         """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
@@ -153,12 +153,11 @@ class _Batch:
             self._doubt_others(folder.serial, before.result.get("copies", []))
             self.say(f"{folder.serial}: unchanged, {before.verdict}")
             return None
-        due = None
-        if order.credential is not None and before is not None:
-            due = uncertified.last_of(past, folder, order.specs[folder.kind], order.operator)
-        if due is not None:
-            roster.expect(folder.serial, due.seq)
-        return order.job(folder, due.before if due else before, head)
+        wanted = before if order.credential is not None else None
+        if wanted and uncertified.is_due(wanted, folder, order.specs[folder.kind], order.operator):
+            roster.expect(folder.serial, wanted.seq)
+            before = uncertified.before(past, wanted)
+        return order.job(folder, before, head)
 
     def keep(self, job: Job, judged: JudgedOrRefused, prefix: str) -> None:
         """Certify a judged unit; only then say its verdict. One whose recordings stand elsewhere too is drawn again,
@@ -191,7 +190,7 @@ class _Batch:
     def judge_doubted_again(self) -> None:
         """Units of this run whose recording another one turned out to have too are judged again, before anybody is
         handed what was said of them first; of others it is said that their results count no more."""
-        for serial in sorted(set(self.report.doubted)):
+        for serial in sorted(set(self.doubted)):
             path = self.roster.folder(serial)
             if path is None:
                 words = f"{serial} was judged with a recording that is also another unit's; its result counts no more"
@@ -219,7 +218,7 @@ class _Batch:
         report.units = results.entries
 
     def _doubt_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> None:
-        self.report.doubted += withhold_others(self.store, serial, copies, self.order.operator)
+        self.doubted += withhold_others(self.store, serial, copies, self.order.operator)
 
     def _refuse_judged(self, job: Job, reason: str, prefix: str) -> None:
         self.roster.refuse(folder_of(job))

@@ -14,7 +14,6 @@ from accept.certificate.contents.disposition import Disposition
 from accept.certificate.examine import JudgedUnit
 from accept.certificate.trust.keys import Credential
 from accept.store import Event, Store
-from specs.spec import Spec
 
 
 def certify(
@@ -33,11 +32,12 @@ def certify(
     Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
     event = None
     if not stored:
-        event = events.judged(store, judged.folder, judged.result, judged.spec, judged.operator)
+        event = events.judged(store, judged.folder, judged.result, judged.operator)
     if judged.unsigned is not None and credential is None:
         write_atomic(path, judged.unsigned)
     elif judged.unsigned is not None and credential is not None:
-        sign_into(path, judged.unsigned, credential, store, judged.result.serial, who or judged.operator, judged.spec)
+        result = judged.result
+        sign_into(path, judged.unsigned, credential, store, result.serial, who or judged.operator, result.spec)
     return event
 
 
@@ -48,7 +48,7 @@ def sign_into(
     store: Store,
     serial: str,
     who: str,
-    spec: Spec | None = None,
+    spec: str = "",
     disposition: Disposition | None = None,
 ) -> None:
     """Sign a document in the credential's role, write it to `path`, and store that it was signed, and with which

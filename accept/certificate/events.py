@@ -8,10 +8,9 @@ from accept.base.version import code_sha256
 from accept.fleet.golden import may_judge
 from accept.judging.result import UnitResult
 from accept.store import Event, Store
-from specs.spec import Spec
 
 
-def judged(store: Store, folder: Path, result: UnitResult, spec: Spec, who: str) -> Event:
+def judged(store: Store, folder: Path, result: UnitResult, who: str) -> Event:
     """Store a unit's result, as results.json has it, with all that it depends on: inputs, spec, code.
 
     Raises BenchStopped where the golden units were missed: no way to a verdict goes round this; StoreError."""
@@ -20,11 +19,11 @@ def judged(store: Store, folder: Path, result: UnitResult, spec: Spec, who: str)
     payload = {
         "path": str(folder.resolve()),
         "inputs": entry["inputs"],
-        "spec_sha256": spec.sha256,
+        "spec_sha256": result.spec_sha256,
         "code_sha256": code_sha256(),
         "result": entry,
     }
-    return store.append("unit_judged", result.serial, payload, who=who, spec=_name(spec))
+    return store.append("unit_judged", result.serial, payload, who=who, spec=result.spec)
 
 
 def refused(store: Store, path: Path | str, reason: str, who: str) -> Event:
@@ -40,15 +39,11 @@ def signed(
     role: str,
     *,
     who: str,
-    spec: Spec | None = None,
+    spec: str = "",
     disposition: Mapping[str, str] | None = None,
 ) -> Event:
     """Store that a certificate was signed in a role and written to `path`, with the disposition of a unit that was not
     accepted."""
     what = {"path": str(path.resolve()), "sha256": hashlib.sha256(content).hexdigest(), "role": role}
     decided = {} if disposition is None else {"disposition": disposition}
-    return store.append("certificate_signed", serial, what | decided, who=who, spec=_name(spec) if spec else "")
-
-
-def _name(spec: Spec) -> str:
-    return f"{spec.name}@{spec.sha256}"
+    return store.append("certificate_signed", serial, what | decided, who=who, spec=spec)

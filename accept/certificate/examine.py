@@ -19,11 +19,10 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class JudgedUnit:
-    """A judged unit on its way into the store. spec: what it was judged by; unsigned: its certificate, where one is
-    wanted; its pictures are in there, and `result` of `examine` has them no more."""
+    """A judged unit on its way into the store. unsigned: its certificate, where one is wanted; its pictures are in
+    there, and `result` has them no more."""
 
     folder: Path
-    spec: Spec
     operator: str
     result: UnitResult
     unsigned: bytes | None = None
@@ -53,7 +52,9 @@ def examine(
         from accept.gap.attach_to_result import explained  # loads the search for what is missing
 
         result = explained(result, held, start, say, out)
-    return drawn(result, spec, held, operator, provenance) if draw else _bare(result, spec, unit.path, operator)
+    if draw:
+        return drawn(result, spec, held, operator, provenance)
+    return JudgedUnit(unit.path, operator, replace(result, panels={}))
 
 
 def drawn(
@@ -69,9 +70,4 @@ def drawn(
 
     folder = unit.folder.path if isinstance(unit, LoadedUnit) else unit
     contents = content_of(result, spec, folder, operator, held=contents_of(unit), provenance=provenance)
-    unsigned = render(contents)
-    return replace(_bare(result, spec, folder, operator), unsigned=unsigned)
-
-
-def _bare(result: UnitResult, spec: Spec, folder: Path, operator: str) -> JudgedUnit:
-    return JudgedUnit(folder, spec, operator, replace(result, panels={}))
+    return JudgedUnit(folder, operator, replace(result, panels={}), render(contents))

@@ -6,7 +6,6 @@ what that attempt replaced.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import canonical
@@ -16,26 +15,17 @@ from accept.units.unit_folder import UnitFolder
 from specs.spec import Spec
 
 
-@dataclass(frozen=True, eq=False)
-class Uncertified:
-    """Such a judgement, by the number of its event, and what was known of the unit before it."""
+def is_due(last: UnitState, unit: UnitFolder, spec: Spec, who: str) -> bool:
+    """Whether the unit's last judgement has no certificate, was made by the same person, and of the same inputs, spec
+    and code."""
+    if last.certificate is not None or last.who != who:
+        return False
+    return last.unchanged(unit.input_hashes(), spec.sha256, code_sha256())
 
-    seq: int
-    before: UnitState | None
 
-
-def last_of(events: Iterable[Event], unit: UnitFolder, spec: Spec, who: str) -> Uncertified | None:
-    """The unit's last judgement where it has no certificate, was made by the same person, and of the same inputs, spec
-    and code. events: all of the unit."""
-    known = list(events)
-    last = fold(known).units.get(unit.serial)
-    if last is None or last.certificate is not None:
-        return None
-    if not last.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
-        return None
-    if next(event for event in known if event.seq == last.seq).who != who:
-        return None
-    return Uncertified(last.seq, fold(event for event in known if event.seq < last.seq).units.get(unit.serial))
+def before(events: Iterable[Event], last: UnitState) -> UnitState | None:
+    """What was known of a unit when its last judgement was made. events: all of the unit."""
+    return fold(event for event in events if event.seq < last.seq).units.get(last.serial)
 
 
 def repeats(store: Store, serial: str, seq: int, result: UnitResult) -> bool:

@@ -16,6 +16,7 @@ from checks.errors import ModelError, RecordError
 from checks.gap.decision.panels import panels
 from checks.gap.decision.result import NO_MISSING
 from checks.gap.workflow import GapRefused
+from checks.picture import Panel
 from specs.strict import SpecError
 
 Say = Callable[[str], None]
@@ -40,10 +41,13 @@ def explained(
     except NO_ANSWER as e:
         return replace(result, gap=start.refused(str(e)))
     document = start.answer(done.document) | {"improved": improved}
-    names = on_certificate(document)
-    drawn = panels(done.result) if names else {}
-    shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in names}
-    return replace(result, gap=document, panels={**dict(result.panels), **shown})
+    return with_explanation(result, document, panels(done.result) if on_certificate(document) else {})
+
+
+def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitResult:
+    """The result with what was found missing, and those of its pictures that a certificate has a place for."""
+    shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
+    return replace(result, gap=document, panels={**result.panels, **shown})
 
 
 def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:

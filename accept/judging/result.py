@@ -47,6 +47,11 @@ class UnitResult:
     samples: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     copies: tuple[Mapping[str, Any], ...] = ()
 
+    @property
+    def spec(self) -> str:
+        """As events name it."""
+        return f"{self.spec_name}@{self.spec_sha256}"
+
     def __repr__(self) -> str:
         """A line for the unit and one for each finding: what a notebook shows."""
         lines = [f"{self.serial} ({self.kind}): {self.verdict} by spec {self.spec_name}"]

@@ -6,6 +6,7 @@ What opens models loads where one is named: most specs name none.
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,16 +31,18 @@ class Models:
     """Opens the models that a spec names, each once, and keeps the files of those that are no built-in.
 
     given : model files by the name that the spec uses, where they come from a certificate; then no other is opened.
+    place : where they are unpacked, each into a folder of its own: its number in order of name.
     """
 
-    given: Mapping[str, "ModelFolder"] | None = None
+    given: Mapping[str, ModelFiles] | None = None
+    place: Path = Path()
     _opened: "dict[str, Opened]" = field(default_factory=dict, init=False, repr=False)
 
     def hashes(self, spec: Spec) -> dict[str, dict[str, str]]:
         """Name -> file name -> sha256 of every model file that a spec names."""
         if self.given is None:
             return hashes(evidence_of(named_models(spec)))
-        return {name: folder.hashes for name, folder in sorted(self.given.items())}
+        return hashes(self.given)
 
     def open(self, name: str) -> "Model":
         """Raises SpecError, ModelError, OSError."""
@@ -52,40 +55,21 @@ class Models:
 
         if name in builtin_models() or self.given is None:
             return opened_of(load_model(name))
-        if name not in self.given:
+        if not self.given.get(name):
             raise SpecError(name, ["is a model file of the spec, but is not attached"])
-        return self.given[name].open()
+        folder = self.place / str(sorted(self.given).index(name))
+        file, content = next(iter(self.given[name].items()))
+        return opened_of(parse_model(content, file, folder), partial(_matrices_in, folder))
 
 
-@dataclass(frozen=True)
-class ModelFolder:
-    """Files of one model, unpacked from a certificate into a folder of their own. names: the TOML first."""
+def _matrices_in(folder: Path, spec: ModelSpec) -> "Superelement | None":
+    """Matrices lie beside the TOML there, wherever it says that they are."""
+    if spec.apa_file is None:
+        return None
+    from checks.model.build import file_nodes
+    from hw.superelement import read_superelement
 
-    folder: Path
-    names: tuple[str, ...]
-
-    @property
-    def hashes(self) -> dict[str, str]:
-        from hw.superelement import MAX_BYTES
-
-        return {n: hashlib.sha256(read_bounded(self.folder / n, MAX_BYTES)).hexdigest() for n in self.names}
-
-    def open(self) -> "Opened":
-        """Raises SpecError, ModelError, OSError."""
-        from accept.models.model_file import opened_of
-
-        path = self.folder / self.names[0]
-        spec = parse_model(read_bounded(path), path.name, self.folder)
-        return opened_of(spec, self._matrices)
-
-    def _matrices(self, spec: ModelSpec) -> "Superelement | None":
-        """Matrices lie beside the TOML here, wherever it says that they are."""
-        if spec.apa_file is None:
-            return None
-        from checks.model.build import file_nodes
-        from hw.superelement import read_superelement
-
-        return read_superelement(self.folder / spec.apa_file.name, file_nodes(spec))
+    return read_superelement(folder / spec.apa_file.name, file_nodes(spec))
 
 
 def named_models(spec: Spec) -> list[str]:

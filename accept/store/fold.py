@@ -47,6 +47,7 @@ class UnitState:
     handed_out: tuple[int, str] | None = None
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
+    who: str = ""  # who judged
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
         """Whether judging again could only repeat the result: same inputs, same spec, same code."""
@@ -96,6 +97,7 @@ def _judged(units: dict[str, UnitState], refused: dict[str, str], event: Event) 
         handed_out=before.handed_out if before else None,
         seq=event.seq,
         time=event.time,
+        who=event.who,
     )
     refused.pop(data["path"], None)
 

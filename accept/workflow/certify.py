@@ -66,7 +66,7 @@ def countersign_unit(session: Session, passphrase: str, choice: str = "", reason
         session.store,
         session.serial,
         credential.person,
-        session.spec,
+        session.spec_name,
         disposition,
     )
     return _verified(session, path, credential)

@@ -4,7 +4,7 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 """
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,10 +13,10 @@ from typing import Any
 from accept.base.version import code_sha256
 from accept.certificate import events
 from accept.certificate.trust.commissioning import commissioned
-from accept.gap.attach_to_result import on_certificate
+from accept.gap.attach_to_result import with_explanation
 from accept.judging.calibration import Statement, statement
 from accept.judging.copies import copies_of, withheld, withhold_others
-from accept.judging.result import GAP_PICTURES, UnitResult
+from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import attach
@@ -30,7 +30,7 @@ from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.worker import panel_cache
-from accept.workflow.worker.judging import Explained, Judge, judge_here, judgement_of_result
+from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.declare import CsvTable, Input, Measured, Scalar, Series
 from checks.picture import Panel
 from hw.errors import InstrumentError
@@ -237,15 +237,15 @@ class Session:
         state = self.responses
         return {} if self.gap is None or state is None else panel_cache.load(self.folder, "gap", state.upto)
 
-    def explain(self, explain: Callable[[Path, Spec], Explained]) -> Event:
+    def explain(self, explain: Explain) -> Event:
         """Run the gap workflow on the present responses and store its answer. Raises EntryError without responses,
         StoreError, OSError, and what `explain` does."""
         attempt, state = self._written(), self.responses
         if state is None or not state.entries:
             raise EntryError("load the frequency responses first")
-        found = explain(self.folder, self.spec)
-        panel_cache.save(self.folder, "gap", attempt.step("frf").upto, found.panels)
-        return self._append(entries.explained(self.serial, attempt.step("frf").upto, found.gap))
+        document, drawn = explain(self.folder, self.spec)
+        panel_cache.save(self.folder, "gap", attempt.step("frf").upto, drawn)
+        return self._append(entries.explained(self.serial, attempt.step("frf").upto, document))
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped where the
@@ -253,13 +253,11 @@ class Session:
         given = self._written().given
         result = judge(self.folder, self.spec, self._statement(self.spec))
         if self.gap is not None:
-            kept = self.gap_panels
-            shown = {f"{GAP_PICTURES}{name}": kept[name] for name in on_certificate(self.gap) if name in kept}
-            result = replace(result, gap=dict(self.gap), panels={**result.panels, **shown})
+            result = with_explanation(result, self.gap, self.gap_panels)
         with self._mutex:
             copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)
             result = withheld(result, copies)
-            events.judged(self.store, self.folder, result, self.spec, self.operator)
+            events.judged(self.store, self.folder, result, self.operator)
             withhold_others(self.store, self.serial, copies, self.operator)
             self._catch_up()
             self._result = given, result

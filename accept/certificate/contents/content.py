@@ -124,12 +124,15 @@ class CertificateContent:
             SPEC: self.spec_text.encode(),
             PANELS: _json(panels_to_json(self.pictures), None),
         }
-        models = {
+        return dict(sorted((own | self.model_attachments() | dict(self.files)).items()))
+
+    def model_attachments(self) -> dict[str, bytes]:
+        """Those of the models, each in a folder of its own: their number in order of name."""
+        return {
             f"{MODEL_FOLDER}/{nth}/{file}": content
             for nth, (_, model) in enumerate(sorted(self.models.items()))
             for file, content in model.items()
         }
-        return dict(sorted((own | models | dict(self.files)).items()))
 
 
 def content_of(

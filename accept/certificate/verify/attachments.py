@@ -3,7 +3,7 @@
 import hashlib
 import io
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -18,7 +18,8 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
-from accept.models.evidence import ModelFiles, ModelFolder, Models, hashes
+from accept.judging.result import UnitResult
+from accept.models.evidence import Models, hashes
 from accept.units.loaded_unit import RESPONSES
 from accept.units.unit_entry import MODEL_FOLDER
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
@@ -31,49 +32,19 @@ _LARGEST = 2_000_000_000  # bytes of a record given beside a certificate
 _SHOWN = 3  # differences named in the reason; the details have all
 
 
-@dataclass(frozen=True, eq=False)
-class Attachments:
-    """What `verify` hands to the judge.
-
-    result : the attached entry of results.json. spec_text : the attached spec. files : attached inputs by name.
-    missing : inputs that were too large to attach; their sections cannot be judged again. models : model file that the
-    spec names -> its files.
-    """
-
-    result: Mapping[str, Any]
-    spec_text: str
-    files: Mapping[str, bytes]
-    missing: tuple[str, ...] = ()
-    models: Mapping[str, ModelFiles] = field(default_factory=dict)
-
-    def opened_models(self, folder: Path) -> Models:
-        """Models of the spec, opened from where `unpack` wrote them."""
-        named = enumerate(sorted(self.models.items()))
-        return Models({name: ModelFolder(folder / MODEL_FOLDER / str(n), tuple(files)) for n, (name, files) in named})
-
-    def unpack(self, folder: Path) -> Path:
-        """Write the inputs as the unit folder they were. Raises Refused on a name that leads out of the folder."""
-        files = dict(self.files)
-        for nth, (_, model) in enumerate(sorted(self.models.items())):
-            files |= {f"{MODEL_FOLDER}/{nth}/{name}": content for name, content in model.items()}
-        for name, content in files.items():
-            parts = PurePosixPath(name).parts
-            if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
-                raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
-            write_atomic(folder / name, content)
-        return folder
-
-
-@dataclass(frozen=True, eq=False)
-class Rejudged:
-    """entry: as in results.json (`UnitResult.to_json()`). panels: the pictures that belong to it."""
-
-    entry: Mapping[str, Any]
-    panels: Mapping[str, Panel]
-
-
-Rejudge = Callable[[Attachments], Rejudged]
+Rejudge = Callable[[CertificateContent], UnitResult]
 """Judges the attached unit by the attached spec."""
+
+
+def unpack(contents: CertificateContent, folder: Path) -> Models:
+    """Write the inputs as the unit folder they were; the models of the spec, opened from there. Raises
+    InvalidCertificate on a name that leads out of the folder."""
+    for name, content in (dict(contents.files) | contents.model_attachments()).items():
+        parts = PurePosixPath(name).parts
+        if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+            raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
+        write_atomic(folder / name, content)
+    return Models(contents.models, folder / MODEL_FOLDER)
 
 
 def embedded(reader: PdfFileReader) -> dict[str, bytes]:
@@ -108,8 +79,8 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
     missing = tuple(name for name in contents.inputs if name not in contents.files)
     if rejudge is None:
         return Step("not judged again", complete=False)
-    judged = rejudge(Attachments(contents.result, contents.spec_text, contents.files, missing, contents.models))
-    again = judged.entry
+    judged = rejudge(contents)
+    again = judged.to_json()
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
     found = differences(contents.result, again) if found is None else found

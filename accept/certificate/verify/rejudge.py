@@ -1,19 +1,21 @@
 """Judging a unit again from what is attached to its certificate."""
 
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from cryptography import x509
 
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.verify.attachments import Attachments, Rejudged
+from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
 from accept.judging.copies import withheld
+from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from specs.files import read_bounded
@@ -23,8 +25,10 @@ from specs.strict import SpecError
 MAX_CERTIFICATE_BYTES = 200_000_000
 
 
-def rejudge(attached: Attachments) -> Rejudged:
-    """The unit's entry of results.json and its pictures, judged from the attached inputs by the attached spec.
+def rejudge(attached: CertificateContent) -> UnitResult:
+    """The unit judged from the attached inputs by the attached spec. What the gap workflow found stands as it was
+    signed: it bears on no verdict, its search takes long, and the rounding of another machine may lead a search
+    elsewhere. `verify` says that it was not searched for again.
 
     Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
     """
@@ -33,12 +37,10 @@ def rejudge(attached: Attachments) -> Rejudged:
         if wrong := _contradictions(attached, spec):
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
-            folder = attached.unpack(Path(place))
-            models = attached.opened_models(folder)
-            unit = unit_folder.read(folder)
+            models = unpack(attached, Path(place))
+            unit = unit_folder.read(Path(place))
             again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
-            entry = withheld(again, attached.result.get("copies", ())).to_json() | searched_for(attached.result)
-            return Rejudged(entry, again.panels)
+            return replace(withheld(again, attached.result.get("copies", ())), gap=attached.result.get("gap"))
     except InvalidCertificate:
         raise  # it is a ValueError too
     except (UnitError, SpecError) as e:
@@ -47,17 +49,11 @@ def rejudge(attached: Attachments) -> Rejudged:
         raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
 
 
-def _contradictions(attached: Attachments, spec: Spec) -> list[str]:
+def _contradictions(attached: CertificateContent, spec: Spec) -> list[str]:
     try:
         return contradictions(attached.result, spec)
     except (KeyError, TypeError, ValueError) as e:
         raise InvalidCertificate(f"the attached result cannot be read ({type(e).__name__}: {e})") from e
-
-
-def searched_for(result: Mapping[str, Any]) -> dict[str, Any]:
-    """What the gap workflow found stands as it was signed: it bears on no verdict, its search takes long, and the
-    rounding of another machine may lead a search elsewhere. `verify` says that it was not searched for again."""
-    return {"gap": result["gap"]} if "gap" in result else {}
 
 
 def verify_file(
@@ -87,7 +83,7 @@ def ready() -> None:
     """Asked of a process, it makes it start and import this module."""
 
 
-def rejudge_demo(attached: Attachments) -> Rejudged:
+def rejudge_demo(attached: CertificateContent) -> UnitResult:
     """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
     built-in units and for no other."""
     from accept.simulate import published_units
@@ -97,7 +93,7 @@ def rejudge_demo(attached: Attachments) -> Rejudged:
     return rejudge(attached)
 
 
-def _is_demo_strut(attached: Attachments) -> bool:
+def _is_demo_strut(attached: CertificateContent) -> bool:
     """Is every byte what the demo simulates here? Its numbers are those of this machine, as its key is."""
     from accept.simulate import demo
 

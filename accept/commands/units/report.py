@@ -50,14 +50,14 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         if (known := other_spelling(store, one.serial)) is not None:
             raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
         past = list(store.events(one.serial))
-        before = fold(past).units.get(one.serial)
-        due = uncertified.last_of(past, one, chosen, who) if credential else None
+        last = fold(past).units.get(one.serial)
+        due = last if credential and last and uncertified.is_due(last, one, chosen, who) else None
         start = StartModel.of(chosen, wanted.model)
         examined = partial(examine, one, chosen, who, stated=stated, start=start, say=say)
         with busy(f"{one.serial}: judging and signing"):
-            judged = _judged(store, examined, due.before if due else before, credential)
+            judged = _judged(store, examined, uncertified.before(past, due) if due else last, credential)
             if due and not uncertified.repeats(store, one.serial, due.seq, judged.result):
-                due, judged = None, _judged(store, examined, before, credential)
+                due, judged = None, _judged(store, examined, last, credential)
             certify(judged, store, wanted.out, credential, stored=due is not None)
         for other in withhold_others(store, one.serial, judged.result.copies, who):
             say(f"warning: {other} was judged with a recording of {one.serial}; its result counts no more")

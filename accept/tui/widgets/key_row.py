@@ -8,7 +8,7 @@ from textual.widgets import Footer
 
 class KeyRow(Footer):
     """Composed anew only where its keys have changed. The library's footer does so whenever the focus moves or a screen
-    asks for its keys, which styles and lays out the whole screen again: a third of the time from a key to its answer.
+    asks for its keys, which styles and lays out the whole screen again: a quarter of the time from a key to its answer.
     """
 
     _keys: tuple[object, ...] | None = None

@@ -1,7 +1,6 @@
 """Judging and explaining a unit's folder: here, or in another process, where it can be stopped."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,15 +26,9 @@ from specs.strict import SpecError
 
 T = TypeVar("T")
 Judge = Callable[[Path, Spec, Statement | None], UnitResult]
+Explanation = tuple[Mapping[str, Any], Mapping[str, Panel]]  # the key `gap` of a result ([DESIGN] 6), all its pictures
+Explain = Callable[[Path, Spec], Explanation]
 EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
-
-
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """gap: what goes into the result under that key ([DESIGN] 6); panels: its pictures by name."""
-
-    gap: Mapping[str, Any]
-    panels: Mapping[str, Panel]
 
 
 def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
@@ -55,7 +48,7 @@ class Elsewhere:
         """As `judge_here`; raises NotDone."""
         return self._run(Work(_judge, folder, spec, stated, expected=EXPECTED))
 
-    def explain(self, folder: Path, spec: Spec) -> Explained:
+    def explain(self, folder: Path, spec: Spec) -> Explanation:
         """The gap workflow from the spec's model. Raises NotDone."""
         return self._run(Work(_explain, folder, spec, expected=EXPECTED))
 
@@ -72,17 +65,17 @@ def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRe
     return judge_here(folder, spec, stated)
 
 
-def _explain(say: Say, folder: Path, spec: Spec) -> Explained:
+def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
     """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
     name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
     start = StartModel.at(name)
     try:
         done = analyse_unit.analyse(folder, name, say=say)
     except NO_ANSWER as e:
-        return Explained(start.refused(str(e)), {})
+        return start.refused(str(e)), {}
     say("writing")
     analyse_unit.write(done, folder / "gap")
-    return Explained(start.answer(done.document), panels(done.result))
+    return start.answer(done.document), panels(done.result)
 
 
 def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:

@@ -18,7 +18,7 @@ from accept.workflow.bench import Begun
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.worker import panel_cache
-from accept.workflow.worker.judging import Elsewhere, Explained
+from accept.workflow.worker.judging import Elsewhere, Explanation
 from accept.workflow.worker.process import Work
 from checks.picture import Image
 from tests.accept.tui.tui_help import APART, WIDE, loader, press, running, settled, shown, type_line, words
@@ -107,9 +107,9 @@ async def test_a_step_without_records_says_which(tmp_path: Path):
         assert "Load the frequency responses first" in words(pilot, "#status")
 
 
-def canned(self: Elsewhere, folder: Path, spec) -> Explained:
+def canned(self: Elsewhere, folder: Path, spec) -> Explanation:
     self._say("fitting all bins")
-    return Explained(FOUND, PANELS)
+    return FOUND, PANELS
 
 
 async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkeypatch):
@@ -162,7 +162,7 @@ async def test_a_long_computation_shows_its_clock_and_is_stopped(begun, row, mon
 def test_what_was_explained_goes_on_the_certificate(begun):
     certify.make_keys(begun.home, "Ann", "correct horse")
     begun.spec = begun.spec.model_copy(update={"checks": {"frf": begun.spec.checks["frf"]}})  # the quick one of them
-    event = begun.explain(lambda folder, spec: Explained(FOUND, PANELS))
+    event = begun.explain(lambda folder, spec: (FOUND, PANELS))
     assert event.what == "gap_explained"
     result = begun.judge()
     assert result.to_json()["gap"]["named"] == FOUND["named"]

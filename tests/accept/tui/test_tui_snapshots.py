@@ -22,7 +22,6 @@ from accept.workflow.session import Session
 from accept.workflow.state.step_judgement import StepJudgement
 from accept.workflow.state.unit_state import entries
 from accept.workflow.worker import panel_cache
-from accept.workflow.worker.judging import Explained
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from hw.records import write_csv
@@ -70,7 +69,7 @@ def strut() -> Workbench:
     for name in ("low", "high"):
         session.link("frf", session.step("frf").check.inputs[name], RECORDS / "frf.csv")
     _judged(session)
-    session.explain(lambda folder, spec: Explained(FOUND, PANELS))
+    session.explain(lambda folder, spec: (FOUND, PANELS))
     session.close()
     return bench
 

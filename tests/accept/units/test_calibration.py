@@ -3,6 +3,7 @@
 import datetime
 import itertools
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -163,7 +164,7 @@ def test_a_renewed_calibration_is_judged_again(tmp_path):
 
 def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     """The downgrade is judged again from the dates on the certificate."""
-    from accept.certificate.verify.attachments import Attachments
+    from accept.certificate.contents.content import CertificateContent
     from accept.certificate.verify.rejudge import rejudge
     from accept.certificate.verify.result_diff import differences
 
@@ -171,12 +172,13 @@ def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     spec = judge_unit.load_spec("apa-basic")
     stated = calibration.statement(parse_bench(bench_text(stroke="2020-01-01").encode(), "b"), spec.checks, TODAY)
     result = judge_unit.judge_unit(unit_folder.read(folder), spec, stated).to_json()
-    files = {"unit.toml": (folder / "unit.toml").read_bytes()}
-    assert not differences(result, rejudge(Attachments(result, spec.text, files)).entry)
+    text = {"unit.toml": (folder / "unit.toml").read_bytes()}
+    content = CertificateContent(result, spec.name, spec.title, spec.text, "Ann", files=text)
+    assert not differences(result, rejudge(content).to_json())
     forged = json.loads(json.dumps(result))
     for row in forged["calibration"]["instruments"]:
         row["problem"] = None
-    assert differences(forged, rejudge(Attachments(forged, spec.text, files)).entry)
+    assert differences(forged, rejudge(replace(content, result=forged)).to_json())
 
 
 def test_report_with_a_bench_file(tmp_path):

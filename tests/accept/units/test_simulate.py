@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify import rejudge
-from accept.certificate.verify.attachments import Attachments
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import UnitResult
@@ -240,8 +240,8 @@ def test_heights_are_as_flat_as_asked() -> None:
 def test_the_demo_trusts_its_own_strut_and_no_altered_one(tmp_path: Path) -> None:
     strut, spec = demo_unit.demo_strut(), load_spec("strut-basic")  # by which the demo judges
     result = judge_unit(units.read(write(strut, tmp_path / "unit")), spec).to_json()
-    own = Attachments(result, spec.text, dict(strut.files))
-    assert rejudge.rejudge_demo(own).entry["verdict"] == "accepted"
+    own = CertificateContent(result, spec.name, spec.title, spec.text, "Ann", files=strut.files)
+    assert rejudge.rejudge_demo(own).verdict == "accepted"
     altered = dict(strut.files)
     altered["hysteresis.mat"] = altered["frf_noise.mat"]
     with pytest.raises(InvalidCertificate, match="not a unit of the demo"):

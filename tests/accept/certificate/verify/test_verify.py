@@ -13,6 +13,7 @@ from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
 from accept.certificate.contents import content as certificate_content
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
@@ -20,9 +21,10 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
-from accept.certificate.verify.attachments import Attachments, Rejudged
+from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.result_diff import differences
 from accept.certificate.verify.verification import Validity, Verification, verify
+from accept.judging.result import UnitResult
 from accept.pictures.pdf.assemble import assemble
 from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused
@@ -122,11 +124,12 @@ def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
 
 
 def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> None:
-    seen: list[Attachments] = []
+    seen: list[CertificateContent] = []
 
-    def judge(attached: Attachments) -> Rejudged:
+    def judge(attached: CertificateContent) -> UnitResult:
         seen.append(attached)
-        unit = attached.unpack(tmp_path / "again")
+        unit = tmp_path / "again"
+        unpack(attached, unit)
         assert (unit / "unit.toml").read_bytes() == UNIT_TOML
         assert (
             hashlib.sha256((unit / "raw/stroke.mat").read_bytes()).hexdigest()
@@ -139,7 +142,7 @@ def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> Non
 
 
 def test_a_judge_that_fails_makes_it_invalid(bench: Bench) -> None:
-    def judge(attached: Attachments) -> Rejudged:
+    def judge(attached: CertificateContent) -> UnitResult:
         raise OSError("disk\nfull")
 
     refused(bench.check(bench.signed, rejudge=judge), "judging again cannot be read: OSError: disk full")
@@ -164,7 +167,7 @@ def test_too_large_records_are_not_judged_but_the_other_sections_are(
 @pytest.mark.parametrize("name", ["../evil", "/etc/passwd", "a/../../b", "c:\\x", "..\\x", ""])
 def test_no_attachment_is_unpacked_outside_its_folder(tmp_path: Path, name: str) -> None:
     with pytest.raises(InvalidCertificate, match="leads out of its folder"):
-        Attachments({}, "", {name: b"x"}).unpack(tmp_path / "inner")
+        unpack(CertificateContent({}, "", "", "", "", files={name: b"x"}), tmp_path / "inner")
     assert list(tmp_path.rglob("*")) == []
 
 
