@@ -11,7 +11,7 @@ from pathlib import Path
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
 from accept.base.cluster.work import Cluster, GivenUp
-from accept.batch.worker import Errand, Job, JudgedOrRefused, run_errand
+from accept.batch.worker import Job, JudgedOrRefused, for_another, run_far
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
 
@@ -25,13 +25,13 @@ def processes(count: int) -> ProcessPoolExecutor:
 
 def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, JudgedOrRefused]]:
     """Judge on a cluster; what a worker made beside the result comes back with it."""
-    for errand, back in cluster.unordered(run_errand, map(Errand.of, jobs)):
+    for job, back in cluster.unordered(run_far, map(for_another, jobs)):
         if isinstance(back, GivenUp):
-            yield errand.job, f"{folder_of(errand.job)}: {back}"
+            yield job, f"{folder_of(job)}: {back}"
             continue
         for name, content in back.files.items():
             write_atomic(unit_folder.inside(out, name), content)
-        yield errand.job, back.outcome
+        yield job, back.outcome
 
 
 def judge_here(

@@ -13,7 +13,7 @@ from accept.base.console import say
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
-from accept.units.shared_folder import anywhere, looks_of, not_shared
+from accept.units.shared_folder import anywhere, not_shared
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
 
@@ -45,18 +45,9 @@ def _progress(serial: str) -> Callable[[str], None]:
     return seldom
 
 
-@dataclass(frozen=True, eq=False)
-class Errand:
-    """A job for another machine, with what the unit's folder looks like from this one: name of file -> size."""
-
-    job: Job
-    looks: Mapping[str, int]
-
-    @classmethod
-    def of(cls, job: Job) -> "Errand":
-        """The job with its folder by a path that means the same to every process."""
-        there = anywhere(job.args[0])
-        return cls(partial(job.func, there, *job.args[1:], **job.keywords), looks_of(there))
+def for_another(job: Job) -> Job:
+    """The job as another machine is handed it."""
+    return partial(job.func, anywhere(job.args[0]), *job.args[1:], **job.keywords)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +58,11 @@ class Returned:
     files: Mapping[str, bytes]
 
 
-def run_errand(errand: Errand) -> Returned:
+def run_far(job: Job) -> Returned:
     """Judge a unit far from who asked."""
-    if problem := not_shared(errand.job.args[0], errand.looks):
+    if problem := not_shared(job.args[0]):
         return Returned(problem, {})
     with tempfile.TemporaryDirectory(prefix="accept-") as place:
-        outcome = errand.job(out=Path(place))
+        outcome = job(out=Path(place))
         files = {p.relative_to(place).as_posix(): p.read_bytes() for p in Path(place).rglob("*") if p.is_file()}
     return Returned(outcome, files)

@@ -52,7 +52,8 @@ class UnitSection:
 class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
     section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
-    experiments: its responses under other conditions."""
+    experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
+    it to another one (`accept.units.shared_folder`)."""
 
     path: Path
     serial: str
@@ -64,6 +65,7 @@ class UnitFolder:
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     experiments: Sequence[UnitExperiment] = ()
+    sizes: Mapping[str, int] | None = None
 
     @property
     def files(self) -> list[str]:

@@ -22,7 +22,7 @@ from accept.gap.text import REFUSED, summary
 from accept.models.model_file import DEFAULT_MODEL, moved
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
-from accept.units.shared_folder import anywhere, looks_of, not_shared
+from accept.units.shared_folder import anywhere, not_shared
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
 from checks.gap.effects import EFFECTS
@@ -31,10 +31,9 @@ from checks.gap.workflow import GapRefused
 
 @dataclass(frozen=True, eq=False)
 class GapQuestion:
-    """A unit, what its folder looks like, the model to start from and effects that are left out."""
+    """A unit, the model to start from and effects that are left out."""
 
     unit: UnitFolder
-    looks: Mapping[str, int]
     model: str
     without: Sequence[str]
     empirical: bool = False
@@ -73,10 +72,7 @@ def run(
         raise PictureError(MISSING)
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    asked = [
-        GapQuestion(u, looks_of(u), model or DEFAULT_MODEL[u.kind], without, empirical, html)
-        for u in map(anywhere, units)
-    ]
+    asked = [GapQuestion(u, model or DEFAULT_MODEL[u.kind], without, empirical, html) for u in map(anywhere, units)]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
         answers = cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked)
@@ -110,7 +106,7 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
 def answer(question: GapQuestion) -> Answer:
     """The answer for one unit, here or in a worker."""
     unit = question.unit
-    if problem := not_shared(unit, question.looks):
+    if problem := not_shared(unit):
         return Answer(None, [problem], {})
     try:
         done = analyse_unit.analyse(

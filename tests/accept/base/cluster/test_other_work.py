@@ -27,7 +27,7 @@ from accept.base.home import home
 from accept.base.worker_process import memory_GB
 from accept.batch.judge_batch import run
 from accept.batch.request import BatchRequest
-from accept.batch.worker import Errand, Returned, judge, run_errand
+from accept.batch.worker import Returned, judge, run_far
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
@@ -40,7 +40,7 @@ from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model
 from accept.store import fold, open_store
 from accept.units import unit_folder
-from accept.units.shared_folder import anywhere, looks_of
+from accept.units.shared_folder import anywhere
 from tests.accept.base.cluster.small_work import digest, fatal_31, grab, half, process_of
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.gap_units import make_strut
@@ -264,7 +264,7 @@ def test_a_unit_of_the_blind_test_that_no_worker_could_do_is_a_crash() -> None:
 @pytest.mark.soak
 def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
     unit = anywhere(unit_folder.read(make_strut(tmp_path / "S-1", "S-1", repeats=False)))
-    asked = GapQuestion(unit, looks_of(unit), "strut-2dof", ())
+    asked = GapQuestion(unit, "strut-2dof", ())
     ((_, far),) = cluster.unordered(answer, [asked])
     near = answer(asked)
     assert (far.document, far.words) == (near.document, near.words)
@@ -275,12 +275,11 @@ def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path
     """Without its files a unit would only seem incomplete."""
     unit = anywhere(unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)))
     order = BatchRequest([unit.path], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada")
-    job = partial(judge, unit, order.specs["apa"], "Ada", draw=False)
-    lost = Errand(job, looks_of(unit) | {"stroke.mat": 1000})
-    ((_, back),) = cluster.unordered(run_errand, [lost])
+    lost = replace(unit, sizes={**unit.sizes, "stroke.mat": 1000})
+    ((_, back),) = cluster.unordered(run_far, [partial(judge, lost, order.specs["apa"], "Ada", draw=False)])
     assert isinstance(back, Returned)
     assert "share the folder" in str(back.outcome)
-    question = GapQuestion(unit, lost.looks, "apa-2dof", ())
+    question = GapQuestion(lost, "apa-2dof", ())
     ((_, given),) = cluster.unordered(answer, [question])
     assert isinstance(given, Answer)
     assert given.document is None
