@@ -20,7 +20,8 @@ from checks.model.dynamics.derivatives import (
     NO_MODES,
     Change,
     Modes,
-    change,
+    change_of_fastened,
+    change_of_system,
     derivatives,
     modal_derivatives,
     square_slopes,
@@ -36,13 +37,14 @@ from checks.model.parameters import (
     in_range,
     is_mechanical,
     is_mode_factor,
+    is_of_body,
     known,
     last,
     matters,
 )
 from checks.model.parts import bench_of, encoder_of, joints_of, offset_of
 from checks.model.structure.apa import ApaBody
-from checks.model.structure.assemble import assemble
+from checks.model.structure.assemble import Fastened, assemble, fasten
 from checks.model.structure.matrix_builder import System
 
 F_MAX = 5000.0  # [Hz] half of the bench's sampling rate; the reduction is made for 2 kHz, beyond 4 kHz peaks drift
@@ -91,6 +93,11 @@ class Model:
     def channels(self) -> tuple[str, ...]:
         """Vs, de, da; a strut without encoder has no de."""
         return self.system().channels
+
+    @cached_property
+    def size(self) -> int:
+        """Coordinates of `system`."""
+        return len(self.system().K)
 
     @property
     def scatters(self) -> bool:
@@ -260,19 +267,22 @@ def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callab
 def _change(model: Model, name: str, others: tuple[tuple[str, float], ...]) -> Change:
     """Of the matrices by a parameter, at the model's values but for some."""
     values = {**model.values, **dict(others)}
-    return change(lambda h: _assembled(model, {**values, name: values[name] + h}), derivative_step(name, values[name]))
+    above, below = _ends(values, name)
+    h = derivative_step(name, values[name])
+    if is_of_body(name):
+        return change_of_system(_assembled(model, above), _assembled(model, below), h)
+    apa = model.apa(values)
+    return change_of_fastened(_fastened(model, apa, above), _fastened(model, apa, below), h, model.size)
 
 
 def _assembled(model: Model, v: Values) -> System:
-    return assemble(
-        model.apa(v),
-        v.get("apa.damping_ratio", 0.0),
-        joints_of(v),
-        encoder_of(v),
-        bench_of(v, model.held),
-        offset_of(v),
-        (v["apa.sensor_stiffening"], v["apa.actuator_stiffening"]),
-    )
+    apa = model.apa(v)
+    return assemble(apa, v.get("apa.damping_ratio", 0.0), _fastened(model, apa, v))
+
+
+def _fastened(model: Model, apa: ApaBody, v: Values) -> Fastened:
+    stiffening = v["apa.sensor_stiffening"] * apa.k_sensor, v["apa.actuator_stiffening"] * apa.k_actuator
+    return fasten(joints_of(v), encoder_of(v), bench_of(v, model.held), offset_of(v), stiffening)
 
 
 def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]]:

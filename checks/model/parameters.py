@@ -127,6 +127,12 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
 
 
 @lru_cache(maxsize=4096)
+def is_of_body(name: str) -> bool:
+    """Whether a mechanical parameter changes the matrices of the APA itself, and not only what is fastened to it."""
+    return name.startswith("apa.") and last(name) not in _OFFSET and not last(name).endswith("_stiffening")
+
+
+@lru_cache(maxsize=4096)
 def is_mode_factor(name: str) -> bool:
     """Is it a factor on one of the APA's free modes? It changes one entry of its matrices and nothing else."""
     return name.startswith((MODE_STIFFNESS, MODE_DAMPING))

@@ -8,7 +8,7 @@ dP_i = sum_j P_j (P_j' (dK - w_i^2 dM) P_i) / (w_i^2 - w_j^2) - P_i (P_i' dM P_i
 every part of it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import Sections, eigen
 from checks.model.dynamics.far_modes import far, product, summed
 from checks.model.dynamics.real_modes import real_modes
+from checks.model.structure.assemble import Fastened
 from checks.model.structure.matrix_builder import System
 
 ROUNDING = 1e-15  # of the largest entry of the matrix: smaller differences are none
@@ -26,20 +27,21 @@ SAME = 1e-11  # of w^2: modes no further apart are one, whose shapes do not turn
 
 @dataclass(frozen=True, eq=False)
 class SymmetricBlock:
-    """A symmetric matrix (n, n) that is zero but for some rows and columns."""
+    """A symmetric matrix that is zero but for some rows and columns."""
 
     rows: NDArray[np.intp]
     entries: Array
 
     def congruent(self, P: Array) -> Array:
-        """P' A P (p, p) for P (n, p)."""
+        """P' A P (p, p) for P (.., p)."""
         part = P[self.rows]
         return np.asarray(part.T @ self.entries @ part)
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Of M, C, K, None where zero, force (n,) and outputs (c, n) per unit of a parameter."""
+    """Of M, C, K, None where zero, force (r,) and outputs (c, r) per unit of a parameter, in terms of what `reached`
+    reads: the motions that parts are fastened to, then the coordinates."""
 
     M: SymmetricBlock | None
     C: SymmetricBlock | None
@@ -48,21 +50,36 @@ class Change:
     outputs: Array
 
 
-def change(system_at: Callable[[float], System], h: float) -> Change:
+def reached(system: System, P: Array) -> Array:
+    """(r, p): the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves."""
+    return P if system.motions is None else np.concatenate([system.motions @ P, P])
+
+
+def change_of_system(above: System, below: System, h: float) -> Change:
     """Central difference of a system over -h..h: exact but for rounding in what enters its matrices in proportion or as
     a square. Both systems must be in the same coordinates."""
-    above, below = system_at(h), system_at(-h)
-
-    def of(key: str) -> Array:
-        a, b = getattr(above, key), getattr(below, key)
-        return np.where(np.abs(a - b) > ROUNDING * np.abs(a).max(), (a - b) / (2.0 * h), 0.0)
-
-    return Change(_block(of("M")), _block(of("C")), _block(of("K")), of("force"), of("outputs"))
+    m = 0 if above.motions is None else len(above.motions)
+    M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), m) for key in "MCK")
+    force, outputs = _slope(above.force, below.force, h), _slope(above.outputs, below.outputs, h)
+    return Change(M, C, K, np.pad(force, (m, 0)), np.pad(outputs, ((0, 0), (m, 0))))
 
 
-def _block(D: Array) -> SymmetricBlock | None:
+def change_of_fastened(above: Fastened, below: Fastened, h: float, size: int) -> Change:
+    """The same where only what is fastened to the APA differs. size: coordinates of the system."""
+    M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h)) for key in "MCK")
+    outputs = np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), (0, size)))
+    return Change(M, C, K, np.zeros(outputs.shape[1]), outputs)
+
+
+def _slope(above: Array, below: Array, h: float) -> Array:
+    significant = np.abs(above - below) > ROUNDING * np.abs(above).max()
+    return np.where(significant, (above - below) / (2.0 * h), 0.0)
+
+
+def _block(D: Array, first: int = 0) -> SymmetricBlock | None:
+    """first: where D begins among what is reached."""
     rows = np.flatnonzero(D.any(axis=0))
-    return SymmetricBlock(rows, D[np.ix_(rows, rows)]) if rows.size else None
+    return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,18 +104,20 @@ def derivatives(
     In memory the channels come before the frequencies: what follows runs along frequencies."""
     x, y = _states(system, s)
     by_change = _by_changes(changes, s, x, y)
-    found = np.concatenate([by_change, _by_modes(modes, s, x, y)]) if modes.stiffness.size else by_change
+    first = len(x) - len(system.K)  # of the coordinates
+    of_modes = (_by_modes(modes, s, x[first:], y[:, first:]),) if modes.stiffness.size else ()
+    found = np.concatenate([by_change, *of_modes])
     return (found if kept is None else found[list(kept)]).swapaxes(1, 2)
 
 
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
-    """(n, S) coordinates that a force of one newton moves, and (c, n, S) those that forces along each row of the
-    outputs move."""
+    """(r, S) what is `reached` of the coordinates that a force of one newton moves, and (c, r, S) of those that forces
+    along each row of the outputs move."""
     form = eigen(system)
-    n, kept = len(form.T), form.mu.imag <= 0.0
-    shapes, mu = (form.T @ form.V[:n]).T[kept], form.mu[kept]
+    kept = form.mu.imag <= 0.0
+    shapes, mu = reached(system, form.T @ form.V[: len(form.T)]).T[kept], form.mu[kept]
     residues = (form.weights[kept][:, :, None] * shapes[:, None]).reshape(len(mu), -1)
-    x, *y = Sections(mu, residues, mu.imag < 0.0).at(s.imag).reshape(-1, n, s.size)
+    x, *y = Sections(mu, residues, mu.imag < 0.0).at(s.imag).reshape(-1, shapes.shape[1], s.size)
     return x, np.array(y)
 
 
@@ -126,17 +145,17 @@ def modal_derivatives(
 ) -> Complex:
     """The same, each real mode damped by itself."""
     w2, P = real_modes(system)
-    C = P.T @ system.C @ P
+    C, R = P.T @ system.C @ P, reached(system, P)
     force, outputs = P.T @ system.force, system.outputs @ P
     apart = w2 - w2[:, None]  # [j, i]: w_i^2 - w_j^2
     apart[np.abs(apart) <= SAME * w2] = np.inf
     residue = force * outputs  # (c, n)
     of_each = []
     for d in changes:
-        turn, dw2 = _turn(d, P, w2, apart)
-        rate = 2.0 * np.einsum("ji,ji->i", turn, C) + _diagonal(d.C, P)
-        dforce = turn.T @ force + P.T @ d.force
-        doutputs = outputs @ turn + d.outputs @ P
+        turn, dw2 = _turn(d, R, w2, apart)
+        rate = 2.0 * np.einsum("ji,ji->i", turn, C) + _diagonal(d.C, R)
+        dforce = turn.T @ force + R.T @ d.force
+        doutputs = outputs @ turn + d.outputs @ R
         of_each.append((dforce * outputs + force * doutputs, residue * dw2, residue * rate))
     A = np.array(of_each).reshape(-1, 3, *residue.shape)
     if modes.stiffness.size:
@@ -158,7 +177,8 @@ def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_M
     """(n,) squared frequencies [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the changes, by the
     factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as `real_modes` does."""
     w2, P = real_modes(system)
-    own = [_diagonal(d.K, P) - w2 * _diagonal(d.M, P) for d in changes]
+    R = reached(system, P)
+    own = [_diagonal(d.K, R) - w2 * _diagonal(d.M, R) for d in changes]
     of_factors = (modes.rows @ P) ** 2 * modes.stiffness[:, None] if modes.stiffness.size else np.zeros((0, w2.size))
     return w2, np.concatenate([np.reshape(own, (-1, w2.size)), of_factors, np.zeros_like(of_factors)])
 
@@ -184,10 +204,12 @@ def _of_modes(
     )
 
 
-def _turn(d: Change, P: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
-    """(n, n) share [j, i] of shape j in the derivative of shape i, and (n,) derivatives of the squared frequencies."""
-    K = d.K.congruent(P) if d.K else np.zeros_like(P[:, :1])
-    M = d.M.congruent(P) if d.M else np.zeros_like(P[:, :1])
+def _turn(d: Change, R: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
+    """(n, n) share [j, i] of shape j in the derivative of shape i, and (n,) derivatives of the squared frequencies. R
+    (r, n): what is `reached` of the shapes."""
+    nothing = np.zeros((w2.size, 1))
+    K = d.K.congruent(R) if d.K else nothing
+    M = d.M.congruent(R) if d.M else nothing
     both = K - w2 * M
     dw2 = np.diag(np.broadcast_to(both, apart.shape)).copy()
     turn = both / apart
@@ -195,10 +217,10 @@ def _turn(d: Change, P: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
     return turn, dw2
 
 
-def _diagonal(block: SymmetricBlock | None, P: Array) -> Array:
-    """(n,) of P' A P."""
+def _diagonal(block: SymmetricBlock | None, R: Array) -> Array:
+    """(n,) of R' A R."""
     if block is None:
-        return np.zeros(P.shape[1])
-    part = P[block.rows]
+        return np.zeros(R.shape[1])
+    part = R[block.rows]
     diagonal: Array = np.einsum("ri,ri->i", part, block.entries @ part)
     return diagonal

@@ -9,9 +9,15 @@
     granite      does not move
 
 The joints' axis is x = y = 0; z points up; the origin is halfway between the joints.
+
+All but the APA itself is fastened to fifteen motions: the six of each of its interfaces, the payload's z, and the
+elongations of its two kinds of stacks. So all but the APA is put together in matrices of fifteen rows.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy import linalg
 
 from checks.arrays import Array
 from checks.model.structure.apa import ApaBody
@@ -22,73 +28,90 @@ from checks.model.structure.matrix_builder import Builder, System
 from checks.model.structure.rigid_motion import lever
 
 Z = 2  # place of the axis among the six motions of a face
+MOTIONS = 15
+BOTTOM, TOP = np.eye(MOTIONS)[:6], np.eye(MOTIONS)[6:12]
+PAYLOAD, SENSOR, ACTUATOR = np.eye(MOTIONS)[12:]
 
 
-def assemble(
-    apa: ApaBody,
-    damping_ratio: float,
+@dataclass(frozen=True, eq=False)
+class Fastened:
+    """All that is fastened to an APA: M, C, K (15, 15), outputs (c, 15), one row per channel, and ties (r, 15), rows
+    that must stay zero, in terms of the fifteen motions."""
+
+    M: Array
+    C: Array
+    K: Array
+    outputs: Array
+    channels: tuple[str, ...]
+    ties: Array
+
+
+def fasten(
     joints: tuple[Joint, Joint] | None,
     encoder: Encoder | None,
     bench: Bench,
     offset: Array,
-    stiffening: tuple[float, float] = (0.0, 0.0),
-) -> System:
-    """System from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the encoder's
-    reading and the payload's z [m]: channels Vs, de, da.
-
-    joints: bottom and top; None: the APA is clamped to the granite and to the payload, and the bench's own encoder
+    stack_stiffening: tuple[float, float] = (0.0, 0.0),
+) -> Fastened:
+    """joints: bottom and top; None: the APA is clamped to the granite and to the payload, and the bench's own encoder
     reads the payload. encoder: None: no encoder fixed to the strut, no de. offset (3,) [m] of the APA from the joints'
-    axis, the same at both ends. stiffening: of the sensor and the actuator stacks, relative, by open circuits.
-    """
-    bottom, top, payload = _places(apa)
-    b = Builder(apa.size + 1)
+    axis, the same at both ends. stack_stiffening [N/m]: what open circuits add across the sensor and the actuator
+    stacks."""
+    b = Builder(MOTIONS)
+    payload = np.zeros((6, MOTIONS))
+    payload[Z] = PAYLOAD
 
-    _build_in(b, apa, damping_ratio, stiffening)
+    b.spring(np.array([SENSOR, ACTUATOR]), np.array(stack_stiffening), np.zeros(2))
 
     joint_bottom, joint_top = joints or (CLAMP, CLAMP)
-    center_bottom = lever(_to_axis(offset, -joint_bottom.arm)) @ bottom
-    center_top = lever(_to_axis(offset, joint_top.arm)) @ top
+    center_bottom = lever(_to_axis(offset, -joint_bottom.arm)) @ BOTTOM
+    center_top = lever(_to_axis(offset, joint_top.arm)) @ TOP
     b.spring(center_bottom, joint_bottom.k, joint_bottom.c)  # granite below
     b.spring(center_top - payload, joint_top.k, joint_top.c)
-    b.mass(lever(_to_axis(offset, -joint_bottom.half_arm)) @ bottom, joint_bottom.half_mass, joint_bottom.half_inertia)
-    b.mass(lever(_to_axis(offset, joint_top.half_arm)) @ top, joint_top.half_mass, joint_top.half_inertia)
+    b.mass(lever(_to_axis(offset, -joint_bottom.half_arm)) @ BOTTOM, joint_bottom.half_mass, joint_bottom.half_inertia)
+    b.mass(lever(_to_axis(offset, joint_top.half_arm)) @ TOP, joint_top.half_mass, joint_top.half_inertia)
 
     if encoder is not None:
-        b.mass(encoder.ruler_place(bottom), encoder.ruler_mass, encoder.inertia)
-        b.mass(encoder.head_place(top), encoder.head_mass, encoder.inertia)
+        b.mass(encoder.ruler_place(BOTTOM), encoder.ruler_mass, encoder.inertia)
+        b.mass(encoder.head_place(TOP), encoder.head_mass, encoder.inertia)
 
     b.mass(payload, bench.payload)
-    b.spring(payload[[Z]], np.array([RIGID if bench.held else 0.0]), np.array([bench.guide_damping]))
+    b.spring(PAYLOAD[None], np.array([RIGID if bench.held else 0.0]), np.array([bench.guide_damping]))
 
-    outputs = {"Vs": _widen(apa.sensor), "da": payload[Z]}
+    outputs = {"Vs": SENSOR, "da": PAYLOAD}
     if encoder is not None:
-        outputs["de"] = encoder.reading(bottom, top)
+        outputs["de"] = encoder.reading(BOTTOM, TOP)
     elif joints is None:
-        outputs["de"] = payload[Z]
+        outputs["de"] = PAYLOAD
     channels = tuple(name for name in ("Vs", "de", "da") if name in outputs)
-    return b.finish(_widen(apa.actuator), np.array([outputs[c] for c in channels]), channels)
+    M, C, K, ties = b.matrices()
+    return Fastened(M, C, K, np.array([outputs[c] for c in channels]), channels, ties)
 
 
-def _places(apa: ApaBody) -> tuple[Array, Array, Array]:
-    """Motions of the APA's two interfaces and of the payload; the payload's z is the last coordinate."""
-    payload = np.zeros((6, apa.size + 1))
-    payload[Z, -1] = 1.0
-    return _widen(apa.bottom), _widen(apa.top), payload
+def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
+    """System from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the encoder's
+    reading and the payload's z [m]: channels Vs, de, da. Its last coordinate is the payload's z, unless ties leave
+    fewer coordinates, which keep every rigid direction rigid."""
+    motions = _motions(apa)
+    M, C, K = (motions.T @ A @ motions for A in (fastened.M, fastened.C, fastened.K))
+    M[:-1, :-1] += apa.M
+    C[:-1, :-1] += apa.C + damping_ratio * apa.C_ratio
+    K[:-1, :-1] += apa.K
+    force, outputs, channels = ACTUATOR @ motions, fastened.outputs @ motions, fastened.channels
+    if not len(fastened.ties):
+        return System(M, C, K, force, outputs, channels, motions)
+    T = linalg.null_space(fastened.ties @ motions)
+    return System(T.T @ M @ T, T.T @ C @ T, T.T @ K @ T, T.T @ force, outputs @ T, channels, motions @ T, T)
 
 
-def _build_in(b: Builder, apa: ApaBody, damping_ratio: float, stiffening: tuple[float, float]) -> None:
-    b.M[:-1, :-1] += apa.M
-    b.K[:-1, :-1] += apa.K
-    b.C[:-1, :-1] += apa.C + damping_ratio * apa.C_ratio
-    b.spring(_widen(apa.sensor)[None], np.array([stiffening[0] * apa.k_sensor]), np.zeros(1))
-    b.spring(_widen(apa.actuator)[None], np.array([stiffening[1] * apa.k_actuator]), np.zeros(1))
+def _motions(apa: ApaBody) -> Array:
+    """(15, n) rows that read the fifteen motions from the APA's coordinates and the payload's."""
+    rows = np.zeros((MOTIONS, apa.size + 1))
+    rows[:, :-1] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
+    rows[12, -1] = 1.0
+    return rows
 
 
 def _to_axis(offset: Array, along: float) -> Array:
     """From an APA's interface to the point of the joints' axis at `along` [m] from where the interface should be."""
     return np.array([-offset[0], -offset[1], along - offset[2]])
-
-
-def _widen(rows: Array) -> Array:
-    """Rows of the APA's coordinates as rows of all coordinates: the payload's is added, and not read."""
-    return np.concatenate([rows, np.zeros((*rows.shape[:-1], 1))], axis=-1)

@@ -1,9 +1,8 @@
-"""Puts springs, dampers and masses into matrices, and turns rigid directions into one coordinate less."""
+"""Puts springs, dampers and masses into matrices."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from checks.arrays import Array
 
@@ -11,7 +10,8 @@ from checks.arrays import Array
 @dataclass(frozen=True, eq=False)
 class System:
     """M q'' + C q' + K q = force u, y = outputs q. M, C, K (n, n); force (n,); outputs (c, n), one row per channel;
-    coordinates (a, n): rows that read those of the builder, in which all was put together; None: the same ones."""
+    motions (m, n): rows that read the few motions at which parts are fastened to each other; coordinates (a, n): rows
+    that read those in which all was put together; None: the same ones."""
 
     M: Array
     C: Array
@@ -19,6 +19,7 @@ class System:
     force: Array
     outputs: Array
     channels: tuple[str, ...]
+    motions: Array | None = None
     coordinates: Array | None = None
 
 
@@ -26,29 +27,24 @@ class Builder:
     """Matrices in the making. A place is a (6, n) array of rows that read the motion ux uy uz rx ry rz of a point."""
 
     def __init__(self, size: int) -> None:
-        self.M, self.C, self.K = (np.zeros((size, size)) for _ in range(3))
-        self._rigid: list[Array] = []
+        self._springs: list[tuple[Array, Array, Array]] = [(np.zeros((0, size)), np.zeros(0), np.zeros(0))]
+        self._masses: list[tuple[Array, Array]] = [(np.zeros((0, size)), np.zeros(0))]
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:
         """A rigid body at its centre of mass: m [kg], inertia (3,) [kg m2] about x y z."""
         weights = np.empty(6)
         weights[:3], weights[3:] = m, inertia
-        self.M += place.T @ (weights[:, None] * place)
+        self._masses.append((place, weights))
 
     def spring(self, relative: Array, k: Array, c: Array) -> None:
         """Springs k (r,) and dampers c (r,) stretched by the rows `relative` (r, n); an infinite k ties its row."""
-        tied = np.isinf(k)
-        if tied.any():
-            self._rigid.append(relative[tied])
-            relative, k, c = relative[~tied], k[~tied], c[~tied]
-        if k.any():
-            self.K += relative.T @ (k[:, None] * relative)
-        if c.any():
-            self.C += relative.T @ (c[:, None] * relative)
+        self._springs.append((relative, k, c))
 
-    def finish(self, force: Array, outputs: Array, channels: tuple[str, ...]) -> System:
-        """The system in coordinates that keep every rigid direction rigid."""
-        if not self._rigid:
-            return System(self.M, self.C, self.K, force, outputs, channels)
-        T = linalg.null_space(np.vstack(self._rigid))
-        return System(T.T @ self.M @ T, T.T @ self.C @ T, T.T @ self.K @ T, T.T @ force, outputs @ T, channels, T)
+    def matrices(self) -> tuple[Array, Array, Array, Array]:
+        """M, C, K (n, n), and the rows (r, n) that are tied."""
+        place, weights = map(np.concatenate, zip(*self._masses, strict=True))
+        rows, k, c = map(np.concatenate, zip(*self._springs, strict=True))
+        tied = np.isinf(k)
+        free = rows[~tied]
+        M, C, K = ((r.T * w) @ r for r, w in ((place, weights), (free, c[~tied]), (free, k[~tied])))
+        return M, C, K, rows[tied]

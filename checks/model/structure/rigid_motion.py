@@ -10,7 +10,8 @@ def lever(r: ArrayLike) -> Array:
     """(6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u + theta x r."""
     x, y, z = np.asarray(r, dtype=float)
     T = np.eye(6)
-    T[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    T[0, 4], T[0, 5], T[1, 5] = z, -y, x
+    T[1, 3], T[2, 3], T[2, 4] = -z, y, -x
     return T
 
 
