@@ -76,5 +76,6 @@ def modal_apa(body: ApaBody) -> ModalApa:
             top=body.top @ shapes,
             sensor=body.sensor @ shapes,
             actuator=body.actuator @ shapes,
+            modal=not body.C.any(),
         )
     )

@@ -27,6 +27,7 @@ from checks.model.dynamics.derivatives import (
     square_slopes,
 )
 from checks.model.dynamics.real_modes import real_modal
+from checks.model.dynamics.receptances import Receptances, receptances
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.joint_prior import JointPrior
 from checks.model.measured_outputs import output_gains
@@ -154,7 +155,7 @@ class Model:
         the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
-        form = self.modal(changes)
+        form = _answering(self, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         inside = [i for i, n in enumerate(names) if self._smooth(n)]
         moved = self._moved(f, [names[i] for i in inside], changes)
@@ -201,7 +202,7 @@ class Model:
 
     def _frf(self, f: Array, v: Values, channels: Iterable[str] | None) -> Complex:
         """Response at values that are not judged: a derivative may look just past a bound."""
-        form = self._solved(v)[1]()
+        form = _answering(self, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
 
@@ -261,6 +262,11 @@ def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callab
     again and again."""
     system = _assembled(model, dict(zip(model.mechanical, mechanical, strict=True)))
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
+
+
+def _answering(model: Model, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
+    """What answers at frequencies: modes, or the parts where damping is of any form and they are known."""
+    return (receptances(system) if model.damping == "full" else None) or solved()
 
 
 @lru_cache(maxsize=512)

@@ -10,6 +10,7 @@ every part of it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from checks.arrays import Array, Complex
 from checks.model.dynamics.complex_modes import Sections, eigen
 from checks.model.dynamics.far_modes import far, product, summed
 from checks.model.dynamics.real_modes import real_modes
+from checks.model.dynamics.receptances import receptances
 from checks.model.structure.assemble import Fastened
 from checks.model.structure.matrix_builder import System
 
@@ -50,7 +52,10 @@ class Change:
     outputs: Array
 
 
-def reached(system: System, P: Array) -> Array:
+Shapes = TypeVar("Shapes", Array, Complex)
+
+
+def reached(system: System, P: Shapes) -> Shapes:
     """(r, p): the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves."""
     return P if system.motions is None else np.concatenate([system.motions @ P, P])
 
@@ -113,6 +118,10 @@ def derivatives(
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
     """(r, S) what is `reached` of the coordinates that a force of one newton moves, and (c, r, S) of those that forces
     along each row of the outputs move."""
+    by_parts = receptances(system)
+    if by_parts is not None and s.size > 1 and s[0] == 0.0:
+        x, *y = by_parts.reached(s.imag)
+        return x, np.array(y)
     form = eigen(system)
     kept = form.mu.imag <= 0.0
     shapes, mu = reached(system, form.T @ form.V[: len(form.T)]).T[kept], form.mu[kept]

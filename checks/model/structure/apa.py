@@ -20,6 +20,7 @@ class ApaBody:
     sensor, actuator : (n,) rows that read the elongation [m] of the sensor stack and of the actuator stacks;
     by virtual work the same rows spread a pair of forces on them.
     k_sensor, k_actuator : stiffness across the stacks [N/m], what open-circuit stiffening is a ratio of.
+    modal : the coordinates are free modes of unit modal mass, damped each by itself.
     """
 
     K: Array
@@ -33,6 +34,7 @@ class ApaBody:
     k_sensor: float
     k_actuator: float
     name: str = "apa"
+    modal: bool = False
 
     @property
     def size(self) -> int:

@@ -24,7 +24,7 @@ from checks.model.structure.apa import ApaBody
 from checks.model.structure.bench import Bench
 from checks.model.structure.encoder import Encoder
 from checks.model.structure.joint import CLAMP, RIGID, Joint
-from checks.model.structure.matrix_builder import Builder, System
+from checks.model.structure.matrix_builder import Builder, Parts, System
 from checks.model.structure.rigid_motion import lever
 
 Z = 2  # place of the axis among the six motions of a face
@@ -99,9 +99,15 @@ def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
     K[:-1, :-1] += apa.K
     force, outputs, channels = ACTUATOR @ motions, fastened.outputs @ motions, fastened.channels
     if not len(fastened.ties):
-        return System(M, C, K, force, outputs, channels, motions)
+        parts = _parts(apa, damping_ratio, fastened, motions) if apa.modal else None
+        return System(M, C, K, force, outputs, channels, motions, parts=parts)
     T = linalg.null_space(fastened.ties @ motions)
     return System(T.T @ M @ T, T.T @ C @ T, T.T @ K @ T, T.T @ force, outputs @ T, channels, motions @ T, T)
+
+
+def _parts(apa: ApaBody, damping_ratio: float, f: Fastened, motions: Array) -> Parts:
+    rate = damping_ratio * np.diag(apa.C_ratio)
+    return Parts(np.diag(apa.K), rate, motions, f.M, f.C, f.K, ACTUATOR, f.outputs, int(np.argmax(PAYLOAD)))
 
 
 def _motions(apa: ApaBody) -> Array:

@@ -8,10 +8,30 @@ from checks.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)
+class Parts:
+    """A system as its parts: an APA by its free modes, and what is fastened to it at a few motions.
+
+    w2 [rad2/s2], rate [rad/s] (k,) of the free modes, whose amplitudes are the system's coordinates but for the last;
+    motions (m, n): rows that read the motions; M, C, K (m, m), drive (m,), outputs (c, m) in terms of the motions.
+    payload: which of the motions is the system's last coordinate, and none of the APA's."""
+
+    w2: Array
+    rate: Array
+    motions: Array
+    M: Array
+    C: Array
+    K: Array
+    drive: Array
+    outputs: Array
+    payload: int
+
+
+@dataclass(frozen=True, eq=False)
 class System:
     """M q'' + C q' + K q = force u, y = outputs q. M, C, K (n, n); force (n,); outputs (c, n), one row per channel;
     motions (m, n): rows that read the few motions at which parts are fastened to each other; coordinates (a, n): rows
-    that read those in which all was put together; None: the same ones."""
+    that read those in which all was put together; None: the same ones. parts: where the APA is given by its modes and
+    nothing ties coordinates to each other."""
 
     M: Array
     C: Array
@@ -21,6 +41,7 @@ class System:
     channels: tuple[str, ...]
     motions: Array | None = None
     coordinates: Array | None = None
+    parts: Parts | None = None
 
 
 class Builder:
