@@ -77,7 +77,7 @@ def test_the_list_of_commands_is_cut_nowhere(group: tuple[str, ...]) -> None:
     done = CliRunner().invoke(app, [*group, "--help"], env={"COLUMNS": "80"})
     listed = done.stdout.split("Commands:")[1]
     assert "..." not in listed
-    assert all(line.strip().endswith(".") for line in listed.splitlines() if line.strip())
+    assert all(line.strip().endswith((".", "?")) for line in listed.splitlines() if line.strip())
 
 
 def test_version_names_the_code() -> None:
