@@ -3,6 +3,8 @@
 Nobody can see from the samples whose they are, so all are without a result until a person says it, with a reason
 (`accept store resolve`). That is an event, `copies_resolved`; what is a copy of what follows from the samples that the
 store holds of every judgement. The same folder judged again, or moved, is the same evidence and no copy.
+Typed readings that are all those of another serial are a copy like a recording (`accept.units.samples`); for one serial
+they may be typed again.
 """
 
 import hashlib
@@ -15,6 +17,7 @@ from typing import Any
 from accept.judging.result import UnitResult, finding_from_json, finding_json
 from accept.store import Event, Store
 from accept.store.sample_index import JUDGED, TABLE
+from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
 from checks.signals.sketch import Sketch
@@ -42,7 +45,8 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
         for other, theirs in samples.items():
             if other != name and same_recording(channels, theirs):
                 own[name][serial, other] = theirs
-    for event in store.judgements_with(samples):
+    typed = {name: channels for name, channels in samples.items() if is_typed(name)}
+    for event in (*store.judgements_with(_recordings(samples)), *store.judgements_with(typed, but=serial)):
         for name, other, theirs in _shared(event, serial, folder, samples):
             own[name][event.subject, other] = theirs
     said = list(store.events(what=RESOLVED)) if any(own.values()) else []
@@ -63,10 +67,16 @@ def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> 
         return []
     data = event.data
     theirs: Samples = data["result"].get("samples", {})
+    if event.subject == serial:  # what was typed of one unit stays true of it
+        samples, theirs = _recordings(samples), _recordings(theirs)
     pairs = [(a, b, theirs[b]) for a in samples for b in theirs if same_recording(samples[a], theirs[b])]
     if event.subject != serial:
         return pairs
     return [] if _same_evidence(str(data["path"]), str(folder), pairs, len(samples), len(theirs)) else pairs
+
+
+def _recordings(samples: Samples) -> Samples:
+    return {name: channels for name, channels in samples.items() if not is_typed(name)}
 
 
 def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Channels]], ours: int, theirs: int) -> bool:

@@ -190,8 +190,8 @@ class Store:
             yield from page
             next_page = last.where(e.subject > page[-1].subject).limit(_PAGE)
 
-    def judgements_with(self, samples: Mapping[str, Mapping[str, str]]) -> list[Event]:
-        """Judgements that may hold one of these samples, by the index, in order.
+    def judgements_with(self, samples: Mapping[str, Mapping[str, str]], but: str = "") -> list[Event]:
+        """Judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
 
         Raises as `events`, ValueError for what is no sketch."""
         keys = sample_index.keys_of(samples)
@@ -199,9 +199,9 @@ class Store:
             return []
         with reported(self.where), snapshot(self._engine) as connection:
             numbers = sample_index.judgements_with(connection, keys)
-        at_once = sample_index.AT_ONCE
+        at_once, wanted = sample_index.AT_ONCE, select(tables.events).where(tables.events.c.subject != but)
         parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
-        return [e for part in parts for e in self._read(_wanted(None, None).where(tables.events.c.seq.in_(part)))]
+        return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
 
     @property
     def engine(self) -> Engine:

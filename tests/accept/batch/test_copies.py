@@ -13,7 +13,7 @@ from accept.certificate.trust import keys
 from accept.cli.main import app
 from accept.store import fold, open_store
 from hw.records import csv_bytes
-from tests.accept.units.units import save_mat
+from tests.accept.units.units import GOOD, save_mat
 from tests.checks.acceptance.play_model import Plays
 
 UNIT = """
@@ -79,7 +79,7 @@ def verdicts(out: Path) -> dict[str, str]:
     return {u["serial"]: u["verdict"] for u in json.loads((out / "results.json").read_text())["units"]}
 
 
-def batch(out: Path, spec: Path, *paths: Path) -> Result:
+def batch(out: Path, spec: Path | str, *paths: Path) -> Result:
     return accept("batch", *paths, "--spec", spec, "--out", out)
 
 
@@ -113,7 +113,7 @@ def test_a_copy_under_two_serials_counts_for_neither_until_it_is_resolved(tmp_pa
     assert verdicts_again(out, spec, units)["A-1"] == "incomplete"
 
 
-def verdicts_again(out: Path, spec: Path, *paths: Path) -> dict[str, str]:
+def verdicts_again(out: Path, spec: Path | str, *paths: Path) -> dict[str, str]:
     batch(out, spec, *paths)
     return verdicts(out)
 
@@ -169,6 +169,45 @@ def test_a_record_of_an_earlier_attempt_is_no_second_measurement(tmp_path: Path,
     assert verdicts_again(out, spec, unit(place / "attempt-2", "A-1", 1)) == {"A-1": "incomplete"}
     accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "only the capacitance was measured anew")
     assert verdicts_again(out, spec, place / "attempt-2") == {"A-1": "accepted"}
+
+
+def typed(folder: Path, serial: str, stroke_um: float = 373.2, heights: str = "42, 45.5, 52.5, 46") -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    text = GOOD.replace("{serial}", serial).replace("42, 45.5, 52.5, 46", heights)
+    (folder / "unit.toml").write_text(text.replace("373.2", str(stroke_um)))
+    return folder
+
+
+def test_readings_that_are_all_those_of_another_serial_were_not_measured_twice(tmp_path: Path) -> None:
+    """In one batch, against the store and in a certificate that is judged again; one reading of its own is enough."""
+    units, out = tmp_path / "units", tmp_path / "out"
+    typed(units / "A", "A-1")
+    typed(units / "B", "B-1")
+    typed(units / "C", "C-1", stroke_um=373.3)
+    assert verdicts_again(out, "apa-basic", units) == {"A-1": "incomplete", "B-1": "incomplete", "C-1": "accepted"}
+    (entry, *_) = json.loads((out / "results.json").read_text())["units"]
+    assert {f["cause"]["code"] for f in entry["findings"]} == {"samples_copied"}
+    assert "typed values: holds the same samples as capacitance/typed values of B-1" in entry["findings"][1]["reason"]
+    certificate = out / "certificates" / "A-1.pdf"
+    assert "valid: A-1 incomplete" in accept("verify", certificate).stdout
+
+    later = batch(tmp_path / "later", "apa-basic", typed(tmp_path / "D", "D-1", stroke_um=373.3))
+    assert (verdicts(tmp_path / "later"), "C-1 was judged" in later.output) == ({"D-1": "incomplete"}, True)
+    accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "B-1 was entered from A-1's sheet")
+    assert verdicts_again(out, "apa-basic", units) == {"A-1": "accepted", "B-1": "incomplete", "C-1": "incomplete"}
+
+
+def test_few_readings_may_be_equal_and_one_unit_may_be_typed_again(tmp_path: Path) -> None:
+    """Six different ones of two digits; another folder, and one section more, of the same serial."""
+    units, out = tmp_path / "units", tmp_path / "out"
+    for serial in ("A-1", "B-1"):
+        typed(units / serial, serial, heights="42, 42, 42, 42")
+    assert verdicts_again(out, "apa-basic", units) == {"A-1": "accepted", "B-1": "accepted"}
+    for name, text in (("one", ""), ("two", ""), ("three", '[hysteresis]\nrecord = "h.mat"\n')):
+        folder = typed(tmp_path / name, "C-1")
+        (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + text)
+        assert verdicts_again(out, "apa-basic", folder) == {"C-1": "accepted"}
+    assert accept("store", "copies").stdout == ""
 
 
 def test_the_index_is_held_against_the_events_and_made_anew_by_a_restored_backup(tmp_path: Path, spec: Path) -> None:

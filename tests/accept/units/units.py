@@ -1,6 +1,7 @@
 """Small unit folders for tests."""
 
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 
@@ -22,8 +23,11 @@ k_N_per_um = 1.70
 
 
 def make_unit(folder: Path, serial: str = "T-01", text: str = GOOD, **replaced: str) -> Path:
-    """Write a unit folder; `replaced`: pieces of the good text by what stands instead, keyed by any name."""
+    """Write a unit folder; `replaced`: pieces of the good text by what stands instead, keyed by any name. A stroke of
+    its own for each serial: readings that are all another unit's are a copy."""
     folder.mkdir(parents=True, exist_ok=True)
+    if serial != "T-01":
+        text = text.replace("stroke_um = 373.2", f"stroke_um = 373.2000{crc32(serial.encode()) % 10**6:06d}")
     (folder / "unit.toml").write_text(text.replace("{serial}", serial))
     return folder
 
