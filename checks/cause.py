@@ -9,17 +9,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum, unique
 from typing import Any
 
-CHANNEL_LABELS = {
-    "t": "time t",
-    "Va": "drive Va",
-    "Vs": "sensor stack Vs",
-    "de": "encoder de",
-    "da": "interferometer da",
-    "V": "voltage V",
-    "d": "gauge d",
-    "Track1": "force Track1",
-    "Track2": "rotation Track2",
-}
+from checks.labels import CHANNEL_LABELS, model_label
+from specs.units import DIMENSIONLESS
+
 _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name a channel
 
 
@@ -194,8 +186,8 @@ class Cause(Enum):
     SEARCH_FAILED = "the parameters of {model} left the range of a strut during the search"
     NOT_CONVERGED = "the fit did not converge ({detail})"
     PRIOR_EXCEEDED = (
-        "the data fit only with {parameter} = {value:.4g} {unit}; the model allows {expected:.4g} ± {sd:.2g} {unit} "
-        "({z:.1f} standard deviations)"
+        "the data fit only with {parameter} = {value:.4g}{in_unit}; the model allows {expected:.4g} ± {sd:.2g}{in_unit}"
+        " ({z:.1f} standard deviations)"
     )
     PRIORS_EXCEEDED = (
         "the data fit only with parameters that together lie off what the model allows (chi-square {chi2:.0f} for the "
@@ -247,6 +239,9 @@ class Reason:
     def sentence(self) -> str:
         """Of this cause alone."""
         shown = {k: CHANNEL_LABELS.get(v, v) if k in _CHANNELS else v for k, v in self.parameters.items()}
+        if "parameter" in shown:
+            shown["parameter"] = model_label(shown["parameter"])
+        shown["in_unit"] = "" if shown.get("unit", DIMENSIONLESS) == DIMENSIONLESS else f" {shown['unit']}"
         where = f"{self.record} ({self.file})" if self.record and self.file else self.record or self.file
         words = self.cause.value.format(**shown)
         return f"{where}: {words}" if where else words

@@ -7,9 +7,9 @@ from accept.gap.empirical import Added
 from accept.gap.reasons import candidates, moved, shift_words
 from accept.gap.text import gap_number, number
 from accept.pictures.interactive import PageTable
-from accept.pictures.labels import model_label, with_unit
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
+from checks.labels import model_label, with_unit
 from checks.model.unidentified import Pair
 
 PARAMETERS = 16

@@ -2,7 +2,7 @@
 
 import re
 
-from specs.units import unit_of, without_unit
+from specs.units import without_unit
 
 LABELS = {
     "flatness_um": "Flatness",
@@ -63,42 +63,6 @@ LABELS = {
 def label_of(quantity: str) -> str:
     """Words for a quantity; those of another package's come from its name: `insulation_ohm` is "Insulation"."""
     return LABELS.get(quantity) or _from_name(quantity)
-
-
-_MODEL_VALUES = {
-    "kx": "stiffness kx",
-    "ky": "stiffness ky",
-    "kz": "axial stiffness kz",
-    "kRx": "bending stiffness kRx",
-    "kRy": "bending stiffness kRy",
-    "kRz": "torsional stiffness kRz",
-    "ga": "actuator constant ga",
-    "gs": "sensor constant gs",
-    "dx": "offset dx",
-    "dy": "offset dy",
-    "dz": "offset dz",
-    "c": "axial damping c",
-    "cR": "bending damping cR",
-    "k": "stiffness k",
-    "ke": "stiffness ke",
-    "ka": "stiffness ka",
-}
-_PLACES = {"apa": "APA", "constants": "APA", "joint": "joints"}
-
-
-def model_label(name: str) -> str:
-    """Words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
-    `apa.mode_stiffness_12` "APA: mode stiffness 12"."""
-    *places, value = name.split(".")
-    words = without_unit(value).replace("_", " ")
-    where = _PLACES.get(".".join(places)) or " ".join(reversed(places)).replace("_", " ")
-    return f"{where}: {_MODEL_VALUES.get(words, words)}" if where else _MODEL_VALUES.get(words, words)
-
-
-def with_unit(words: str, name: str) -> str:
-    """A number, or a number and its uncertainty, with the unit that a name ends in; a pure number has none."""
-    unit = unit_of(name.rpartition(".")[2])
-    return words if unit == "1" else f"{words} {unit}"
 
 
 def label_and_name(quantity: str) -> str:

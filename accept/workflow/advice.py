@@ -5,8 +5,9 @@ A cause without an entry needs no advice beside its sentence. The texts take the
 
 from collections.abc import Mapping
 
-from checks.cause import CHANNEL_LABELS, Cause, Reason
+from checks.cause import Cause, Reason
 from checks.declare import Check, Series
+from checks.labels import CHANNEL_LABELS
 from checks.verdict import Finding
 
 _PLUG = "check the plug of {channel}, then record again"

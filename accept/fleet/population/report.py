@@ -18,6 +18,7 @@ from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import told_apart
+from checks.labels import with_unit
 from checks.picture import Band, Line, Mark, Panel
 from checks.rounding import with_U
 from specs.model_sections import PopulationRecord
@@ -133,7 +134,7 @@ def shifts(found: Population, most: int = 8) -> list[str]:
     """What the batch has learned, largest shift first."""
     order = _by_shift(found)[:most]
     return [
-        _with_unit(
+        with_unit(
             f"{found.names[i]}: {found.prior.mean[i]:.5g} -> "
             + with_U(float(found.batch.mean[i]), 2 * float(np.sqrt(found.batch.mean_cov[i, i]))),
             found.names[i],
@@ -141,11 +142,6 @@ def shifts(found: Population, most: int = 8) -> list[str]:
         + f", scatter {found.batch.scatter[i]:.2g}"
         for i in order
     ]
-
-
-def _with_unit(words: str, name: str) -> str:
-    unit = unit_of(name)
-    return words if unit == "1" else f"{words} {unit}"
 
 
 def _by_shift(found: Population) -> list[int]:
@@ -250,7 +246,7 @@ def _parameters_table(found: Population) -> list[Flowable]:
         rows.append(
             [
                 found.names[i],
-                _with_unit(f"{p['prior']:.5g} ± {p['prior_sd']:.2g}", found.names[i]),
+                with_unit(f"{p['prior']:.5g} ± {p['prior_sd']:.2g}", found.names[i]),
                 with_U(p["mean"], p["U"]),
                 f"{p['scatter']:.2g}",
                 f"{p['shift_sd']:+.1f} sd",

@@ -21,6 +21,7 @@ EFFECT = Effect(
     channels=("de",),
     sign="the strut's bending modes move together, the axial mode stays",
     sentence="Head and ruler each weigh {kg} kg more than the model says.",
+    below="Head and ruler each weigh {kg} kg less than the model says.",
     sources=("[STB] 5.1.1", "[STB] 5.1.2"),
     experiment=Experiment.BARE,
 )

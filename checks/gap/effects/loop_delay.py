@@ -22,6 +22,7 @@ EFFECT = Effect(
     channels=("Vs", "de", "da"),
     sign="the phase of all channels falls in proportion to frequency, the magnitude stays",
     sentence="Every channel comes {tau_us} us later than the model says.",
+    below="Every channel comes {tau_us} us earlier than the model says.",
     sources=("[STB] 6.1.2", "[FPW98] 4.3"),
     experiment=Experiment.DUMMY,
 )

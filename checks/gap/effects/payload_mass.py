@@ -21,6 +21,7 @@ EFFECT = Effect(
     channels=("da", "de", "Vs"),
     sign="the axial mode moves and everything above it scales, the static gain stays",
     sentence="The payload is {kg} kg heavier than the model says.",
+    below="The payload is {kg} kg lighter than the model says.",
     sources=("[STB] 3.2.1",),
     experiment=Experiment.MASS,
 )

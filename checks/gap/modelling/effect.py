@@ -78,7 +78,8 @@ class Effect:
     """One effect.
 
     channels: where it must show; sign: its mark in words; sentence: what it means, with the parameters' names in
-    braces; sources: where it is described, by key ("[STB] 3.1.6"); experiment: the measurement that shows it alone.
+    braces; below: the same where its one value is below zero, said of its size; sources: where it is described, by key
+    ("[STB] 3.1.6"); experiment: the measurement that shows it alone.
     How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is
     then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are
     multiplied. None of these: responses do not show it. slow: what slow records tell about it.
@@ -91,6 +92,7 @@ class Effect:
     channels: tuple[str, ...]
     sign: str
     sentence: str
+    below: str = ""
     sources: tuple[str, ...]
     experiment: Experiment
     turns: tuple[str, ...] = ()
@@ -137,7 +139,9 @@ class Effect:
 
     def say(self, values: Values, half_widths: Values) -> str:
         """The sentence with its numbers. half_widths: of their 95 % intervals."""
-        return self.sentence.format(**{k: _short(v, half_widths[k]) for k, v in values.items()})
+        turned = bool(self.below) and all(v < 0.0 for v in values.values())
+        shown = {k: _short(abs(v) if turned else v, half_widths[k]) for k, v in values.items()}
+        return (self.below if turned else self.sentence).format(**shown)
 
     def checked(self, values: Values) -> None:
         """Raises ModelError where values are not those of its parameters."""

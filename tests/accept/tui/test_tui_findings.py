@@ -9,7 +9,6 @@ from textual.app import App, ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Static
 
-from accept.pictures.labels import model_label, with_unit
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
@@ -17,6 +16,7 @@ from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, Panel
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
+from checks.labels import model_label, with_unit
 from checks.picture import Band, Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
