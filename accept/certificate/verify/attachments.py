@@ -2,7 +2,7 @@
 
 import hashlib
 import io
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -17,7 +17,7 @@ from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateC
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.picture_check import check_pictures
-from accept.certificate.verify.result_diff import ONLY_AGAIN, differences
+from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise
 from accept.judging.result import UnitResult
 from accept.models.evidence import Models, hashes
 from accept.units.loaded_unit import RESPONSES
@@ -84,20 +84,28 @@ def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
     found = differences(contents.result, again) if found is None else found
-    if contents.code_sha256 != version.code_sha256():  # another version may say more about the same thing
+    said: list[str] = []
+    if contents.code_sha256 != version.code_sha256():  # another version may say more, and otherwise
         found = [line for line in found if not line.endswith(ONLY_AGAIN)]
+        said = [line for line in found if is_said_otherwise(line)]
+        found = [line for line in found if line not in said]
     if found:
-        more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
-        raise InvalidCertificate(
-            f"judged again from the attached data it differs: {'; '.join(found[:_SHOWN])}{more}{_other(contents)}"
-        )
+        raise InvalidCertificate(f"judged again from the attached data it differs: {_some(found)}{_other(contents)}")
     if contents.code_sha256 == version.code_sha256():  # another version may draw other pictures: see `check_page`
         check_pictures(_pictures(contents.panels, left_out), _pictures(judged.panels, left_out))
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
+    if said:
+        same = "judged again from the attached data: the same values, limits and verdicts"
+        return Step(f"{same}, said in other words: {_some(said)}{_other(contents)}", complete=False)
     searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
     return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
+
+
+def _some(lines: Sequence[str]) -> str:
+    more = f" and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
+    return "; ".join(lines[:_SHOWN]) + more
 
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:

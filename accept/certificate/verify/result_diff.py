@@ -12,6 +12,7 @@ _ABSOLUTE = 1e-12
 _RELATIVE_RISK = 1e-3  # so do the G and the p of a cause, which its sentence rounds to three digits
 _RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer
 ONLY_AGAIN = " is only judged again"  # how a line ends about what the attached result does not mention
+_SAID = frozenset({"note", "notes", "reason", "sentence", "source"})  # how something is said; causes have codes beside
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -29,6 +30,12 @@ def differences(attached: Any, again: Any, path: str = "") -> list[str]:
     if _is_list(attached) and _is_list(again):
         return [f"{path} has {len(attached)} entries attached, {len(again)} judged again"]
     return [] if _same(attached, again, path) else [f"{path} is {attached!r} attached, {again!r} judged again"]
+
+
+def is_said_otherwise(line: str) -> bool:
+    """Whether a line of `differences` is about words alone, and about no number, limit, cause or verdict."""
+    key = line.partition(" ")[0].rpartition(".")[2].partition("[")[0]
+    return key in _SAID
 
 
 def _entry(attached: Mapping[str, Any], again: Mapping[str, Any], key: str, path: str) -> list[str]:

@@ -22,7 +22,7 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
-from accept.certificate.verify.result_diff import differences
+from accept.certificate.verify.result_diff import differences, is_said_otherwise
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.judging.result import UnitResult
 from accept.pictures.pdf.assemble import assemble
@@ -121,6 +121,47 @@ def test_a_page_of_another_version_is_told(bench: Bench, tmp_path: Path) -> None
 def test_a_result_that_comes_out_differently_is_reported(bench: Bench) -> None:
     refused(bench.check(bench.signed, rejudge=lambda a: judged_again(1.73)), "findings[sensor_uF].value is 1.72")
     refused(bench.check(bench.signed, rejudge=lambda a: judged_again(4.99, 365.5)), "judged again")
+
+
+def said_in_words(tmp_path: Path, note: str) -> CertificateContent:
+    made = certificate_contents(tmp_path)
+    first, *others = made.result["findings"]
+    return replace(made, result=made.result | {"findings": [first | {"note": note}, *others]})
+
+
+def noted(value: float) -> UnitResult:
+    again = judged_again(value)
+    first, *others = again.findings
+    return replace(again, findings=(replace(first, note="in the words of today"), *others))
+
+
+def test_other_words_are_told_of_another_version_and_refused_of_the_same(bench: Bench, tmp_path: Path) -> None:
+    """A sentence that a later version says otherwise makes no certificate invalid: values, limits, causes and verdicts
+    are what was judged. The same program says the same."""
+    said = said_in_words(tmp_path, "in older words")
+
+    def checked(made: CertificateContent, value: float = 1.72) -> Verification:
+        return bench.check(sign(render(made), bench.technician, WHEN), rejudge=lambda a: noted(value))
+
+    refused(checked(said), "note is 'in older words' attached")
+    report = checked(replace(said, code_sha256="0" * 64))
+    assert report.outcome is Validity.SIGNED, report.reason
+    assert "the same values, limits and verdicts, said in other words" in report.reason
+    refused(checked(replace(said, code_sha256="0" * 64), 1.73), "findings[sensor_uF].value is 1.72")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("findings[dx_um].note is 'a' attached, 'b' judged again", True),
+        ("notes has 1 entries attached, 2 judged again", True),
+        ("findings[dx_um].verdict is 'pass' attached, 'fail' judged again", False),
+        ("findings[dx_um].cause.code is 'a' attached, 'b' judged again", False),
+        ("findings[a note].value is 1.0 attached, 2.0 judged again", False),
+    ],
+)
+def test_what_is_only_said_otherwise(line: str, words: bool) -> None:
+    assert is_said_otherwise(line) is words
 
 
 def test_the_judge_receives_what_was_judged(bench: Bench, tmp_path: Path) -> None:
