@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum, unique
 from typing import Any
 
-from checks.labels import CHANNEL_LABELS, model_label
+from specs.labels import CHANNEL_LABELS, model_label
 from specs.units import DIMENSIONLESS
 
 _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name a channel

@@ -9,8 +9,8 @@ from accept.gap.text import gap_number, number
 from accept.pictures.interactive import PageTable
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
-from checks.labels import model_label, with_unit
 from checks.model.unidentified import Pair
+from specs.labels import model_label, with_unit
 
 PARAMETERS = 16
 

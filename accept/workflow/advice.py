@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from checks.cause import Cause, Reason
 from checks.declare import Check, Series
-from checks.labels import CHANNEL_LABELS
 from checks.verdict import Finding
+from specs.labels import CHANNEL_LABELS
 
 _PLUG = "check the plug of {channel}, then record again"
 _OFFSET = "check the acquisition settings: {channel} is stored with an offset; then record again"

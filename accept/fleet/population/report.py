@@ -18,9 +18,9 @@ from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitted, register
 from accept.pictures.pdf.page_style import words
 from checks.fitting.hierarchy import told_apart
-from checks.labels import with_unit
 from checks.picture import Band, Line, Mark, Panel
 from checks.rounding import with_U
+from specs.labels import with_unit
 from specs.model_sections import PopulationRecord
 from specs.units import unit_of
 

@@ -16,10 +16,10 @@ from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, Panel
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.labels import model_label, with_unit
 from checks.picture import Band, Image, Line, Panel
 from checks.quantity import Quantity
 from checks.verdict import judge
+from specs.labels import model_label, with_unit
 from specs.spec import Limit
 
 MOVES = {"channel": "Vs", "reference": "Va", "found": "with", "expected": "against"}
