@@ -21,6 +21,7 @@ from accept.certificate.certify import certify
 from accept.fleet import golden
 from accept.gap.text import one_line
 from accept.judging.copies import copies_of, withhold_others
+from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
 from accept.store import Event, SignedHead, Store, fold
@@ -91,6 +92,7 @@ class _Batch:
     say: Say
     report: BatchReport = field(default_factory=BatchReport)
     doubted: list[str] = field(default_factory=list)  # judged earlier with a recording that another unit has too
+    built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = field(default_factory=dict)  # parts, stated doubts
 
     def enrol(self) -> None:
         """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
@@ -151,6 +153,7 @@ class _Batch:
             roster.judged(folder.serial, before.seq, unchanged=True)
             # Said again: the run that judged it may have been killed before it could.
             self._doubt_others(folder.serial, before.result.get("copies", []))
+            self._note_parts(folder.serial, folder.parts, before.result.get("part_doubts", []))
             self.say(f"{folder.serial}: unchanged, {before.verdict}")
             return None
         wanted = before if order.credential is not None else None
@@ -165,7 +168,8 @@ class _Batch:
         order, roster, store = self.order, self.roster, self.store
         if not isinstance(judged, str):
             copies = copies_of(store, judged.result.serial, str(judged.folder.resolve()), judged.result.samples)
-            judged = job(copies=copies) if copies else judged
+            doubts = part_doubts(store, judged.result.serial, judged.result.parts)
+            judged = job(copies=copies, doubts=doubts) if copies or doubts else judged
         if isinstance(judged, str):
             self._refuse_judged(job, judged, prefix)
             return
@@ -185,20 +189,28 @@ class _Batch:
         roster.judged(serial, event.seq if event is not None else due)
         roster.expect(serial, None)
         self._doubt_others(serial, judged.result.copies)
+        self._note_parts(serial, judged.result.parts, judged.result.part_doubts)
         self.say(f"{prefix}{serial}: {judged.result.verdict}{_why(judged.result)}")
 
     def judge_doubted_again(self) -> None:
-        """Units of this run whose recording another one turned out to have too are judged again, before anybody is
-        handed what was said of them first; of others it is said that their results count no more."""
+        """Units of this run whose recording another one turned out to have too, or whose part was judged or built in
+        elsewhere after them, are judged again, before anybody is handed what was said of them first; of others it is
+        said that their results count no more."""
         for serial in sorted(set(self.doubted)):
-            path = self.roster.folder(serial)
-            if path is None:
-                words = f"{serial} was judged with a recording that is also another unit's; its result counts no more"
-                self.say(f"warning: {words}")
-                continue
-            before = fold(self.store.events(serial)).units.get(serial)
-            job = self.order.job(self.roster.unit(path), before, self.store.signed_head())
-            self.keep(job, job(), "again, ")
+            self._judge_again(serial)
+        for serial, (parts, stated) in sorted(self.built.items()):
+            if part_doubts(self.store, serial, parts) != list(stated):
+                self._judge_again(serial)
+
+    def _judge_again(self, serial: str) -> None:
+        path = self.roster.folder(serial)
+        if path is None:
+            words = f"{serial} was judged with a recording that is also another unit's; its result counts no more"
+            self.say(f"warning: {words}")
+            return
+        before = fold(self.store.events(serial)).units.get(serial)
+        job = self.order.job(self.roster.unit(path), before, self.store.signed_head())
+        self.keep(job, job(), "again, ")
 
     def write_results(self) -> None:
         """The files for scripts, from what the store holds."""
@@ -219,6 +231,10 @@ class _Batch:
 
     def _doubt_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> None:
         self.doubted += withhold_others(self.store, serial, copies, self.order.operator)
+
+    def _note_parts(self, serial: str, parts: Mapping[str, str], stated: Sequence[str]) -> None:
+        if parts:  # of units without any there may be many
+            self.built[serial] = parts, stated
 
     def _refuse_judged(self, job: Job, reason: str, prefix: str) -> None:
         self.roster.refuse(folder_of(job))

@@ -8,6 +8,7 @@ from accept.batch.request import BatchRequest
 from accept.gap.start_model import is_there, same_start
 from accept.judging import calibration
 from accept.judging.copies import copies_of
+from accept.judging.parts import part_doubts
 from accept.store import Store, UnitState
 from accept.units.unit_folder import UnitFolder
 from specs.files import read_bounded
@@ -16,8 +17,8 @@ MAX_CERTIFICATE_BYTES = 200_000_000
 
 
 def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: Store) -> bool:
-    """Whether inputs, spec and code are those of the unit's last judgement, its recordings stand where they stood, and
-    its certificate, if one is wanted, lies in `out` as it was signed."""
+    """Whether inputs, spec and code are those of the unit's last judgement, its recordings stand where they stood, its
+    parts are what they were, and its certificate, if one is wanted, lies in `out` as it was signed."""
     spec = order.specs[folder.kind]
     if not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return False
@@ -27,6 +28,8 @@ def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: 
         return False
     copies = copies_of(store, folder.serial, str(folder.path.resolve()), known.result.get("samples", {}))
     if copies != known.result.get("copies", []):
+        return False
+    if part_doubts(store, folder.serial, folder.parts) != known.result.get("part_doubts", []):
         return False
     explanation = known.result.get("gap")
     if not (same_start(explanation, order.start(folder)) and is_there(explanation, order.out)):

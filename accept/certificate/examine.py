@@ -9,6 +9,7 @@ from accept.gap.start_model import StartModel
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
 from accept.judging.judge_unit import judge_unit
+from accept.judging.parts import built_of
 from accept.judging.result import UnitResult
 from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
 from accept.units.unit_folder import UnitFolder
@@ -38,16 +39,18 @@ def examine(
     out: Path | None = None,
     draw: bool = True,
     copies: Sequence[Copy] = (),
+    doubts: Sequence[str] = (),
     provenance: Provenance | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
-    certificate with what it states beside the result (`provenance`). copies: what of its records stands elsewhere too,
-    where that is known. Plain data goes in and comes back, so that another process can do it.
+    certificate with what it states beside the result (`provenance`). copies: what of its records stands elsewhere too;
+    doubts: what speaks against its parts; where that is known. Plain data goes in and comes back, so that another
+    process can do it.
 
     Raises UnitError, ContentError."""
     held = loaded(unit)
-    result = withheld(judge_unit(held, spec, stated), copies)
+    result = built_of(withheld(judge_unit(held, spec, stated), copies), doubts)
     if start is not None:
         from accept.gap.attach_to_result import explained  # loads the search for what is missing
 

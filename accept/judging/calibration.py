@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from checks.acceptance import CHECKS
-from checks.cause import Cause, because, together
+from checks.cause import Cause, Reason, because, together
 from checks.verdict import Finding, Verdict
 from specs.bench import BenchFile
 
@@ -92,13 +92,14 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
 def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
     """Findings with every pass of a check whose calibration does not hold made conditional, and the reason added to
     all that have a value."""
-    return [_downgraded(finding, wrong.get(finding.check)) for finding in findings]
+    return [weakened(f, because(Cause.CALIBRATION, detail=wrong[f.check])) if f.check in wrong else f for f in findings]
 
 
-def _downgraded(finding: Finding, why: str | None) -> Finding:
-    if why is None or finding.verdict is Verdict.NO_RESULT:
+def weakened(finding: Finding, why: Reason) -> Finding:
+    """A finding that passes on a condition only, and says why; one without a result as it is."""
+    if finding.verdict is Verdict.NO_RESULT:
         return finding
-    cause = together([*([] if finding.cause is None else [finding.cause]), because(Cause.CALIBRATION, detail=why)])
+    cause = together([*([] if finding.cause is None else [finding.cause]), why])
     verdict = Verdict.CONDITIONAL if finding.verdict is Verdict.PASS else finding.verdict
     return replace(finding, verdict=verdict, reason=str(cause), cause=cause)
 

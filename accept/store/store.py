@@ -203,6 +203,13 @@ class Store:
         parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
         return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
 
+    def naming(self, what: str, serial: str) -> list[str]:
+        """Subjects, in order, with an event of this kind whose payload may hold this serial as a value."""
+        e = tables.events.c
+        asked = select(e.subject).where(e.what == what, e.payload.contains(f'"{serial}"', autoescape=True))
+        with reported(self.where), snapshot(self._engine) as connection:
+            return sorted(connection.scalars(asked.distinct()))
+
     @property
     def engine(self) -> Engine:
         """For whoever copies a whole store."""

@@ -16,6 +16,7 @@ from accept.certificate.trust.commissioning import commissioned
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.calibration import Statement, statement
 from accept.judging.copies import copies_of, withheld, withhold_others
+from accept.judging.parts import built_of, part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.store.spelling import mistaken_for, other_spelling
@@ -257,6 +258,7 @@ class Session:
         with self._mutex:
             copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)
             result = withheld(result, copies)
+            result = built_of(result, part_doubts(self.store, self.serial, result.parts))
             events.judged(self.store, self.folder, result, self.operator)
             withhold_others(self.store, self.serial, copies, self.operator)
             self._catch_up()

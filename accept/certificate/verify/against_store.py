@@ -1,5 +1,5 @@
 """What a bench's own store knows of a certificate: whether it still holds what the certificate states, whether the
-program signed it, and whether its recordings were given for another unit too."""
+program signed it, and whether its recordings were given for another unit too and its parts are in order."""
 
 import hashlib
 import os
@@ -8,6 +8,7 @@ from accept.base.home import home
 from accept.certificate.contents.content import BEFORE, CertificateContent
 from accept.certificate.contents.step import Step
 from accept.judging.copies import Copy, copies_of
+from accept.judging.parts import part_doubts
 from accept.store import Store, StoreError, StoreHead, open_store
 from accept.store.chain import START
 from accept.store.opening import BENCH_KEY
@@ -23,7 +24,7 @@ def check_store(signed: bytes, contents: CertificateContent) -> list[Step]:
         return [Step("this bench made it, and its store is gone", complete=False)] if gone else []
     try:
         with open_store() as store:
-            return [_held(store, signed, contents), _copied(store, contents)]
+            return [_held(store, signed, contents), _copied(store, contents), _built(store, contents)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
@@ -67,6 +68,13 @@ def _copied(store: Store, contents: CertificateContent) -> Step:
         return Step("the bench's store holds its recordings for no other unit")
     same = "; ".join(f"{copy['sample']} is also {_others(copy)}" for copy in counted)
     return Step(f"its recordings were given for other units too, and nobody said whose they are: {same}", False)
+
+
+def _built(store: Store, contents: CertificateContent) -> Step:
+    """Not complete where the store knows something against its parts that the certificate does not state."""
+    found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
+    new = [words for words in found if words not in contents.result.get("part_doubts", ())]
+    return Step(f"the bench's store speaks against its parts: {'; '.join(new)}", False) if new else Step("")
 
 
 def _others(copy: Copy) -> str:

@@ -15,6 +15,7 @@ from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
 from accept.judging.copies import withheld
+from accept.judging.parts import built_of
 from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
@@ -40,7 +41,9 @@ def rejudge(attached: CertificateContent) -> UnitResult:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place))
             again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
-            return replace(withheld(again, attached.result.get("copies", ())), gap=attached.result.get("gap"))
+            again = withheld(again, attached.result.get("copies", ()))
+            again = built_of(again, attached.result.get("part_doubts", ()))
+            return replace(again, gap=attached.result.get("gap"))
     except InvalidCertificate:
         raise  # it is a ValueError too
     except (UnitError, SpecError) as e:

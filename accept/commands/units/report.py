@@ -26,6 +26,7 @@ from accept.gap.start_model import StartModel
 from accept.gap.text import one_line
 from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
+from accept.judging.parts import part_doubts
 from accept.store import Store, UnitState, fold, open_store
 from accept.store.spelling import mistaken_for, other_spelling
 from accept.units import unit_folder
@@ -73,11 +74,13 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
 def _judged(
     store: Store, examined: "partial[JudgedUnit]", before: UnitState | None, credential: Credential | None
 ) -> JudgedUnit:
-    """The unit as an attempt that follows `before`, drawn again where its recordings stand elsewhere too."""
+    """The unit as an attempt that follows `before`, drawn again where its recordings stand elsewhere too or
+    something speaks against its parts."""
     unit, spec = examined.args[:2]
     gone = keys.revoked(home()) if credential else ()
     approval = approval_of(spec, home(), credential.ca if credential else None, gone)
     stated = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
     judged = examined(provenance=stated)
     copies = copies_of(store, unit.serial, str(unit.path.resolve()), judged.result.samples)
-    return examined(provenance=stated, copies=copies) if copies else judged
+    doubts = part_doubts(store, unit.serial, unit.parts)
+    return examined(provenance=stated, copies=copies, doubts=doubts) if copies or doubts else judged

@@ -1,0 +1,45 @@
+"""Each part is accepted before it is built in, and stands in one strut.
+
+What the store knows of a part that a strut names: its last verdict, and whether another strut's last judgement names it
+too. Where that speaks against it the strut is conditional at best. Of a part that the store does not know, as a joint
+that is no unit of its own, nothing is said.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from accept.judging.calibration import weakened
+from accept.judging.result import UnitResult
+from accept.store import Store
+from accept.store.sample_index import JUDGED
+from checks.cause import Cause, because
+from checks.verdict import UnitVerdict, unit_verdict
+
+
+def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
+    """What speaks against the parts of a strut, a sentence each. Raises StoreError."""
+    return [words for name, part in sorted(parts.items()) for words in _doubts(store, serial, name, part)]
+
+
+def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
+    last = store.latest(part, JUDGED)
+    if last is None:
+        return []
+    verdict = str(last.data["result"]["verdict"])
+    found = [] if verdict == UnitVerdict.ACCEPTED else [f"{name} {part} was judged '{verdict}' on {last.time[:10]}"]
+    return found + [f"{name} {part} stands in {other} too" for other in _units_with(store, part) if other != serial]
+
+
+def _units_with(store: Store, part: str) -> list[str]:
+    """Serials of the units whose last judgement names the part."""
+    latest = [store.latest(who, JUDGED) for who in store.naming(JUDGED, part)]
+    return [last.subject for last in latest if last and part in last.data["result"].get("parts", {}).values()]
+
+
+def built_of(result: UnitResult, doubts: Sequence[str]) -> UnitResult:
+    """The result with what speaks against its parts stated: what passed is conditional."""
+    if not doubts:
+        return result
+    why = because(Cause.PART_DOUBTED, detail="; ".join(doubts))
+    findings = tuple(weakened(finding, why) for finding in result.findings)
+    return replace(result, findings=findings, verdict=unit_verdict(findings), part_doubts=tuple(doubts))
