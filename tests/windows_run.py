@@ -75,7 +75,7 @@ def batch_and_certificate(folder: Path) -> None:
     unit.mkdir(parents=True)
     heights = "[0, -2.5, -3, 0, -1.5, 1, -2, -4]"
     values = "[capacitance]\nsensor_uF = 4.99\nactuator_uF = 9.85\n[stroke]\nstroke_um = 365.5\n"
-    text = f'serial = "APA-07"\nkind = "apa"\n[flatness]\nz_um = {heights}\n{values}[stiffness]\nk_N_per_um = 1.75\n'
+    text = f'serial = "APA-07"\nkind = "apa"\n[flatness]\nz_um = {heights}\n{values}[stiffness]\nk_N_per_um = 1.76\n'
     (unit / "unit.toml").write_text(text, encoding="utf-8")
     out = folder / "out"
     assert command("batch", str(unit), "--out", str(out), "--spec", "apa-basic", "--operator", "Ann") == 0

@@ -18,7 +18,7 @@ from checks.signals.sketch import sketch
 DRIVES = frozenset({"t", "Va", "V"})  # one excitation serves every unit: no evidence of what was measured
 FEW_NUMBERS = 16  # different numbers in a table, below which two honest ones may be equal
 TYPED = "typed values"  # stands for the input of a section that holds no record
-FEW_READINGS = 8  # different readings of two digits or more, below which those of two honest units may be equal
+FEW_READINGS = 6  # different readings of two digits or more, below which those of two honest units may be equal
 
 Samples = Mapping[str, Mapping[str, str]]
 """`section/input` of a unit -> channel -> its sketch as text, or `table` -> hash of a table's numbers, or of all
@@ -48,9 +48,9 @@ def is_typed(sample: str) -> bool:
 def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str]]:
     """Of the sections that hold readings alone: equal to those of another unit only where every reading of all is.
 
-    Two readings that scatter by five steps of their last digit or more agree by chance in at most 0.28/5 of pairs,
-    eight in 1e-10: among ten thousand honest units (5e7 pairs) with a probability of 0.5 percent. Eight heights alone,
-    one of them the zero of the others, are never enough."""
+    Two readings that scatter by five steps of their last digit or more agree by chance in at most 0.28/5 of pairs, six
+    in 3e-8: among a thousand honest units (5e5 pairs) with a probability of 1.5 percent at most, less by what every
+    further reading takes off, as the heights of one digit. APA-02 of [STB] has six such readings."""
     typed = {name: _readings(unit.sections[name]) for name in sections if name in unit.sections}
     told = repr(sorted((name, readings) for name, readings in typed.items() if readings))
     different = {n for readings in typed.values() for _, numbers in readings for n in numbers if _digits(n) > 1}
