@@ -155,7 +155,7 @@ class Model:
         the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
-        form = _answering(self, *self._solved(v))
+        form = _answering(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         inside = [i for i, n in enumerate(names) if self._smooth(n)]
         moved = self._moved(f, [names[i] for i in inside], changes)
@@ -202,7 +202,7 @@ class Model:
 
     def _frf(self, f: Array, v: Values, channels: Iterable[str] | None) -> Complex:
         """Response at values that are not judged: a derivative may look just past a bound."""
-        form = _answering(self, *self._solved(v))
+        form = _answering(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
 
@@ -264,9 +264,9 @@ def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callab
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
 
 
-def _answering(model: Model, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
-    """What answers at frequencies: modes, or the parts where damping is of any form and they are known."""
-    return (receptances(system) if model.damping == "full" else None) or solved()
+def _answering(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
+    """What answers at f (F,) [Hz]: modes, or the parts where damping is of any form and they are known."""
+    return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
 
 
 @lru_cache(maxsize=512)

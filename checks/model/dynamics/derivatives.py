@@ -118,8 +118,8 @@ def derivatives(
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
     """(r, S) what is `reached` of the coordinates that a force of one newton moves, and (c, r, S) of those that forces
     along each row of the outputs move."""
-    by_parts = receptances(system)
-    if by_parts is not None and s.size > 1 and s[0] == 0.0:
+    by_parts = receptances(system, s.imag[1:]) if s.size > 1 and s[0] == 0.0 else None
+    if by_parts is not None:
         x, *y = by_parts.reached(s.imag)
         return x, np.array(y)
     form = eigen(system)

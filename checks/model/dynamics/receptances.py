@@ -6,7 +6,9 @@ motions, z, the dynamic stiffness of what is fastened, and L, loads on the motio
 
     u = G (L - z u) at the APA's motions,      z u = L at the payload,
 
-thirteen equations a frequency instead of the eigenvalues of 150 states.
+thirteen equations a frequency instead of the eigenvalues of 150 states. The rigid modes of the free APA answer by
+1 / w^2, and where they nearly cancel digits are lost: 1e-8 of a response at 1 Hz, so below that the complex modes are
+taken.
 """
 
 from dataclasses import dataclass
@@ -20,6 +22,8 @@ from checks.arrays import Array, Complex
 from checks.errors import NotHeld
 from checks.model.dynamics.far_modes import far, product, summed
 from checks.model.structure.matrix_builder import Parts, System
+
+LOWEST = 2.0 * np.pi  # [rad/s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +60,9 @@ class Receptances:
         return np.concatenate([still, moving], axis=2)
 
 
-def receptances(system: System) -> Receptances | None:
-    """None for a system that is not known by its parts."""
-    return None if system.parts is None else Receptances(system, system.parts)
+def receptances(system: System, w: Array) -> Receptances | None:
+    """For responses at w (F,) [rad/s]. None for a system that is not known by its parts, or where w lies too low."""
+    return None if system.parts is None or w.min() < LOWEST else Receptances(system, system.parts)
 
 
 @lru_cache(maxsize=8)
