@@ -287,8 +287,10 @@ def together(reasons: Sequence[Reason]) -> Reason:
 
 
 class NoResult(Exception):
-    """The data do not carry an answer. Made from a reason, or from a cause and its parameters."""
+    """The data do not carry an answer. Made from a reason, or from a cause and its parameters. panels: what can be seen
+    of the data all the same (checks.picture), by name."""
 
     def __init__(self, reason: Reason | Cause, *, record: str = "", file: str = "", **parameters: Any) -> None:
         self.reason = reason if isinstance(reason, Reason) else because(reason, record=record, file=file, **parameters)
         super().__init__(self.reason)
+        self.panels: Mapping[str, Any] = {}

@@ -88,6 +88,8 @@ def judge_unit(
             outcome = _measure(held, CHECKS[name], asked, models)
         except (RecordError, NoResult) as e:
             findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
+            if isinstance(e, NoResult):
+                panels |= {f"{name}/{key}": panel for key, panel in e.panels.items()}
             continue
         known |= {q.name: q for q in outcome.quantities if q.reason is None and math.isfinite(q.value)}
         found, more = _split(name, asked, outcome)

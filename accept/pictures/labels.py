@@ -60,6 +60,25 @@ LABELS = {
 }
 
 
+RECORD_LABELS = {
+    "z_um": "heights",
+    "one_stack": "one stack",
+    "two_stacks": "the two other stacks",
+    "closed_circuit": "closed circuit",
+    "open_circuit": "open circuit",
+    "with_resistor": "with the resistor",
+    "without_resistor": "without the resistor",
+    "x_bending": "x-bending",
+    "y_bending": "y-bending",
+    "torsion_left": "torsion, hit at the left",
+    "torsion_top": "torsion, hit at the top",
+    "low_repeat": "second low record",
+    "high_repeat": "second high record",
+    "without_encoder_low": "low record without encoder",
+    "without_encoder_high": "high record without encoder",
+}
+
+
 def label_of(quantity: str) -> str:
     """Words for a quantity; those of another package's come from its name: `insulation_ohm` is "Insulation"."""
     return LABELS.get(quantity) or _from_name(quantity)
@@ -71,11 +90,18 @@ def label_and_name(quantity: str) -> str:
 
 
 def with_labels(text: str) -> str:
-    """A sentence with the labels of the quantities that it names by their code names."""
-    return _NAMES.sub(lambda found: LABELS[found.group()], text)
+    """A sentence with the labels of the quantities, records and values of a model that it names by their code names;
+    names of files stay, and a pure number loses its unit 1. What is stored keeps the code names: a certificate is
+    judged again and its sentences are compared."""
+    text = _NAMES.sub(lambda found: _NAMED[found.group()], text)
+    text = _MODEL_NAMES.sub(lambda found: model_label(found.group()).replace(": ", " "), text)
+    return _PURE.sub("", text)
 
 
-_NAMES = re.compile(r"\b(?:" + "|".join(sorted(LABELS, key=len, reverse=True)) + r")\b")
+_NAMED = RECORD_LABELS | LABELS
+_NAMES = re.compile(r"(?<![\w./])(?:" + "|".join(sorted(_NAMED, key=len, reverse=True)) + r")\b(?!\.\w)")
+_MODEL_NAMES = re.compile(r"\b[A-Za-z_]\w*(?:\.\w+)+(?= = )")  # only a value is said to be equal to something
+_PURE = re.compile(r"(?<=\d) 1(?=; the model allows| \([\d.]+ standard| is (?:above|below) the| is inside|\)|$)")
 
 
 def _from_name(quantity: str) -> str:

@@ -89,7 +89,7 @@ FAULTS: Mapping[str, UnitFault] = {
     "dead_stack": UnitFault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
     "soft": UnitFault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
     "soft_bending": UnitFault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
-    "hysteresis": UnitFault("loops of 24 percent", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
+    "hysteresis": UnitFault("loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
     "double_hit": UnitFault(
         "the hammer bounces in the x-bending record", ("apa",), (("x_bending_Hz", "no_result"),), double=DoubleHits()
     ),

@@ -222,7 +222,7 @@ def _panels(key: str, label: str, scale: float, loops: list[Loop]) -> dict[str, 
         f"{key}_width": Panel(
             f"Loop width of the {key}",
             "amplitude of Va [V]",
-            "width [percent of peak to peak]",
+            "width [% of peak to peak]",
             growth,
             x_log=True,
             kind=PanelKind.CURVE,

@@ -196,7 +196,7 @@ def summary(response: MeasuredResponse) -> Table:
     frf = response.frf
     averages = f", {frf.segments} segments" if frf.segments else ""
     title = f"{_title(response)}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins{averages}"
-    table = Table("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [percent]", title=title)
+    table = Table("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]", title=title)
     table.title_justify = "left"
     for c in frf.channels:
         mode = response.resonances.get(c)

@@ -84,5 +84,5 @@ def dz_words(model: Model) -> list[str]:
     apart = 100.0 * np.median(np.abs(lifted / flat - 1.0))
     return [
         f"the table spans |dx| <= {DX_MAX_UM:g} um and |dy| <= {DY_MAX_UM:g} um; "
-        f"dz = 200 um would change the ratio by {apart:.2g} percent (median)"
+        f"dz = 200 um would change the ratio by {apart:.2g} % (median)"
     ]

@@ -94,11 +94,11 @@ function drawTrend(first) {
     if (limits.size === 1 && rows[0][1][k] !== null) mark(rows[0][1][k], css("--bad"), "dot");
   }
   plot("trend-plot", rows.length ? [{ type: "scatter", mode: "markers", x: rows.map((_, i) => i + 1), y,
-    error_y: { type: "data", array: rows.map((r) => r[1][U] || 0), color: css("--line"), thickness: 1 },
+    error_y: { type: "data", array: rows.map((r) => r[1][U] || 0), color: css("--quiet"), thickness: 1.5 },
     marker: { size: 7, color: rows.map((r) => (r[1][R] === "pass" ? css("--accent") : css("--bad"))) },
     customdata: rows.map((r) => r[0].serial), text: rows.map((r) => `${r[0].serial}, ${r[0].time.slice(0, 10)}, ${r[0].bench}`),
     hovertemplate: "%{text}<br>%{y}<extra></extra>" }] : [],
-    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: `${F.labels[name]} [${F.quantities[name]}]` } } });
+    { shapes, xaxis: { title: { text: "unit, in order of judging; dashed: mean ± 3 sigma, dotted: limits" } }, yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
 }
 function drawCurves(rows) {
   const serials = new Set(rows.map((j) => j.serial)), all = F.curves[$("picture").value] || [];

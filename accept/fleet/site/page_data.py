@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from accept.fleet.measurements import bench_of
-from accept.pictures.labels import label_of
+from accept.pictures.labels import label_of, with_labels
+from accept.pictures.words import pretty
 from accept.store import Event
 from checks.picture import Line, Panel
 
@@ -17,14 +18,15 @@ SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
     """judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`;
-    quantities: name -> unit; labels: name -> words; curves: title -> [{serial, x, y}] with the axes' labels."""
+    quantities: name -> unit as people write it; labels: name -> words; curves: title -> [{serial, x, y}] with the
+    axes' labels."""
     judgements: list[dict[str, Any]] = []
     attempts: dict[str, int] = {}
     units: dict[str, str] = {}
     for event in events:
         result = event.data["result"]
         attempts[event.subject] = attempts.get(event.subject, 0) + 1
-        units |= {f["quantity"]: f["unit"] for f in result["findings"]}
+        units |= {f["quantity"]: "" if f["unit"] == "1" else pretty(f["unit"]) for f in result["findings"]}
         judgements.append(
             {
                 "serial": event.subject,
@@ -35,7 +37,7 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
                 "attempt": attempts[event.subject],
                 "verdict": result["verdict"],
                 "spec": event.spec.split("@")[0],
-                "findings": [[finding.get(name) for name in FINDING] for finding in result["findings"]],
+                "findings": [[_shown(name, finding.get(name)) for name in FINDING] for finding in result["findings"]],
                 "notes": result["notes"],
                 "gap": _gap(result.get("gap")),
             }
@@ -48,6 +50,10 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
         "judgements": judgements,
         "curves": dict(curves),
     }
+
+
+def _shown(name: str, value: Any) -> Any:
+    return pretty(with_labels(value)) if name == "reason" and isinstance(value, str) else value
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:
@@ -76,8 +82,8 @@ def _curve(serial: str, panel: Panel, line: Line) -> dict[str, Any]:
         "serial": serial,
         "x": [float(f"{v:.6g}") for v in x[good]],
         "y": [float(f"{v:.6g}") for v in y[good]],
-        "x_label": panel.x_label,
-        "y_label": panel.y_label,
+        "x_label": pretty(panel.x_label),
+        "y_label": pretty(panel.y_label),
         "x_log": panel.x_log,
         "y_log": panel.y_log,
     }

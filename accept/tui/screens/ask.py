@@ -43,7 +43,8 @@ class Question(ModalScreen[list[str] | None]):
             for line in self._lines:
                 yield Label(line.label, markup=False)
                 yield TextEntry(line.value, secret=line.secret)
-            yield Label("Enter: next field, then confirm    Esc: cancel", classes="quiet")
+            way = "next field, then confirm" if len(self._lines) > 1 else "confirm"
+            yield Label(f"Enter: {way}    Esc: cancel", classes="quiet")
 
     async def action_next(self) -> None:
         fields = list(self.query(Input))

@@ -21,7 +21,7 @@ class Help(ModalScreen[None]):
         self._title, self._text = title, text
 
     def compose(self) -> ComposeResult:
-        with VerticalScroll(classes="dialog tall"):
+        with VerticalScroll(classes="dialog"):
             yield Static(self._title, classes="title", markup=False)
             yield Hanging(self._text)
             yield Static("\nEnter or Esc: close", classes="quiet")

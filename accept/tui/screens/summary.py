@@ -99,7 +99,7 @@ class Summary(Working[bool]):
         """A note with the words of its step in place of the code name that it begins with."""
         name, colon, words = note.partition(": ")
         short = next((step.short for step in self.session.steps if step.name == name), name)
-        return f"{short}{colon}{words}"
+        return f"{short}{colon}{with_labels(words)}"
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         self._tell(event.cursor_row)
@@ -224,7 +224,7 @@ _FIRST_LINES = [
 def _detail(f: Finding) -> str:
     """Why a finding is what it is, with its code name and the rule of its limit."""
     why = f.reason or f.note or ""
-    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{why}"
+    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{with_labels(why)}"
 
 
 def _verdict(result: UnitResult) -> Text:

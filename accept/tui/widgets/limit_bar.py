@@ -55,8 +55,8 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
 
 
 def after_number(unit: str) -> str:
-    """The unit as it follows a number: a pure number has none."""
-    return "" if unit == "1" else f" {unit}"
+    """The unit as it follows a number: a pure number has none, and `percent` is written %."""
+    return "" if unit == "1" else f" {'%' if unit == 'percent' else unit}"
 
 
 def limits(lower: float | None, upper: float | None) -> str:

@@ -141,7 +141,8 @@ class PanelPlot(PlotWidget):
         elif points:
             self.scatter(x, y, marker_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
         else:
-            self.plot(x, y, line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
+            for part in _unbroken(x, y, 180.0 if panel.kind is PanelKind.PHASE else math.inf):
+                self.plot(*part, line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
 
     def _straight(self, at: float, axis: str, colour: str, ends: tuple[float, float]) -> None:
         if not math.isfinite(at):
@@ -153,6 +154,12 @@ class PanelPlot(PlotWidget):
                 self.add_v_line(float(shown[0]), line_style=colour)
         elif all(map(math.isfinite, ends)):
             self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
+
+
+def _unbroken(x: Array, y: Array, jump: float) -> Iterator[tuple[Array, Array]]:
+    """A curve in parts that go on without a jump of this height: from -180 to 180 degrees a phase moved by nothing."""
+    edges = [0, *(np.flatnonzero(np.abs(np.diff(y)) > jump) + 1), x.size]
+    yield from ((x[a:b], y[a:b]) for a, b in pairwise(edges))
 
 
 def _layer(item: object) -> int:
@@ -256,10 +263,15 @@ def panel_head(panel: Panel, *, titled: bool = True) -> Text:
         if isinstance(item, Line):
             colour = ROLES.get(item.role) or next(colours)
             if item.label:
-                text.append(f"  {'•' if item.style == 'points' else '━'} {item.label}", colour)
+                text.append(_entry("•" if item.style == "points" else "━", item.label), colour)
         elif isinstance(item, Mark) and item.label and item.axis == "x":
-            text.append(f"  │ {item.label}", ROLES.get(item.role, "white"))
+            text.append(_entry("│", item.label), ROLES.get(item.role, "white"))
     return text
+
+
+def _entry(sign: str, label: str) -> str:
+    """Of a legend; its words stay in the line of their sign."""
+    return "  " + f"{sign} {label}".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def plan(item: Heights, width: int = 56, height: int = 9) -> str:

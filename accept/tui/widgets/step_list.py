@@ -4,11 +4,11 @@ from rich.text import Text
 from textual.widgets import DataTable
 
 from accept.pictures import signs
-from accept.tui.widgets.limit_bar import numbers
+from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.workflow.session import Session
 from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
-from checks.verdict import Verdict
+from checks.verdict import Finding, Verdict
 
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
@@ -79,8 +79,15 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
     if judgement is None or status in (Status.NOT_DONE, Status.TAKEN):
         return notes
     worst = [f for f in judgement.findings if f.verdict is not Verdict.PASS] or list(judgement.findings)
-    shown = [status.word if f.value is None else numbers(f.value, f.U, f.unit) for f in worst[:1]]
-    return notes + "".join(shown)
+    return notes + "".join(_number(f, status) for f in worst[:1])
+
+
+def _number(f: Finding, status: Status) -> str:
+    """What was found; without its U where both have no room."""
+    if f.value is None:
+        return status.word
+    whole = numbers(f.value, f.U, f.unit)
+    return whole if len(whole) <= _RESULT else f"{f.value:.6g}{after_number(f.unit)}"
 
 
 def _cut(text: Text, width: int) -> Text:

@@ -4,7 +4,7 @@ Curves come from H1 on short segments, as in [STB]; resonances and the zero from
 fits. Data that fail a gate (too short, dead, turned, exchanged, offset, incoherent) give no result at all.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,13 +57,12 @@ MERGE_HZ = 350.0
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """H1 of both records, merged, and the delays behind the drive."""
+    """H1 of both records, and merged."""
 
     low: Frf
     high: Frf
     whole: Frf
     merge_Hz: float
-    delays: tuple[ChannelDelay, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +78,26 @@ class ResponseFits:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Quantities of both records: see CHECK.quantities. Raises NoResult for data that fail a gate."""
+    """Quantities of both records: see CHECK.quantities. Raises NoResult for data that fail a gate, with the responses
+    as they were measured where there are any: what is wrong is to be seen in them."""
     rules = rules_of(spec)
     records = _records(values)
     vet_rates(records, spec)
     vet_records(records, rules)
     vet_copies(records)
     curves = _curves(records["low"], records["high"], _merge_Hz(values), rules)
+    try:
+        return _judged(values, spec, rules, records, curves)
+    except NoResult as e:
+        e.panels = draw.curves(curves.whole, curves.merge_Hz)
+        raise
+
+
+def _judged(
+    values: Values, spec: CheckSpec, rules: ResponseSettings, records: Mapping[str, Record], curves: Curves
+) -> Outcome:
+    """The quantities of responses that pass the gates for dead, turned, late and offset channels."""
+    delays = _vet_curves(records, curves, rules)
     _vet_repeats(records, curves, rules)
     found = _found(records, curves, rules)
     resonance_Hz = found.axial.f_Hz
@@ -112,7 +124,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         panels |= draw.zero(records["low"], found.zero)
     if isinstance(without, Frf):
         panels |= draw.beside(curves.whole, without)
-    return Outcome(tuple(quantities), (*_notes(values, found, curves, without), *remarks(records, spec)), panels)
+    notes = [*_late(delays), *_notes(values, found, curves, without), *remarks(records, spec)]
+    return Outcome(tuple(quantities), tuple(notes), panels)
 
 
 def _records(values: Values) -> dict[str, Record]:
@@ -144,16 +157,20 @@ def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 
 
 def _curves(low: Record, high: Record, merge_Hz: float, rules: ResponseSettings) -> Curves:
-    """H1 of both, gated for dead, turned, late and offset channels."""
+    """H1 of both."""
     below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
-    whole = _merged(below, above, merge_Hz)
-    vet_responses("low", low.name, below.band(1.0, merge_Hz))
-    vet_responses("high", high.name, above.band(merge_Hz, 0.4 * high.fs))
-    vet_signs(below, rules)
-    vet_scales(below, rules)
-    vet_bands(below, above, merge_Hz, rules)
-    delays = vet_delays(above, high.fs, rules)
-    return Curves(below, above, whole, merge_Hz, tuple(delays))
+    return Curves(below, above, _merged(below, above, merge_Hz), merge_Hz)
+
+
+def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
+    """Delays behind the drive. Raises NoResult for a channel that is dead, turned, late or of another scale."""
+    low, high, merge_Hz = records["low"], records["high"], curves.merge_Hz
+    vet_responses("low", low.name, curves.low.band(1.0, merge_Hz))
+    vet_responses("high", high.name, curves.high.band(merge_Hz, 0.4 * high.fs))
+    vet_signs(curves.low, rules)
+    vet_scales(curves.low, rules)
+    vet_bands(curves.low, curves.high, merge_Hz, rules)
+    return vet_delays(curves.high, high.fs, rules)
 
 
 def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> None:
@@ -234,8 +251,12 @@ def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSetti
         return f"without encoder: {e}"
 
 
+def _late(delays: Sequence[ChannelDelay]) -> list[str]:
+    return [d.words for d in delays if abs(d.samples) > 0.5]
+
+
 def _notes(values: Values, found: ResponseFits, curves: Curves, without: Frf | str | None) -> list[str]:
-    notes = [d.words for d in curves.delays if abs(d.samples) > 0.5]
+    notes = []
     if found.beside is not None:
         one, two = found.axial, found.beside
         notes.append(f"double resonance: {one.f_Hz:.4g} and {two.f_Hz:.4g} Hz (two poles fit better, p = {two.p:.1g})")

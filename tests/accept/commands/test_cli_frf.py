@@ -174,7 +174,7 @@ def test_compare_of_two_says_that_they_are_too_few(tmp_path: Path):
 def test_units_in_brackets_stay_on_the_terminal(files):
     """A table's "[percent]" is no markup."""
     found = accept("frf", files[0])
-    assert "damping [percent]" in found.stdout
+    assert "damping [%]" in found.stdout
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from checks.acceptance.responses.modes import axial, main_mode, vs_zero
 from checks.acceptance.responses.rules import OUTPUTS, rules_of
 from checks.cause import Cause, NoResult
 from checks.declare import Measured, Series
+from checks.picture import Line
 from checks.record import Record
 from checks.signals.spectral.poles import Transforms, fit_poles
 from checks.signals.spectral.resonance import CHANCE, candidate, evidence, find, find_beside
@@ -225,6 +226,19 @@ def test_every_channel_that_is_wrong_is_named():
     with pytest.raises(NoResult) as refused:
         CHECK.measure(values, APA)
     assert [r.parameters["channel"] for r in refused.value.reason.all()] == ["Vs", "de"]
+
+
+def test_what_is_refused_is_still_seen_as_it_was_measured():
+    """A turned sensor lies half a turn off in the picture of its phase."""
+    with pytest.raises(NoResult) as refused:
+        CHECK.measure(changed("low", Vs=lambda r: -r["Vs"]), APA)
+    sound = CHECK.measure(changed("low"), APA).panels
+    seen = refused.value.panels
+    assert {"Vs magnitude", "de magnitude", "coherence"} <= set(seen) <= set(sound)
+    lines = ([i for i in p["phase"].items if isinstance(i, Line) and i.label == "Vs"] for p in (seen, sound))
+    (turned,), (right,) = lines
+    slow = (turned.x > 10) & (turned.x < 15)
+    assert np.median(np.abs(turned.y[slow] - right.y[slow])) == pytest.approx(180.0, abs=1.0)
 
 
 def test_a_missing_band_a_short_record_and_merging_outside_are_no_result():
