@@ -141,7 +141,7 @@ class PanelPlot(PlotWidget):
         elif points:
             self.scatter(x, y, marker_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
         else:
-            for part in _unbroken(x, y, 180.0 if panel.kind is PanelKind.PHASE else math.inf):
+            for part in unbroken(x, y, 180.0 if panel.kind is PanelKind.PHASE else math.inf):
                 self.plot(*part, line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
 
     def _straight(self, at: float, axis: str, colour: str, ends: tuple[float, float]) -> None:
@@ -156,7 +156,7 @@ class PanelPlot(PlotWidget):
             self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
 
 
-def _unbroken(x: Array, y: Array, jump: float) -> Iterator[tuple[Array, Array]]:
+def unbroken(x: Array, y: Array, jump: float) -> Iterator[tuple[Array, Array]]:
     """A curve in parts that go on without a jump of this height: from -180 to 180 degrees a phase moved by nothing."""
     edges = [0, *(np.flatnonzero(np.abs(np.diff(y)) > jump) + 1), x.size]
     yield from ((x[a:b], y[a:b]) for a, b in pairwise(edges))

@@ -120,9 +120,9 @@ def test_filters_search_and_keys(page, tmp_path):
     assert "Nothing to show" in page.text_content("#yield-plot")
     page.click("#reset")
     drawn(page, 62)
-    for name in ("stroke_um", "sensor_uF"):
+    for name, unit in (("stroke_um", "µm"), ("sensor_uF", "µF")):
         page.select_option("#quantity", name)
-        until(page, "document.getElementById('trend-plot').layout.yaxis.title.text", f"{label_of(name)} [{name[-2:]}]")
+        until(page, "document.getElementById('trend-plot').layout.yaxis.title.text", f"{label_of(name)} [{unit}]")
     page.click("th button >> text=serial")
     page.locator("#table tbody tr").first.focus()
     page.keyboard.press("Enter")

@@ -1,5 +1,6 @@
 """Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from textual.widgets import Static
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
-from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, PanelView, apart, thin
+from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, PanelView, apart, thin, unbroken
 from accept.workflow.state.step_judgement import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -169,3 +170,10 @@ def test_values_of_a_model_have_words_and_units():
     assert model_label("apa.mode_stiffness_12") == "APA: mode stiffness 12"
     assert with_unit("1 ± 2", "joint.cR_Nm_s_per_rad") == "1 ± 2 N m s/rad"
     assert with_unit("1 ± 2", "apa.damping_ratio") == "1 ± 2"
+
+
+def test_no_line_is_drawn_across_a_turn_of_the_phase():
+    phase = np.array([170.0, 178.0, -179.0, -175.0, 179.0])
+    parts = [list(y) for _, y in unbroken(np.arange(5.0), phase, 180.0)]
+    assert parts == [[170.0, 178.0], [-179.0, -175.0], [179.0]]
+    assert len(list(unbroken(np.arange(5.0), phase, math.inf))) == 1
