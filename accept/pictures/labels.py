@@ -90,18 +90,15 @@ def label_and_name(quantity: str) -> str:
 
 
 def with_labels(text: str) -> str:
-    """A sentence with the labels of the quantities, records and values of a model that it names by their code names;
-    names of files stay, and a pure number loses its unit 1. What is stored keeps the code names: a certificate is
-    judged again and its sentences are compared."""
-    text = _NAMES.sub(lambda found: _NAMED[found.group()], text)
-    text = _MODEL_NAMES.sub(lambda found: model_label(found.group()).replace(": ", " "), text)
-    return _PURE.sub("", text)
+    """A sentence with the labels of the quantities and records that it names by their code names; names of files stay,
+    and a pure number loses its unit 1. What is stored keeps the code names: a certificate is judged again and its
+    sentences are compared."""
+    return _PURE.sub("", _NAMES.sub(lambda found: _NAMED[found.group()], text))
 
 
 _NAMED = RECORD_LABELS | LABELS
 _NAMES = re.compile(r"(?<![\w./])(?:" + "|".join(sorted(_NAMED, key=len, reverse=True)) + r")\b(?!\.\w)")
-_MODEL_NAMES = re.compile(r"\b[A-Za-z_]\w*(?:\.\w+)+(?= = )")  # only a value is said to be equal to something
-_PURE = re.compile(r"(?<=\d) 1(?=; the model allows| \([\d.]+ standard| is (?:above|below) the| is inside|\)|$)")
+_PURE = re.compile(r"(?<=\d) 1(?= is (?:above|below|inside) the |\)|$)")
 
 
 def _from_name(quantity: str) -> str:
