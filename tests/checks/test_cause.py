@@ -18,7 +18,8 @@ ABOUT = {"record", "file"}
 
 
 def fields(template: str) -> set[str]:
-    return {name for _, name, _, _ in Formatter().parse(template) if name}
+    """Its parameters; the unit behind a number is made of `unit`."""
+    return {name.replace("in_unit", "unit") for _, name, _, _ in Formatter().parse(template) if name}
 
 
 def made() -> Iterator[tuple[str, Cause, set[str] | None]]:
