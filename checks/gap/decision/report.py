@@ -1,5 +1,6 @@
 """The answer put together: the last fit on all bins, gates, verdict, and the gap before and after."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from checks.gap.decision.gates import claims, from_window, is_bent, kept, namele
 from checks.gap.decision.held_by_experiments import missing_in, tested
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.decision.next_experiment import asked
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result, Tried
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, Tried
 from checks.gap.decision.told_apart import settled
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
@@ -23,6 +24,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
+from specs.labels import model_label
 
 
 def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -> Result:
@@ -57,10 +59,12 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     missing = (*missing, *missing_in(experiments, bool(p.in_slow) or (slow is not None and is_bent(slow, table))))
     before = _without_members(base, full, p.B) if best.response.counted and full.adequate else whole.seen
     verdict = word(full.adequate, named, rivals, missing)
+    gap_before = gaps_of(replace(shown.before, unseen=raw(p)) if p.early else shown.before)
+    said = (*words, *_notes(full), *_agrees_before(base, named, gap_before), *_ended(search, verdict))
     return Result(
         model=p.inputs.model.name,
         verdict=verdict,
-        gap_before=gaps_of(replace(shown.before, unseen=raw(p)) if p.early else shown.before),
+        gap_before=gap_before,
         gap_after=gaps_of(shown.after),
         where=judge(before, table.p_global).windows,
         named=named,
@@ -75,7 +79,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         p_after=everything.adequacy.p,
         early=p.early,
         slow=slow,
-        notes=(*p.inputs.notes, *words, *_notes(full), *_ended(search, verdict)),
+        notes=(*p.inputs.notes, *said),
         damping=best.response.model.damping,
         experiments=experiments,
     )
@@ -123,10 +127,28 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
 
 
 def _notes(full: Candidate) -> tuple[str, ...]:
-    free = {p.name: p for p in full.response.free()}
-    far = {n: (full.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in full.at}
-    out = {n: z for n, z in far.items() if abs(z) > full.table.pull and n in full.response.model.values}
+    out = _far(full)
     if len(out) < 2:
         return ()
-    worst = ", ".join(f"{n} by {z:+.0f}" for n, z in sorted(out.items(), key=lambda kv: -abs(kv[1]))[:3])
-    return (f"calibrated values are far from the model file ({worst} sd): another model, or another unit?",)
+    return (f"calibrated values are far from the model file ({_worst(out)}): another model, or another unit?",)
+
+
+def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:
+    """Why something is named although every channel agrees without it."""
+    if not named or any(gap.G > 1.0 for gap in before.channels.values()):
+        return ()
+    out = _far(base)
+    why = f"but only with values far from its file ({_worst(out)})" if out else "but for what lies in single bands"
+    return (f"without what is named the model agrees as well, {why}",)
+
+
+def _far(c: Candidate) -> dict[str, float]:
+    """Calibrated values of the model far from its file, in standard deviations of it."""
+    free = {p.name: p for p in c.response.free()}
+    far = {n: (c.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in c.at}
+    return {n: z for n, z in far.items() if abs(z) > c.table.pull and n in c.response.model.values}
+
+
+def _worst(far: Mapping[str, float]) -> str:
+    ranked = sorted(far.items(), key=lambda kv: -abs(kv[1]))[:3]
+    return ", ".join(f"{model_label(n)} by {z:+.0f} sd" for n, z in ranked)

@@ -61,6 +61,9 @@ class TestAliases:
         """The strut's own stiffness is known, so its payload is no alias of anything."""
         result = run(inputs(5, {"payload_mass": {"kg": 0.8}}), quiet)
         assert [n.effect for n in result.named] == ["payload_mass"]
+        agreed = all(gap.G <= 1.0 for gap in result.gap_before.channels.values())
+        why = [note for note in result.notes if note.startswith("without what is named the model agrees as well")]
+        assert len(why) == agreed, "a name beside gaps that agree is given its reason, and no other"
 
 
 def test_missing_channels() -> None:
