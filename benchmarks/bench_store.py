@@ -28,9 +28,7 @@ def one_more(url: str, place: Path, name: str) -> tuple[float, float]:
     times, busy = [], []
     for n in range(RUNS):
         folder = make_unit(place / name / f"U-{n}", f"{name}-{n}")
-        order = BatchRequest(
-            [folder], place / "out" / name / str(n), {"apa": load_spec("apa-basic")}, "bench"
-        )
+        order = BatchRequest([folder], place / "out" / name / str(n), {"apa": load_spec("apa-basic")}, "bench")
         began, began_busy = time.perf_counter(), time.process_time()
         with open_store(url) as store:
             judge_batch.run(order, store, lambda _: None)

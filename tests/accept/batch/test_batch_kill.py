@@ -46,9 +46,7 @@ def work(bench: Path, folder: Path, points: Points) -> None:
     points.install()
     acks = os.open(folder / "acks", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     credential = keys.unlock(bench, TECHNICIAN, "correct horse")
-    order = BatchRequest(
-        [bench / "units"], folder / "out", {"apa": load_spec("apa-basic")}, "Ada", credential, 1
-    )
+    order = BatchRequest([bench / "units"], folder / "out", {"apa": load_spec("apa-basic")}, "Ada", credential, 1)
     with open_store(f"sqlite:///{folder / 'store.sqlite'}") as store:
         judge_batch.run(order, store, lambda words: os.write(acks, f"{words}\n".encode()) and None)
     os.write(acks, f"points {points.passed}\n".encode())
