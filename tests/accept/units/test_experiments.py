@@ -94,7 +94,7 @@ class TestRead:
 class TestCopies:
     def test_a_record_of_the_unit_given_as_an_experiment(self, tmp_path: Path) -> None:
         unit = held(folder(tmp_path, m_low=1))
-        with pytest.raises(RecordError, match=r"low \(low.mat\) and added_mass low \(m_low.mat\) hold the same"):
+        with pytest.raises(RecordError, match=r"low \(low.mat\) and added mass low \(m_low.mat\) hold the same"):
             unit.values("frf")
 
     def test_within_an_experiment(self, tmp_path: Path) -> None:
