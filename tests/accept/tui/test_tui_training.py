@@ -7,7 +7,7 @@ from accept.pictures.labels import with_labels
 from accept.store import open_store
 from accept.tui.widgets.fields import Field
 from accept.workflow.training import hidden_words, open_training, training_order
-from tests.accept.tui.tui_help import press, running, sign_first, type_line, words
+from tests.accept.tui.tui_help import press, running, settled, sign_first, type_line, words
 from tests.soak import SOAK
 
 FILES = {
@@ -30,6 +30,13 @@ SPECS = {"apa": "apa" if SOAK else "apa-basic", "strut": "strut-basic"}
 SEEDS = {"apa": 3, "strut": 6}  # a dead stack; a payload that is too heavy
 
 
+async def focused(pilot, field: Field) -> None:
+    """The cursor in a field: asked for, it comes with a later message; a quicker key would meet the field before."""
+    field.input.focus()
+    await settled(pilot)
+    assert pilot.app.focused is field.input
+
+
 async def measure_everything(pilot, kind: str) -> None:
     """Every field of every step, read from its instrument or given its file. The cursor leads: to the first empty line,
     and in the list to the first step that is not complete."""
@@ -41,12 +48,12 @@ async def measure_everything(pilot, kind: str) -> None:
             await press(pilot, *(["f6"] if len(screen.step.check.forms) > 1 else []))
         for field in list(screen.query(Field)):
             if field.place.declared.name in files:
-                field.input.focus()
+                await focused(pilot, field)
                 await type_line(pilot, files[field.place.declared.name])
             elif not field.place.is_file and screen._instrument(field.place) is not None:
-                field.input.focus()
+                await focused(pilot, field)
                 await press(pilot, "f3")
-        assert screen.complete
+        assert screen.complete, words(pilot, "#status")
         await press(pilot, "escape")
 
 
