@@ -1,6 +1,6 @@
 """What channels and values of a model are called where people read them."""
 
-from specs.units import unit_of, without_unit
+from specs.units import DIMENSIONLESS, unit_of, without_unit
 
 CHANNEL_LABELS = {
     "t": "time t",
@@ -47,4 +47,4 @@ def model_label(name: str) -> str:
 def with_unit(words: str, name: str) -> str:
     """A number, or a number and its uncertainty, with the unit that a name ends in; a pure number has none."""
     unit = unit_of(name.rpartition(".")[2])
-    return words if unit == "1" else f"{words} {unit}"
+    return words if unit == DIMENSIONLESS else f"{words} {unit}"

@@ -197,16 +197,15 @@ class _Batch:
         elsewhere after them, are judged again, before anybody is handed what was said of them first; of others it is
         said that their results count no more."""
         for serial in sorted(set(self.doubted)):
-            self._judge_again(serial)
+            self._judge_again(serial, "a recording that is also another unit's")
         for serial, (parts, stated) in sorted(self.built.items()):
             if part_doubts(self.store, serial, parts) != list(stated):
-                self._judge_again(serial)
+                self._judge_again(serial, "parts of which something else is known since")
 
-    def _judge_again(self, serial: str) -> None:
+    def _judge_again(self, serial: str, because_of: str) -> None:
         path = self.roster.folder(serial)
         if path is None:
-            words = f"{serial} was judged with a recording that is also another unit's; its result counts no more"
-            self.say(f"warning: {words}")
+            self.say(f"warning: {serial} was judged with {because_of}; its result counts no more")
             return
         before = fold(self.store.events(serial)).units.get(serial)
         job = self.order.job(self.roster.unit(path), before, self.store.signed_head())

@@ -64,16 +64,20 @@ def change_of_system(above: System, below: System, h: float) -> Change:
     """Central difference of a system over -h..h: exact but for rounding in what enters its matrices in proportion or as
     a square. Both systems must be in the same coordinates."""
     m = 0 if above.motions is None else len(above.motions)
-    M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), m) for key in "MCK")
-    force, outputs = _slope(above.force, below.force, h), _slope(above.outputs, below.outputs, h)
-    return Change(M, C, K, np.pad(force, (m, 0)), np.pad(outputs, ((0, 0), (m, 0))))
+    return _change(above, below, _slope(above.force, below.force, h), h, (m, 0))
 
 
 def change_of_fastened(above: Fastened, below: Fastened, h: float, size: int) -> Change:
     """The same where only what is fastened to the APA differs. size: coordinates of the system."""
-    M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h)) for key in "MCK")
-    outputs = np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), (0, size)))
-    return Change(M, C, K, np.zeros(outputs.shape[1]), outputs)
+    return _change(above, below, np.zeros(len(above.K)), h, (0, size))
+
+
+def _change(
+    above: System | Fastened, below: System | Fastened, force: Array, h: float, beside: tuple[int, int]
+) -> Change:
+    """beside: how much of what is reached lies before and behind what both read."""
+    M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
+    return Change(M, C, K, np.pad(force, beside), np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), beside)))
 
 
 def _slope(above: Array, below: Array, h: float) -> Array:
@@ -81,7 +85,7 @@ def _slope(above: Array, below: Array, h: float) -> Array:
     return np.where(significant, (above - below) / (2.0 * h), 0.0)
 
 
-def _block(D: Array, first: int = 0) -> SymmetricBlock | None:
+def _block(D: Array, first: int) -> SymmetricBlock | None:
     """first: where D begins among what is reached."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None

@@ -29,8 +29,9 @@ from checks.model.structure.rigid_motion import lever
 
 Z = 2  # place of the axis among the six motions of a face
 MOTIONS = 15
-BOTTOM, TOP = np.eye(MOTIONS)[:6], np.eye(MOTIONS)[6:12]
-PAYLOAD, SENSOR, ACTUATOR = np.eye(MOTIONS)[12:]
+AT_PAYLOAD = 12  # among the fifteen
+BOTTOM, TOP = np.eye(MOTIONS)[:6], np.eye(MOTIONS)[6:AT_PAYLOAD]
+PAYLOAD, SENSOR, ACTUATOR = np.eye(MOTIONS)[AT_PAYLOAD:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,14 +108,14 @@ def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
 
 def _parts(apa: ApaBody, damping_ratio: float, f: Fastened, motions: Array) -> Parts:
     rate = damping_ratio * np.diag(apa.C_ratio)
-    return Parts(np.diag(apa.K), rate, motions, f.M, f.C, f.K, ACTUATOR, f.outputs, int(np.argmax(PAYLOAD)))
+    return Parts(np.diag(apa.K), rate, motions, f.M, f.C, f.K, ACTUATOR, f.outputs, AT_PAYLOAD)
 
 
 def _motions(apa: ApaBody) -> Array:
     """(15, n) rows that read the fifteen motions from the APA's coordinates and the payload's."""
     rows = np.zeros((MOTIONS, apa.size + 1))
     rows[:, :-1] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
-    rows[12, -1] = 1.0
+    rows[AT_PAYLOAD, -1] = 1.0
     return rows
 
 
