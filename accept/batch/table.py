@@ -15,6 +15,7 @@ from checks.rounding import rounded
 from checks.verdict import Verdict
 
 MAX_COLUMNS = 7  # more do not fit into 80 columns; the reasons below the table say what matters
+SHORT = 30  # characters of a reason that is said again: no longer than to say where it stands
 
 
 def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | None = None) -> Table:
@@ -55,14 +56,15 @@ def reasons_of(result: UnitResult) -> list[str]:
 
 
 def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterator[str]:
-    """What has the same reason as a finding above only says so: the reason may be long."""
+    """A long reason stands once; a finding further down with the same reason only names the first one."""
     told: dict[str, str] = {}
     for quantity, verdict, reason in findings:
         if verdict == Verdict.PASS:
             continue
         parts = with_labels(reason or "no reason is stated").split("; ")
-        new = "; ".join(part for part in parts if part not in told)
-        yield f"{serial}: {label_and_name(quantity)}: {verdict.replace('_', ' ')}, {new or f'see {told[parts[0]]}'}"
+        new = "; ".join(part for part in parts if part not in told or len(part) <= SHORT)
+        why = new or f"same reason as {told[parts[0]]}"
+        yield f"{serial}: {label_and_name(quantity)}: {verdict.replace('_', ' ')}, {why}"
         told |= {part: label_of(quantity) for part in parts if part not in told}
 
 

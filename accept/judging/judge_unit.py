@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
@@ -74,30 +75,8 @@ def judge_unit(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
         )
     models = models or Models()
-    findings: list[Finding] = []
-    information: list[tuple[str, Quantity]] = []
-    notes: list[str] = []
-    panels: dict[str, Panel] = {}
-    known: dict[str, Quantity] = {}
-    for name, asked in spec.checks.items():
-        section = unit.sections.get(CHECKS[name].reads)
-        if section is None or not section.entries:
-            findings += _absent(name, asked, notes)
-            continue
-        try:
-            outcome = _measure(held, CHECKS[name], asked, models)
-        except (RecordError, NoResult) as e:
-            findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
-            if isinstance(e, NoResult):
-                panels |= {f"{name}/{key}": panel for key, panel in e.panels.items()}
-            continue
-        known |= {q.name: q for q in outcome.quantities if q.reason is None and math.isfinite(q.value)}
-        found, more = _split(name, asked, outcome)
-        findings += found
-        information += [(name, quantity) for quantity in more]
-        notes += [f"{name}: {note}" for note in outcome.notes]
-        panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
-    findings = held_together(findings, known)
+    of = _outcomes(held, spec, models)
+    findings, notes = held_together(of.findings, of.known), of.notes
     notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
     if stated is not None:
         stated = calibration.checked(stated, unit.measured)
@@ -108,18 +87,58 @@ def judge_unit(
         kind=unit.kind,
         verdict=unit_verdict(findings),
         findings=tuple(findings),
-        information=tuple(information),
+        information=tuple(of.information),
         not_judged=tuple(_not_judged(unit, spec)),
         notes=tuple(notes),
         parts=unit.parts,
         inputs=held.hashes,
         spec_name=spec.name,
         spec_sha256=spec.sha256,
-        panels=panels,
+        panels=of.panels,
         calibration=stated,
         models=models.hashes(spec),
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
+
+
+@dataclass
+class _Outcomes:
+    """What the checks of a spec say of a unit. information: (check, quantity) that no limit judges; known: quantities
+    that have a value, by name."""
+
+    findings: list[Finding] = field(default_factory=list)
+    information: list[tuple[str, Quantity]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    panels: dict[str, Panel] = field(default_factory=dict)
+    known: dict[str, Quantity] = field(default_factory=dict)
+
+    def add(self, name: str, asked: CheckSpec, outcome: Outcome) -> None:
+        """What a check has measured."""
+        self.known |= {q.name: q for q in outcome.quantities if q.reason is None and math.isfinite(q.value)}
+        judged, more = _split(name, asked, outcome)
+        self.findings += judged
+        self.information += [(name, quantity) for quantity in more]
+        self.notes += [f"{name}: {note}" for note in outcome.notes]
+        self.panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+
+
+def _outcomes(held: LoadedUnit, spec: Spec, models: Models) -> _Outcomes:
+    """Every check that the spec asks for, on its section of the unit."""
+    all_checks = _Outcomes()
+    for name, asked in spec.checks.items():
+        section = held.folder.sections.get(CHECKS[name].reads)
+        if section is None or not section.entries:
+            all_checks.findings += _absent(name, asked, all_checks.notes)
+            continue
+        try:
+            outcome = _measure(held, CHECKS[name], asked, models)
+        except (RecordError, NoResult) as e:
+            all_checks.findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
+            if isinstance(e, NoResult):
+                all_checks.panels |= {f"{name}/{key}": panel for key, panel in e.panels.items()}
+            continue
+        all_checks.add(name, asked, outcome)
+    return all_checks
 
 
 def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:

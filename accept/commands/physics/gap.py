@@ -66,7 +66,7 @@ def run(
     where: a cluster that does the work."""
     unknown = sorted(set(without) - EFFECTS.keys())
     if unknown:
-        say(f"accept: --without {', '.join(unknown)}: no such effect (are: {', '.join(EFFECTS)})")
+        say(f"accept: --without {', '.join(unknown)}: unknown effect (known: {', '.join(EFFECTS)})")
         return Exit.BAD_INPUT
     if html and find_spec("plotly") is None:
         raise PictureError(MISSING)

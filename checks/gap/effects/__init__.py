@@ -70,7 +70,7 @@ EFFECTS: dict[str, Effect] = {module.EFFECT.name: module.EFFECT for module in _O
 def effect_named(name: str) -> Effect:
     """Raises ModelError naming the library."""
     if name not in EFFECTS:
-        raise ModelError(f"effect '{name}': no such effect (are: {', '.join(EFFECTS)})")
+        raise ModelError(f"unknown effect '{name}' (known: {', '.join(EFFECTS)})")
     return EFFECTS[name]
 
 
@@ -81,7 +81,7 @@ def with_effects(model: Model, effects: Sequence[tuple[str, Mapping[str, float]]
         effect = effect_named(name)
         if not effect.in_model:
             able = ", ".join(e.name for e in EFFECTS.values() if e.in_model)
-            raise ModelError(f"effect '{name}': none that a model holds (those: {able})")
+            raise ModelError(f"effect '{name}': a model cannot hold it (effects that it can: {able})")
         model = model.with_values(effect.changes(model, parameters))
     return model
 

@@ -100,7 +100,7 @@ class TestMechanics:
     @pytest.mark.parametrize(
         ("name", "parameters", "words"),
         [
-            ("hysteresis", {"relative_width": 0.1}, "effect 'hysteresis': none that a model holds"),
+            ("hysteresis", {"relative_width": 0.1}, "effect 'hysteresis': a model cannot hold it"),
             ("loop_delay", {"tau_ms": 1.0}, "'loop_delay' is given with tau_ms; expected tau_us"),
             ("misalignment", {"dx_um": 1.0}, "is given with dx_um; expected dx_um, dy_um"),
         ],
