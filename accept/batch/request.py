@@ -11,11 +11,9 @@ from pathlib import Path
 from accept.base.cluster.work import Cluster
 from accept.base.home import home
 from accept.batch.worker import Job, judge
-from accept.certificate.contents.provenance import Provenance
-from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.commissioning import commissioned
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.spec_approval import approval_of
+from accept.certificate.trust.provenance import provenance
 from accept.gap.start_model import StartModel, applies
 from accept.judging import calibration, judge_unit
 from accept.judging.calibration import Statement
@@ -91,17 +89,8 @@ class BatchRequest:
             start=self.start(folder),
             out=self.out,
             draw=self.credential is not None,
-            provenance=self._provenance(spec, before, head),
+            provenance=provenance(spec, before, head, home(), self.credential) if self.credential else None,
         )
-
-    def _provenance(self, spec: Spec, before: UnitState | None, head: SignedHead | None) -> Provenance | None:
-        if self.credential is None:
-            return None
-        listed = keys.folder(home()) / revocation.FILE
-        gone = () if self.credential.demo else revocation.revoked_in(listed, self.credential.ca)
-        approval = approval_of(spec, home(), self.credential.ca, gone)
-        crl = revocation.kept(listed)
-        return Provenance.of(before, head, approval, demo=self.credential.demo, crl=crl)
 
 
 def spec_for(one: UnitFolder, specs: dict[str, Spec]) -> Spec:

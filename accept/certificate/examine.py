@@ -1,10 +1,10 @@
 """A unit judged, explained and drawn: all that its certificate says, before anything is stored or signed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from accept.certificate.contents.provenance import Provenance
 from accept.gap.start_model import StartModel
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
@@ -40,7 +40,7 @@ def examine(
     draw: bool = True,
     copies: Sequence[Copy] = (),
     doubts: Sequence[str] = (),
-    provenance: Provenance | None = None,
+    provenance: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
@@ -65,7 +65,7 @@ def drawn(
     spec: Spec,
     unit: Path | LoadedUnit,
     operator: str,
-    provenance: Provenance | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.contents.content import content_of

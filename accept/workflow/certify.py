@@ -5,15 +5,13 @@ from pathlib import Path
 
 from accept.certificate.certify import certify, sign_into
 from accept.certificate.contents.disposition import decided
-from accept.certificate.contents.provenance import Provenance
 from accept.certificate.examine import drawn
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
 from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
-from accept.certificate.trust.revocation import FILE, kept
-from accept.certificate.trust.spec_approval import approval_of
+from accept.certificate.trust.provenance import provenance
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file
 from accept.certificate.verify.verification import Verification
@@ -40,8 +38,11 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     if session.attempt.certificate is not None:
         raise SigningRefused(f"{session.serial}: this result is signed already")
     result = session.result or session.judge()
-    judged = drawn(result, session.spec, session.folder, credential.person, _provenance(session, credential))
-    path = session.home / "certificates" / certificate_name(session.serial, session.attempt.number)
+    number = session.attempt.number
+    before = fold(session.before_attempt()).units.get(session.serial)
+    stated = provenance(session.spec, before, session.store.signed_head(), session.home, credential, number)
+    judged = drawn(result, session.spec, session.folder, credential.person, stated)
+    path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
     certify(judged, session.store, path, credential, stored=True, who=credential.person)
     return _verified(session, path, credential)
@@ -93,12 +94,3 @@ def _keep_older(path: Path) -> None:
 def _verified(session: Session, path: Path, credential: Credential) -> Verification:
     session.refresh()
     return verify_file(path, [credential.ca], records=session.folder)
-
-
-def _provenance(session: Session, credential: Credential) -> Provenance:
-    """This attempt's number, and what was judged before it began."""
-    approval = approval_of(session.spec, session.home, credential.ca, keys.revoked(session.home))
-    before = fold(session.before_attempt()).units.get(session.serial)
-    number = session.attempt.number
-    crl = kept(keys.folder(session.home) / FILE)
-    return Provenance.of(before, session.store.signed_head(), approval, attempt=number, demo=credential.demo, crl=crl)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
-from accept.certificate.contents.provenance import Provenance
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -55,7 +54,7 @@ class CertificateContent:
     result : the unit's entry in results.json (`UnitResult.to_json()`). panels : pictures by name.
     files : input files to attach, by their names in the unit folder (`unit.toml` first of all).
     inputs : sha256 of every input, also of those too large to attach; sizes : their bytes. models : model files that
-    the spec names, by that name. provenance : `Provenance.to_json()`.
+    the spec names, by that name. provenance : as `accept.certificate.trust.provenance` states it.
     instruments : check -> words of the spec.
     code_sha256, drawn_with : which program judged and drew; they say whether the page can be drawn again to the byte.
     """
@@ -142,7 +141,7 @@ def content_of(
     operator: str,
     size_limit: int = SIZE_LIMIT,
     held: Mapping[str, bytes] = _NOTHING,
-    provenance: Provenance | None = None,
+    provenance: Mapping[str, Any] | None = None,
 ) -> CertificateContent:
     """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
 
@@ -164,7 +163,7 @@ def content_of(
         inputs=dict(sorted(result.inputs.items())),
         sizes=dict(sorted(sizes.items())),
         models=models,
-        provenance=provenance.to_json() if provenance else {},
+        provenance=provenance or {},
     )
 
 

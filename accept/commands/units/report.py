@@ -13,12 +13,9 @@ from accept.batch.request import spec_for
 from accept.batch.table import reasons_of
 from accept.certificate import uncertified
 from accept.certificate.certify import certify
-from accept.certificate.contents.provenance import Provenance
 from accept.certificate.examine import JudgedUnit, examine
-from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.revocation import FILE, kept
-from accept.certificate.trust.spec_approval import approval_of
+from accept.certificate.trust.provenance import provenance
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
@@ -77,9 +74,7 @@ def _judged(
     """The unit as an attempt that follows `before`, drawn again where its recordings stand elsewhere too or
     something speaks against its parts."""
     unit, spec = examined.args[:2]
-    gone = keys.revoked(home()) if credential else ()
-    approval = approval_of(spec, home(), credential.ca if credential else None, gone)
-    stated = Provenance.of(before, store.signed_head(), approval, crl=kept(keys.folder(home()) / FILE))
+    stated = provenance(spec, before, store.signed_head(), home(), credential)
     judged = examined(provenance=stated)
     copies = copies_of(store, unit.serial, str(unit.path.resolve()), judged.result.samples)
     doubts = part_doubts(store, unit.serial, unit.parts)

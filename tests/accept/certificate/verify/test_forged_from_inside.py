@@ -18,7 +18,6 @@ from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.certificate.contents.content import CertificateContent, content_of
-from accept.certificate.contents.provenance import Provenance
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
 from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
@@ -74,7 +73,7 @@ def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> Certi
     chosen = judge_unit.load_spec(spec)
     return content_of(
         judge_unit.judge_unit(unit, chosen), chosen, folder, "M. Keller",
-        provenance=Provenance.of(None, None, {"builtin": True}),
+        provenance={"attempt": 1, "replaces": None, "approval": {"builtin": True}},
     )  # fmt: skip
 
 
@@ -356,7 +355,7 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
     unit = unit_folder.read(written(tmp_path / "u", 1.72))
 
     def verified(since: datetime, compromised: bool) -> Validity:
-        said = Provenance.of(None, None, spec_approval.approve(spec, bench.qa, LATER))
+        said = {"attempt": 1, "replaces": None, "approval": spec_approval.approve(spec, bench.qa, LATER)}
         contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
         pdf = sign(render(contents), bench.technician, LATER)
