@@ -23,11 +23,9 @@ def certify(
     credential: Credential | None = None,
     *,
     stored: bool = False,
-    who: str | None = None,
 ) -> Event | None:
     """Store the verdict unless it is `stored`; write its certificate, where one was drawn, to `path`, signed where
-    there is a credential, and store that it was. who: signs, where that is not the operator who judged. Returns the
-    event of the verdict.
+    there is a credential, and store that it was. Returns the event of the verdict.
 
     Raises StoreError, SigningRefused, OSError, BenchStopped where the golden units were missed."""
     event = None
@@ -37,7 +35,7 @@ def certify(
         write_atomic(path, judged.unsigned)
     elif judged.unsigned is not None and credential is not None:
         result = judged.result
-        sign_into(path, judged.unsigned, credential, store, result.serial, who or judged.operator, result.spec)
+        sign_into(path, judged.unsigned, credential, store, result.serial, judged.operator, result.spec)
     return event
 
 

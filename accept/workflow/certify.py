@@ -44,7 +44,7 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     judged = drawn(result, session.spec, session.folder, credential.person, stated)
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
-    certify(judged, session.store, path, credential, stored=True, who=credential.person)
+    certify(judged, session.store, path, credential, stored=True)
     return _verified(session, path, credential)
 
 
