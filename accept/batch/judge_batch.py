@@ -10,7 +10,6 @@ from typing import Any
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.progress import steps
 from accept.batch.engines import folder_of, judge_far, judge_here
-from accept.batch.outputs import BatchEntry
 from accept.batch.request import CERTIFICATES, BatchRequest, spec_for
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
@@ -223,7 +222,7 @@ class _Batch:
                 entry = judged.data["result"] | {"certificate": certificate}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
-                results.add(BatchEntry(entry, earlier + len(more) + 1, judged.time, judged.who))
+                results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)
             used = [s for kind, s in order.specs.items() if kind in kinds] or list(order.specs.values())
             results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
         report.units = results.entries

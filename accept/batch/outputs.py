@@ -6,7 +6,6 @@ import json
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from accept.base.version import version
@@ -16,19 +15,6 @@ COLUMNS = [
     "serial", "kind", "unit_verdict", "check", "quantity", "value", "unit", "U", "lower", "upper", "rule", "verdict",
     "p_false_accept", "required", "reason", "gap", "attempt", "time", "operator",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class BatchEntry:
-    """A unit's entry of results.json, and what the store knows of that judgement: which attempt of the serial, when
-    (UTC, ISO 8601), by whom. These are not in the entry: judged again, the same data give the same entry."""
-
-    entry: dict[str, Any]
-    attempt: int
-    time: str
-    operator: str
-
-
 JUNIT_HEAD = b"<?xml version='1.0' encoding='utf-8'?>\n<testsuites name=\"accept\">\n"
 JUNIT_END = b"</testsuites>\n"
 
@@ -41,16 +27,12 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def findings(units: Iterable[BatchEntry]) -> list[dict[str, Any]]:
-    """One row per finding, by columns `COLUMNS`; what is known of the unit stands in each of its rows."""
-    return [_of_unit(unit) | finding for unit in units for finding in unit.entry["findings"]]
-
-
-def _of_unit(unit: BatchEntry) -> dict[str, Any]:
-    entry = unit.entry
-    known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"]}
-    judged = {"attempt": unit.attempt, "time": unit.time, "operator": unit.operator}
-    return known | judged | ({"gap": one_line(entry["gap"])} if "gap" in entry else {})
+def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """One row per finding of a unit's entry, by columns `COLUMNS`; what is known of the unit and of this judgement
+    stands in each."""
+    known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"], **judgement}
+    gap = {"gap": one_line(entry["gap"])} if "gap" in entry else {}
+    return [known | gap | finding for finding in entry["findings"]]
 
 
 def counts_json(
@@ -62,7 +44,7 @@ def counts_json(
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
-def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool) -> bytes:
+def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> bytes:
     """A row per finding, the header where it is wanted; what is not known is empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator=os.linesep)

@@ -15,7 +15,6 @@ from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
 from accept.batch import outputs
-from accept.batch.outputs import BatchEntry
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ WHOLE = 2000  # units that results.json lists
 AT_ONCE = 2000  # units of one part of a data set
 FINDINGS, UNITS = "findings.parquet", "units.parquet"
 NUMBERS = ("value", "U", "lower", "upper", "p_false_accept")
+OF_UNIT = ("serial", "kind", "verdict", "certificate")  # columns of units.parquet that its entry has
 
 
 class ResultsError(AcceptError, RuntimeError):
@@ -49,7 +49,8 @@ class Results:
         self.entries: list[dict[str, Any]] = []
         self._out, self._whole = out, whole
         self._dataset = dataset or not whole
-        self._held: list[BatchEntry] = []
+        self._rows: list[dict[str, Any]] = []  # of the next part of each data set
+        self._units: list[dict[str, Any]] = []
         self._parts = 0
         self._open = ExitStack()
 
@@ -57,6 +58,7 @@ class Results:
         self._out.mkdir(parents=True, exist_ok=True)
         self._csv: IO[bytes] = self._open.enter_context(writing_atomic(self._out / "results.csv"))
         self._junit: IO[bytes] = self._open.enter_context(writing_atomic(self._out / "junit.xml"))
+        self._csv.write(outputs.csv_rows((), header=True))
         self._junit.write(outputs.JUNIT_HEAD)
         for name in (FINDINGS, UNITS):
             shutil.rmtree(self._part(name), ignore_errors=True)
@@ -67,17 +69,25 @@ class Results:
     ) -> None:
         self._open.__exit__(kind, error, trace)
 
-    def add(self, unit: BatchEntry) -> None:
-        """One unit."""
-        self._held.append(unit)
+    def add(self, entry: dict[str, Any], *, attempt: int, time: str, operator: str) -> None:
+        """One unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom. These are not in
+        the entry: judged again, the same data give the same entry."""
+        judgement = {"attempt": attempt, "time": time, "operator": operator}
+        rows = outputs.findings(entry, judgement)
+        self._csv.write(outputs.csv_rows(rows))
+        self._junit.write(outputs.junit_unit(entry))
         if self._whole:
-            self.entries.append(unit.entry)
-        if len(self._held) == AT_ONCE:
-            self._put()
+            self.entries.append(entry)
+        if self._dataset:
+            self._rows += rows
+            text = json.dumps(entry, sort_keys=True, ensure_ascii=False)
+            self._units.append({name: entry[name] for name in OF_UNIT} | judgement | {"entry": text})
+            if len(self._units) == AT_ONCE:
+                self._put()
 
     def finish(self, specs: list[dict[str, str]], refused: list[dict[str, str]], verdicts: Mapping[str, int]) -> None:
         """What is left, then results.json: whoever sees it sees the others too."""
-        if self._held or not self._parts:
+        if self._dataset and (self._units or not self._parts):
             self._put()
         self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)
         self._open.close()
@@ -89,15 +99,11 @@ class Results:
         write_atomic(self._out / "results.json", document)
 
     def _put(self) -> None:
-        rows = outputs.findings(self._held)
-        self._csv.write(outputs.csv_rows(rows, header=self._parts == 0))
-        for unit in self._held:
-            self._junit.write(outputs.junit_unit(unit.entry))
-        if self._dataset:
-            self._write_part(FINDINGS, _findings(rows))
-            self._write_part(UNITS, _units(self._held))
+        self._write_part(FINDINGS, _findings(self._rows))
+        self._write_part(UNITS, _units(self._units))
         self._parts += 1
-        self._held.clear()
+        self._rows.clear()
+        self._units.clear()
 
     def _part(self, name: str) -> Path:
         return self._out / f".{name}.part"
@@ -129,19 +135,13 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
 
 
-def _units(units: list[BatchEntry]) -> "pa.Table":
+def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     """A row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as JSON."""
     import pyarrow as pa
 
-    names = ("serial", "kind", "verdict", "certificate")
-    kinds = {name: pa.string() for name in names} | _kinds_of_judgement() | {"entry": pa.string()}
-    rows = [
-        {n: u.entry[n] for n in names}
-        | {"attempt": u.attempt, "time": _instant(u.time), "operator": u.operator}
-        | {"entry": json.dumps(u.entry, sort_keys=True, ensure_ascii=False)}
-        for u in units
-    ]
-    return pa.Table.from_pylist(rows, schema=pa.schema(list(kinds.items())))
+    kinds = {name: pa.string() for name in OF_UNIT} | _kinds_of_judgement() | {"entry": pa.string()}
+    timed = [{**row, "time": _instant(row["time"])} for row in rows]
+    return pa.Table.from_pylist(timed, schema=pa.schema(list(kinds.items())))
 
 
 def _kinds_of_judgement() -> "dict[str, pa.DataType]":

@@ -7,7 +7,7 @@ import pytest
 
 from accept.base import atomic_files
 from accept.base.console import one_line
-from accept.batch.outputs import BatchEntry, csv_rows, findings
+from accept.batch.outputs import csv_rows, findings
 from accept.units import unit_folder
 from specs.files import read_bounded
 
@@ -33,8 +33,8 @@ def test_a_pipe_and_an_endless_device_are_said_not_read(tmp_path: Path) -> None:
 def test_no_cell_is_a_formula_and_no_line_moves_the_cursor() -> None:
     finding = {"check": "=1+1", "quantity": "q", "value": -1.5, "reason": "@SUM(A1)\x1b[2J"}
     unit = {"serial": "A", "kind": "apa", "verdict": "rejected", "findings": [finding]}
-    judged = BatchEntry(unit, 1, "2026-11-22T11:02:23+00:00", "=Ada")
-    text = csv_rows(findings([judged]), header=True).decode()
+    judgement = {"attempt": 1, "time": "2026-11-22T11:02:23+00:00", "operator": "=Ada"}
+    text = csv_rows(findings(unit, judgement), header=True).decode()
     assert "'=Ada" in text
     assert "'=1+1" in text
     assert "'@SUM" in text
