@@ -24,6 +24,7 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.units import unit_folder
+from accept.units.unit_entry import FileEntry
 from checks.declare import Series
 from hw import records
 from tests.accept.units.units import GOOD, make_unit
@@ -38,7 +39,7 @@ def read_and_transform(folder: Path) -> int:
     samples = 0
     for section in one.sections.values():
         for entry in section.entries.values():
-            if isinstance(entry, unit_folder.FileEntry) and isinstance(entry.declared, Series):
+            if isinstance(entry, FileEntry) and isinstance(entry.declared, Series):
                 for x in records.read(folder / entry.name, entry.declared).channels.values():
                     samples += scipy.fft.rfft(x).size
     return samples

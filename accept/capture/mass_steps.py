@@ -6,7 +6,6 @@ from accept.capture.run import Captured, Run, Take
 from accept.units.unit_folder import read as read_unit
 from checks.acceptance.stiffness import deflection_of
 from checks.cause import NoResult
-from checks.declare import Measured
 from checks.record import Record
 from hw import records
 from hw.errors import Implausible
@@ -20,7 +19,7 @@ MAX_GAP_S = 0.15  # between two readings: the check looks at a tenth of a second
 def stiffness(run: Run, take: Take) -> Captured:
     """A record of each circuit, and the mass where the unit's folder does not have it yet."""
     held = read_unit(run.folder).sections.get(SECTION)
-    known = held is not None and isinstance(held.entries.get("mass_kg"), Measured)
+    known = held is not None and held.number("mass_kg") is not None
     entries: dict[str, object] = dict(CIRCUITS) if known else {**CIRCUITS, "mass_kg": _weighed(run)}
     files, notes = {}, []
     for circuit, name in CIRCUITS.items():

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 from accept.gap.responses import Responses, records_of
 from accept.units.loaded_unit import LoadedUnit
-from accept.units.unit_experiments import UnitExperiment
-from checks.declare import Measured
 from checks.errors import RecordError
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.gap.conditions.trial import ConditionTrial
@@ -32,29 +30,32 @@ def trials_of(
 ) -> tuple[tuple[ConditionTrial, ...], tuple[str, ...]]:
     """The unit's experiments, and why one cannot be used."""
     trials, lost = [], []
-    for experiment in unit.folder.experiments:
+    for name in unit.folder.experiments:
         try:
-            trials.append(_trial(unit, experiment, measured, tolerance))
+            trials.append(_trial(unit, name, measured, tolerance))
         except (RecordError, GapRefused) as e:
-            lost.append(f"experiment {experiment.name} cannot be used: {e}")
+            lost.append(f"experiment {name} cannot be used: {e}")
     return tuple(trials), tuple(lost)
 
 
-def _trial(unit: LoadedUnit, experiment: UnitExperiment, measured: Responses, tolerance: float) -> ConditionTrial:
-    records = records_of(unit.experiment(experiment))
+def _trial(unit: LoadedUnit, name: str, measured: Responses, tolerance: float) -> ConditionTrial:
+    records = records_of(unit.experiment(name))
     if "low_repeat" in records:
         A = _dataset(records["low"], records.get("high"), measured, tolerance)
         B = _dataset(records["low_repeat"], records.get("high_repeat"), measured, tolerance)
     else:
         A, B = _halves(measured, records, tolerance)
     same_unit(A, B)
-    return ConditionTrial(experiment.name, experiment.kind, experiment.value, A, B, _own_resistor(unit))
+    section = unit.folder.experiments[name]
+    kind = section.declared
+    value = section.number(kind.value.name) if kind.value else None
+    return ConditionTrial(name, kind, value, A, B, _own_resistor(unit))
 
 
 def _own_resistor(unit: LoadedUnit) -> float | None:
     section = unit.folder.sections.get(RESISTOR[0])
-    stated = None if section is None else section.entries.get(RESISTOR[1])
-    return stated.value if isinstance(stated, Measured) and stated.value > 0.0 else None
+    stated = None if section is None else section.number(RESISTOR[1])
+    return stated if stated and stated > 0.0 else None
 
 
 def _halves(measured: Responses, records: Mapping[str, Record], tolerance: float) -> tuple[Dataset, Dataset]:

@@ -10,9 +10,9 @@ from typing import Any
 
 from accept.units import unit_folder
 from accept.units.duplicate_records import vet_twins
-from accept.units.unit_entry import Entry, FileEntry
-from accept.units.unit_experiments import EXPERIMENTS, UnitExperiment
-from accept.units.unit_folder import UNIT_FILE, UnitFolder, UnitSection, inside
+from accept.units.unit_entry import FileEntry, UnitSection
+from accept.units.unit_experiments import EXPERIMENTS
+from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside
 from checks.declare import CsvTable, Values
 from checks.errors import RecordError
 from hw.records import record_of, table_of
@@ -54,12 +54,11 @@ class LoadedUnit:
     def values(self, section: str) -> Values:
         """Values of a section, its files read. Raises RecordError, which makes every finding of it no result, and
         KeyError for a section that the unit does not have."""
-        return self._remembered(section, lambda: self._read(self.folder.sections[section]))
+        return self._remembered(section, lambda: self._read(section))
 
-    def experiment(self, experiment: UnitExperiment) -> Values:
-        """Records and value of an experiment. Raises RecordError."""
-        key = f"{EXPERIMENTS} {experiment.name}"
-        return self._remembered(key, lambda: self._entries(experiment.entries, experiment.problem))
+    def experiment(self, name: str) -> Values:
+        """Records and value of an experiment. Raises RecordError, KeyError."""
+        return self._remembered(f"{EXPERIMENTS} {name}", lambda: self._entries(self.folder.experiments[name]))
 
     def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
         """What was read, or why it could not be, the same whenever it is asked for again."""
@@ -73,17 +72,17 @@ class LoadedUnit:
             raise values
         return values
 
-    def _read(self, section: UnitSection) -> Values:
-        values = self._entries(section.entries, section.problem)
-        if section.check.name == RESPONSES and self.folder.experiments:
+    def _read(self, name: str) -> Values:
+        values = self._entries(self.folder.sections[name])
+        if name == RESPONSES and self.folder.experiments:
             self._vet_experiments(values)
         return values
 
-    def _entries(self, entries: Mapping[str, Entry], problem: str | None) -> Values:
-        if problem:
-            raise RecordError(problem)
+    def _entries(self, section: UnitSection[Any]) -> Values:
+        if section.problem:
+            raise RecordError(section.problem)
         values: dict[str, Any] = {}
-        for name, entry in entries.items():
+        for name, entry in section.entries.items():
             try:
                 values[name] = self._file(entry) if isinstance(entry, FileEntry) else entry
             except RecordError as e:
@@ -95,9 +94,9 @@ class LoadedUnit:
         """Raises RecordError where responses and an experiment, or two experiments, hold the same recording: one of
         them was not measured, and nobody knows which."""
         every = dict(values)
-        for experiment in self.folder.experiments:
+        for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for
-                every |= {f"{experiment.name} {k}": v for k, v in self.experiment(experiment).items()}
+                every |= {f"{name} {k}": v for k, v in self.experiment(name).items()}
         vet_twins(every)
 
     def _file(self, entry: FileEntry) -> Any:

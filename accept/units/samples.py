@@ -8,9 +8,9 @@ from decimal import Decimal
 import numpy as np
 
 from accept.units.loaded_unit import LoadedUnit
-from accept.units.unit_entry import FileEntry
-from accept.units.unit_folder import UnitFolder, UnitSection
-from checks.declare import Measured
+from accept.units.unit_entry import FileEntry, UnitSection
+from accept.units.unit_folder import UnitFolder
+from checks.declare import Check, Measured
 from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.sketch import sketch
@@ -59,7 +59,7 @@ def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str
     return {f"{name}/{TYPED}": {"table": _hash(f"{name} {told}".encode())} for name, found in typed.items() if found}
 
 
-def _readings(section: UnitSection) -> list[tuple[str, list[float]]]:
+def _readings(section: UnitSection[Check]) -> list[tuple[str, list[float]]]:
     """Typed numbers by input; none beside records, where they say how was measured, and none of an unusable section."""
     if section.files or section.problem:
         return []

@@ -1,14 +1,16 @@
-"""One entry of `unit.toml`: a number, a list of numbers or the name of a file, by what declares it."""
+"""A section of `unit.toml` and its entries, by what declares them: numbers, lists of numbers, names of files."""
 
 import math
 import posixpath
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.declare import CsvTable, Input, Measured, Scalar, Series, Vector
+from checks.declare import Check, CsvTable, Input, Measured, Scalar, Series, Vector
+from checks.gap.conditions.kinds import ExperimentKind
 
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
 RESERVED = ("unit.toml", "results.json", "manifest.json", "spec.toml", "panels.json")
@@ -25,6 +27,38 @@ class FileEntry:
 
 
 Entry = Measured | NDArray[np.float64] | FileEntry
+Declared = TypeVar("Declared", Check, ExperimentKind)
+
+
+@dataclass(frozen=True, eq=False)
+class UnitSection(Generic[Declared]):
+    """Entries by their keys, of a check or of an experiment; problem: why its values cannot be used at all."""
+
+    declared: Declared
+    entries: Mapping[str, Entry]
+    problem: str | None = None
+
+    @property
+    def files(self) -> list[str]:
+        return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
+
+    def number(self, key: str) -> float | None:
+        """A number in the unit of its key; None where it is not given."""
+        given = self.entries.get(key)
+        return given.value if isinstance(given, Measured) else None
+
+
+def section_of(
+    declared: Declared, where: str, inputs: Mapping[str, Input], content: Mapping[str, Any], problems: list[str]
+) -> UnitSection[Declared]:
+    """Section of the content of one, every key of which is an input; called as it stands in the file."""
+    entries: dict[str, Entry] = {}
+    unusable: list[str] = []
+    for key, value in content.items():
+        entry = entry_of(where, inputs[key], value, problems, unusable)
+        if entry is not None:
+            entries[key] = entry
+    return UnitSection(declared, entries, "; ".join(unusable) or None)
 
 
 def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:

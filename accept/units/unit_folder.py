@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from accept.units import folder_header
-from accept.units.unit_entry import Entry, FileEntry, entry_of
-from accept.units.unit_experiments import EXPERIMENTS, UnitExperiment, experiments_of
+from accept.units.unit_entry import UnitSection, section_of
+from accept.units.unit_experiments import EXPERIMENTS, Experiments, experiments_of
 from checks.acceptance import CHECKS
 from checks.declare import Check, Form, Series
 from checks.errors import RecordError
@@ -36,19 +36,6 @@ class UnitError(AcceptError, ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class UnitSection:
-    """One section of `unit.toml`: entries by input name; `problem`: why its values cannot be used at all."""
-
-    check: Check
-    entries: Mapping[str, Entry]
-    problem: str | None = None
-
-    @property
-    def files(self) -> list[str]:
-        return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
-
-
-@dataclass(frozen=True, eq=False)
 class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
     section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
@@ -61,17 +48,17 @@ class UnitFolder:
     text: bytes
     parts: Mapping[str, str] = field(default_factory=dict)
     channels: Mapping[str, str] = field(default_factory=dict)
-    sections: Mapping[str, UnitSection] = field(default_factory=dict)
+    sections: Mapping[str, UnitSection[Check]] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    experiments: Sequence[UnitExperiment] = ()
+    experiments: Experiments = field(default_factory=dict)
     sizes: Mapping[str, int] | None = None
 
     @property
     def files(self) -> list[str]:
         """Names of its files, sorted."""
-        listed = [*(s.files for s in self.sections.values()), *(e.files for e in self.experiments)]
-        return sorted({name for names in listed for name in names})
+        sections: list[UnitSection[Any]] = [*self.sections.values(), *self.experiments.values()]
+        return sorted({name for section in sections for name in section.files})
 
     def input_hashes(self) -> dict[str, str]:
         """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
@@ -171,7 +158,7 @@ def _meant(name: str, known: Iterable[str]) -> str:
     return f"; did you mean '{folded[near[0]]}'?" if near else ""
 
 
-def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection:
+def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> UnitSection[Check]:
     known = check.inputs
     unknown = [key for key in content if key not in known]
     if unknown:
@@ -182,13 +169,7 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
     if _form_of(check, set(content)) is None:
         ways = " or ".join(f"{{{', '.join(i.name for i in form.inputs)}}}" for form in check.forms)
         problems.append(f"[{check.name}] mixes ways of giving its data: expected {ways}")
-    entries: dict[str, Entry] = {}
-    unusable: list[str] = []
-    for key, value in content.items():
-        entry = entry_of(f"[{check.name}]", known[key], value, problems, unusable)
-        if entry is not None:
-            entries[key] = entry
-    return UnitSection(check, entries, "; ".join(unusable) or None)
+    return section_of(check, f"[{check.name}]", known, content, problems)
 
 
 def _form_of(check: Check, keys: set[str]) -> Form | None:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from accept.units import unit_folder
-from accept.units.unit_entry import FileEntry
-from accept.units.unit_folder import UnitFolder, UnitSection
+from accept.units.unit_entry import FileEntry, UnitSection
+from accept.units.unit_folder import UnitFolder
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
-from checks.declare import Measured
+from checks.declare import Check, Measured
 from checks.errors import RecordError
 
 SOURCE = "unit folder"
@@ -23,12 +23,12 @@ def adopt(session: Session, taken: UnitFolder) -> list[str]:
         if not step.derived and part is not None:
             problems += _section(session, taken, step, part)
     if taken.experiments:
-        names = ", ".join(e.name for e in taken.experiments)
+        names = ", ".join(taken.experiments)
         problems.append(f"experiments ({names}) are not part of the workflow: `accept gap` reads them in {taken.path}")
     return problems
 
 
-def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: UnitSection) -> list[str]:
+def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: UnitSection[Check]) -> list[str]:
     if part.problem:
         return [f"{step.name}: {part.problem}"]
     day = taken.measured.get(step.check.reads)
@@ -46,7 +46,7 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
     return problems
 
 
-def _single(part: UnitSection) -> dict[tuple[str, int | None], Measured | FileEntry]:
+def _single(part: UnitSection[Check]) -> dict[tuple[str, int | None], Measured | FileEntry]:
     """Entries by input and place, a list as its values one by one."""
     found: dict[tuple[str, int | None], Measured | FileEntry] = {}
     for name, entry in part.entries.items():

@@ -21,7 +21,6 @@ from accept.workflow.bench import LOCK_WAIT_S, Workbench
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.steps.plan import is_needed
-from checks.declare import Measured
 from hw.simulated import SimulatedBench
 from specs.bench import load_bench
 
@@ -56,10 +55,10 @@ class TrainingInstruments(BenchInstruments):
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         found = super().serving(check, name, index)
         section = self._taught.sections.get(check)
-        entry = section.entries.get(name) if section else None
-        if found is None and section is not None and isinstance(entry, Measured):
-            declared = section.check.inputs[name]
-            return Label("the label", entry.value, str(getattr(declared, "unit", "1"))) if is_needed(declared) else None
+        labelled = section.number(name) if section else None
+        if found is None and section is not None and labelled is not None:
+            declared = section.declared.inputs[name]
+            return Label("the label", labelled, str(getattr(declared, "unit", "1"))) if is_needed(declared) else None
         return found
 
 

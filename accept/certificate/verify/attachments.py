@@ -112,7 +112,7 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
     """Checks that read one of these files."""
     unit = _unit(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
-    if any(not set(each.files).isdisjoint(missing) for each in unit.experiments):
+    if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
         reads.add(RESPONSES)  # held against the experiments' records
     return {name for name, check in CHECKS.items() if check.reads in reads} if reads else set()
 

@@ -47,16 +47,16 @@ def held(path: Path) -> LoadedUnit:
 class TestRead:
     def test_records_value_and_hashes(self, tmp_path: Path) -> None:
         unit = held(folder(tmp_path))
-        (one,) = unit.folder.experiments
-        assert (one.name, one.value) == ("added_mass", 0.5)
+        (one,) = unit.folder.experiments.values()
+        assert (one.declared.name, one.number("mass_kg")) == ("added_mass", 0.5)
         assert unit.hashes.keys() == {"unit.toml", "low.mat", "high.mat", "m_low.mat", "m_high.mat"}
-        values = unit.experiment(one)
+        values = unit.experiment("added_mass")
         np.testing.assert_array_equal(values["low"]["de"], columns(3)["de"])
 
     def test_two_of_a_kind_have_names_of_their_own(self, tmp_path: Path) -> None:
         more = MASS.replace("m_", "n_").replace("0.5", "2.0")
         unit = held(folder(tmp_path, HEAD + MASS + more, n_low=5, n_high=6))
-        assert [e.name for e in unit.folder.experiments] == ["added_mass", "added_mass_2"]
+        assert list(unit.folder.experiments) == ["added_mass", "added_mass_2"]
 
     @pytest.mark.parametrize(
         ("old", "new", "said"),
@@ -87,7 +87,7 @@ class TestRead:
     def test_a_number_that_cannot_be_makes_the_experiment_unusable_not_the_unit(self, tmp_path: Path) -> None:
         unit = held(folder(tmp_path, HEAD + MASS.replace("0.5", "-2.0")))
         with pytest.raises(RecordError, match=r"mass_kg = -2 kg is not plausible"):
-            unit.experiment(unit.folder.experiments[0])
+            unit.experiment("added_mass")
         assert unit.values("frf")["low"].fs == pytest.approx(FS)
 
 
@@ -100,7 +100,7 @@ class TestCopies:
     def test_within_an_experiment(self, tmp_path: Path) -> None:
         unit = held(folder(tmp_path, m_high=3))
         with pytest.raises(RecordError, match="hold the same recording"):
-            unit.experiment(unit.folder.experiments[0])
+            unit.experiment("added_mass")
 
     def test_no_finding_of_copied_responses_passes(self, tmp_path: Path) -> None:
         result = judge_unit(unit_folder.read(folder(tmp_path, m_low=1)), load("strut"))
@@ -115,7 +115,7 @@ class TestCopies:
         unit = held(path)
         assert "low" in unit.values("frf")
         with pytest.raises(RecordError, match=r"m_low\.mat"):
-            unit.experiment(unit.folder.experiments[0])
+            unit.experiment("added_mass")
 
 
 ORDERED = ("added_mass:mass_kg=0.5", "drive_level:level=0.5", "other_resistor:resistor_ohm=20000", "turned")
@@ -129,7 +129,7 @@ class TestSimulated:
 
     def test_the_folder_can_be_read_and_no_record_is_a_copy(self, unit: SimulatedUnit, tmp_path: Path) -> None:
         held = loaded(write(unit, tmp_path / "S"))
-        assert [e.name for e in held.folder.experiments] == ["added_mass", "drive_level", "other_resistor", "turned"]
+        assert list(held.folder.experiments) == ["added_mass", "drive_level", "other_resistor", "turned"]
         for experiment in held.folder.experiments:
             assert {"low", "high", "low_repeat", "high_repeat"} <= held.experiment(experiment).keys()
         held.values("frf")  # refuses copies
@@ -144,7 +144,7 @@ class TestSimulated:
     def test_the_drive_is_as_large_as_ordered(self, unit: SimulatedUnit, tmp_path: Path) -> None:
         held = loaded(write(unit, tmp_path / "S"))
         usual = held.values("frf")["low"]["Va"].std()
-        half = held.experiment(held.folder.experiments[1])["low"]["Va"].std()
+        half = held.experiment("drive_level")["low"]["Va"].std()
         assert half / usual == pytest.approx(0.5, rel=0.02)  # two draws of 2 s of noise
 
     def test_a_strut_turned_answers_as_before(self) -> None:
