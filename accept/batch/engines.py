@@ -9,10 +9,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from accept.base import worker_process
-from accept.base.atomic_files import write_atomic
 from accept.base.cluster.work import Cluster, GivenUp
-from accept.batch.worker import Job, JudgedOrRefused, for_another, run_far
-from accept.units import unit_folder
+from accept.batch.cluster_jobs import done_far
+from accept.batch.worker import Job, JudgedOrRefused
 from accept.units.unit_folder import UnitFolder
 
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
@@ -23,15 +22,10 @@ def processes(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=worker_process.begin)
 
 
-def judge_far(jobs: Iterable[Job], cluster: Cluster, out: Path) -> Iterator[tuple[Job, JudgedOrRefused]]:
-    """Judge on a cluster; what a worker made beside the result comes back with it."""
-    for job, back in cluster.unordered(run_far, map(for_another, jobs)):
-        if isinstance(back, GivenUp):
-            yield job, f"{folder_of(job)}: {back}"
-            continue
-        for name, content in back.files.items():
-            write_atomic(unit_folder.inside(out, name), content)
-        yield job, back.outcome
+def judge_far(jobs: Iterable[Job], cluster: Cluster) -> Iterator[tuple[Job, JudgedOrRefused]]:
+    """Judge on a cluster; a unit that no worker can judge is refused."""
+    for job, outcome in done_far(jobs, cluster):
+        yield job, f"{folder_of(job)}: {outcome}" if isinstance(outcome, GivenUp) else outcome
 
 
 def judge_here(

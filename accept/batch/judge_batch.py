@@ -65,7 +65,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
         started = {"out": str(order.out), "units": roster.count(), "specs": names}
         store.append("batch_started", "", started, who=order.operator)
         if order.cluster is not None:
-            judged, of = judge_far(batch.jobs(), order.cluster, order.out), roster.count()
+            judged, of = judge_far(batch.jobs(), order.cluster), roster.count()
         else:
             jobs = list(batch.jobs())
             judged, of = judge_here(jobs, order.workers, order.pool), len(jobs)

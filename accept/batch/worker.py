@@ -1,19 +1,15 @@
 """Judging one unit, here, in a process of its own or on another machine: what goes in and what comes back are plain
 data."""
 
-import tempfile
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from accept.base.console import say
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
-from accept.units.shared_folder import anywhere, not_shared
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
 
@@ -43,26 +39,3 @@ def _progress(serial: str) -> Callable[[str], None]:
             say(f"{serial}: {words}")
 
     return seldom
-
-
-def for_another(job: Job) -> Job:
-    """The job as another machine is handed it."""
-    return partial(job.func, anywhere(job.args[0]), *job.args[1:], **job.keywords)
-
-
-@dataclass(frozen=True, eq=False)
-class Returned:
-    """What comes back: the outcome, and files that belong beside the results, by their names there."""
-
-    outcome: JudgedOrRefused
-    files: Mapping[str, bytes]
-
-
-def run_far(job: Job) -> Returned:
-    """Judge a unit far from who asked."""
-    if problem := not_shared(job.args[0]):
-        return Returned(problem, {})
-    with tempfile.TemporaryDirectory(prefix="accept-") as place:
-        outcome = job(out=Path(place))
-        files = {p.relative_to(place).as_posix(): p.read_bytes() for p in Path(place).rglob("*") if p.is_file()}
-    return Returned(outcome, files)

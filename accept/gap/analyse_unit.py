@@ -69,8 +69,8 @@ def analyse(
     say: Say = lambda _: None,
 ) -> GapAnalysis:
     """The workflow on a unit."""
-    given = opened(model)
     held = loaded(unit)
+    given = opened(model)
     say("reading the records")
     measured, notes = _read(held, given.model)
     given = as_weighed(given, measured.serial, measured.payload_kg)

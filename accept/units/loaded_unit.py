@@ -10,6 +10,7 @@ from typing import Any
 
 from accept.units import unit_folder
 from accept.units.duplicate_records import vet_twins
+from accept.units.shared_folder import vet_shared
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_experiments import EXPERIMENTS
 from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside
@@ -131,10 +132,13 @@ class LoadedUnit:
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """The unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none."""
+    """The unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none, and for a folder
+    that another machine sees otherwise."""
     if isinstance(unit, LoadedUnit):
         return unit
-    return LoadedUnit(unit_folder.read(unit) if isinstance(unit, Path) else unit)
+    folder = unit_folder.read(unit) if isinstance(unit, Path) else unit
+    vet_shared(folder)
+    return LoadedUnit(folder)
 
 
 def contents_of(unit: Path | LoadedUnit) -> Mapping[str, bytes]:

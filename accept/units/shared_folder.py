@@ -3,7 +3,7 @@
 from dataclasses import replace
 from socket import gethostname
 
-from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 
 
 def anywhere(unit: UnitFolder) -> UnitFolder:
@@ -18,10 +18,9 @@ def _sizes(unit: UnitFolder) -> dict[str, int]:
     return {name: path.stat().st_size for name, path in files.items() if path.is_file()}
 
 
-def not_shared(unit: UnitFolder) -> str | None:
-    """Why work on a unit would be in vain here: without its files it would only seem incomplete. None where the folder
-    looks as it did from the other machine."""
-    if _sizes(unit) == unit.sizes:
-        return None
-    words = "its files are not there, or are others; share the folder under this path with every worker"
-    return f"{unit.path}: as seen from {gethostname()}, {words}"
+def vet_shared(unit: UnitFolder) -> None:
+    """Raises UnitError where work on a unit would be in vain here, because its folder does not look as it did from the
+    other machine: without its files it would only seem incomplete."""
+    if unit.sizes is not None and unit.sizes != _sizes(unit):
+        words = "its files are not there, or are others; share the folder under this path with every worker"
+        raise UnitError(unit.path, [f"as seen from {gethostname()}, {words}"])

@@ -1,9 +1,9 @@
 """`accept gap`: where simulation and data disagree, what is missing, and the gap before and after."""
 
 import json
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,14 @@ from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.base.worker_process import too_large
+from accept.batch.cluster_jobs import done_far
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
 from accept.gap.text import REFUSED, summary
-from accept.models.model_file import DEFAULT_MODEL, moved
+from accept.models.model_file import DEFAULT_MODEL
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
-from accept.units.shared_folder import anywhere, not_shared
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import ModelError, RecordError
 from checks.gap.effects import EFFECTS
@@ -30,25 +30,11 @@ from checks.gap.workflow import GapRefused
 
 
 @dataclass(frozen=True, eq=False)
-class GapQuestion:
-    """A unit, the model to start from and effects that are left out."""
-
-    unit: UnitFolder
-    model: str
-    without: Sequence[str]
-    empirical: bool = False
-    html: bool = False
-
-
-@dataclass(frozen=True, eq=False)
 class Answer:
-    """gap.json, lines for a person, the files by name and the folder they were written for; or only why there is
-    none."""
+    """gap.json, and lines for a person."""
 
-    document: Mapping[str, Any] | None
+    document: Mapping[str, Any]
     words: Sequence[str]
-    files: Mapping[str, bytes]
-    place: Path = Path()
 
 
 @clear_errors
@@ -72,14 +58,17 @@ def run(
         raise PictureError(MISSING)
     units = _units(paths)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    asked = [GapQuestion(u, model or DEFAULT_MODEL[u.kind], without, empirical, html) for u in map(anywhere, units)]
+    places = [out / u.serial for u in units] if len(units) > 1 else [out]
+    jobs = [
+        partial(answer, u, model or DEFAULT_MODEL[u.kind], without, empirical, html, out=place)
+        for u, place in zip(units, places, strict=True)
+    ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(where, say) as cluster:
-        answers = cluster.unordered(answer, asked) if cluster else ((q, answer(q)) for q in asked)
-        for question, given in steps(answers, "gap analysis", len(asked)):
-            serial = question.unit.serial
-            found[serial] = _kept(serial, given, out if len(units) == 1 else out / serial)
-    done = [document for unit in units if (document := found[unit.serial]) is not None]
+        for job, given in steps(done_far(jobs, cluster), "gap analysis", len(jobs)):
+            unit: UnitFolder = job.args[0]
+            found[unit.serial] = _said(unit.serial, given, job.keywords["out"], html)
+    done = [document for one in units if (document := found[one.serial]) is not None]
     if fleet and done:
         shared = common(done)
         write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())
@@ -103,37 +92,26 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def answer(question: GapQuestion) -> Answer:
-    """The answer for one unit, here or in a worker."""
-    unit = question.unit
-    if problem := not_shared(unit):
-        return Answer(None, [problem], {})
+def answer(
+    unit: UnitFolder, model: str, without: Sequence[str], empirical: bool, html: bool, out: Path
+) -> Answer | str:
+    """The answer for one unit, here or in a worker, its files in `out`; or why there is none."""
     try:
-        done = analyse_unit.analyse(
-            unit, question.model, question.without, lambda words: say(f"{unit.serial}: {words}")
-        )
+        done = analyse_unit.analyse(unit, model, without, lambda words: say(f"{unit.serial}: {words}"))
     except (GapRefused, ModelError, RecordError, UnitError) as e:
-        return Answer(None, [str(e)], {})
+        return str(e)
     except MemoryError:
-        return Answer(None, [too_large()], {})
-    with tempfile.TemporaryDirectory(prefix="accept-") as place:
-        added = analyse_unit.write(done, Path(place), question.empirical, question.html)
-        files = {path.name: path.read_bytes() for path in Path(place).iterdir()}
-        here = Path(place).resolve()
-    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)], files, here)
+        return too_large()
+    added = analyse_unit.write(done, out, empirical, html)
+    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)])
 
 
-def _kept(serial: str, given: Answer | GivenUp, place: Path) -> Mapping[str, Any] | None:
-    """gap.json, when its files are written and it is said; None where the unit was refused, which is said too."""
-    if isinstance(given, GivenUp):
-        given = Answer(None, [str(given)], {})
-    if given.document is None:
-        (words,) = given.words
+def _said(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
+    """gap.json, when the answer is said; None where the unit was refused, which is said too."""
+    if not isinstance(given, Answer):
+        words = str(given)
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")
         return None
-    for name, content in given.files.items():
-        own = moved(content, given.place, place) if Path(name).suffix == ".toml" else content
-        write_atomic(place / Path(name).name, own)
     tell(*given.words)
-    say(f"{place}: {', '.join(sorted(given.files))} written")
+    say(f"{place}: {'gap.html, ' if html else ''}gap.json, gap.pdf, model.toml written")
     return given.document

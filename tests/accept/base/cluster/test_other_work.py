@@ -7,6 +7,7 @@ import os
 import pickle
 import signal
 import sys
+import tomllib
 import tracemalloc
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -25,13 +26,14 @@ from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.worker_process import memory_GB
+from accept.batch.cluster_jobs import Returned, done_far, run_far
 from accept.batch.judge_batch import run
 from accept.batch.request import BatchRequest
-from accept.batch.worker import Returned, judge, run_far
+from accept.batch.worker import judge
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
-from accept.commands.physics.gap import Answer, GapQuestion, answer
+from accept.commands.physics.gap import Answer, answer
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
@@ -41,6 +43,7 @@ from accept.models.model_file import open_model
 from accept.store import fold, open_store
 from accept.units import unit_folder
 from accept.units.shared_folder import anywhere
+from accept.units.unit_folder import UnitFolder
 from tests.accept.base.cluster.small_work import digest, fatal_31, grab, half, process_of
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.gap_units import make_strut
@@ -264,11 +267,15 @@ def test_a_unit_of_the_blind_test_that_no_worker_could_do_is_a_crash() -> None:
 @pytest.mark.soak
 def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
     unit = anywhere(unit_folder.read(make_strut(tmp_path / "S-1", "S-1", repeats=False)))
-    asked = GapQuestion(unit, "strut-2dof", ())
-    ((_, far),) = cluster.unordered(answer, [asked])
-    near = answer(asked)
+    far_place, near_place = tmp_path / "far", tmp_path / "near"
+    asked = partial(answer, unit, "strut-2dof", (), False, False)
+    ((_, far),) = done_far([partial(asked, out=far_place)], cluster)
+    ((_, near),) = done_far([partial(asked, out=near_place)], None)
+    assert isinstance(far, Answer)
+    assert isinstance(near, Answer)
     assert (far.document, far.words) == (near.document, near.words)
-    assert far.files.keys() == near.files.keys()
+    assert (far_place / "model.toml").read_bytes() == (near_place / "model.toml").read_bytes()
+    assert {p.name for p in far_place.iterdir()} == {p.name for p in near_place.iterdir()}
 
 
 def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path) -> None:
@@ -276,11 +283,25 @@ def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path
     unit = anywhere(unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)))
     order = BatchRequest([unit.path], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada")
     lost = replace(unit, sizes={**unit.sizes, "stroke.mat": 1000})
-    ((_, back),) = cluster.unordered(run_far, [partial(judge, lost, order.specs["apa"], "Ada", draw=False)])
-    assert isinstance(back, Returned)
-    assert "share the folder" in str(back.outcome)
-    question = GapQuestion(lost, "apa-2dof", ())
-    ((_, given),) = cluster.unordered(answer, [question])
-    assert isinstance(given, Answer)
-    assert given.document is None
-    assert "share the folder" in given.words[0]
+    judged, asked = partial(judge, lost, order.specs["apa"], "Ada", draw=False), partial(answer, lost, "apa-2dof", ())
+    for job in (judged, partial(asked, False, False)):
+        ((_, back),) = cluster.unordered(run_far, [job])
+        assert isinstance(back, Returned)
+        assert "share the folder" in str(back.outcome)
+
+
+def test_a_model_that_came_back_finds_its_files(tmp_path: Path) -> None:
+    """It was written in a folder of the worker, below another path, and names what lies beside the unit."""
+    (tmp_path / "apa.mat").write_bytes(b"matrices")
+    job = partial(_written, unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)), tmp_path / "apa.mat")
+    ((_, outcome),) = done_far([partial(job, out=tmp_path / "deep" / "out")], None)
+    assert outcome == "written"
+    text = tomllib.loads((tmp_path / "deep" / "out" / "models" / "A.toml").read_text())
+    assert text["apa"]["file"] == "../../../apa.mat"
+
+
+def _written(_: UnitFolder, file: Path, out: Path) -> str:
+    path = out / "models" / "A.toml"
+    path.parent.mkdir(parents=True)
+    path.write_text(f'[apa]\nfile = "{os.path.relpath(file, path.parent)}"\n')
+    return "written"
