@@ -11,7 +11,6 @@ import hashlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
@@ -30,6 +29,7 @@ CHUNK_BYTES = 1 << 20
 ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+(::[A-Za-z][A-Za-z0-9+.-]+)*://")
 
 Say = Callable[[str], None]
+Refused = tuple[str, str]  # where, and why
 
 
 class RemoteError(AcceptError, RuntimeError):
@@ -38,14 +38,6 @@ class RemoteError(AcceptError, RuntimeError):
 
 class _NotWhole(Exception):
     """A file that broke off or has no end."""
-
-
-@dataclass
-class Fetched:
-    """paths: what there is to judge, on this machine; refused: (where, why) of what could not be fetched whole."""
-
-    paths: list[Path] = field(default_factory=list)
-    refused: list[tuple[str, str]] = field(default_factory=list)
 
 
 def is_remote(where: str) -> bool:
@@ -58,21 +50,26 @@ def shown(where: str) -> str:
     return re.sub(r"(://)[^/@]*@", r"\1", where)
 
 
-def fetched(wheres: Sequence[str], out: Path, say: Say) -> Fetched:
-    """What is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of `out`.
+def fetched(wheres: Sequence[str], out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
+    """What is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of `out`;
+    and what could not be fetched whole.
 
     Raises RemoteError where a place cannot be listed or holds no unit, OSError where `out` cannot be written."""
-    found = Fetched()
+    paths: list[Path] = []
+    refused: list[Refused] = []
     for where in wheres:
         if is_remote(where):
-            _fetch_all(where, out / FETCHED, found, say)
+            found, lost = _fetch_all(where, out / FETCHED, say)
+            paths += found
+            refused += lost
         else:
-            found.paths.append(Path(where.removeprefix("file://")))
-    return found
+            paths.append(Path(where.removeprefix("file://")))
+    return paths, refused
 
 
-def _fetch_all(where: str, out: Path, found: Fetched, say: Say) -> None:
-    before = len(found.paths)
+def _fetch_all(where: str, out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
+    paths: list[Path] = []
+    refused: list[Refused] = []
     place = out / f"{_recognised(shown(where))}-{_short(where)}"
     with _listed(place / LIST) as listed:
         for fs, folder, address in _unit_folders(where):
@@ -82,12 +79,13 @@ def _fetch_all(where: str, out: Path, found: Fetched, say: Say) -> None:
                     listed.writerow([address, name, target.name, size, sha256])
             except Exception as e:  # noqa: BLE001 - every kind of place has its own errors
                 words = str(e) if isinstance(e, _NotWhole) else f"{type(e).__name__}: {e}"
-                found.refused.append((address, f"{address}: could not be fetched whole: {shown(words)}"))
+                refused.append((address, f"{address}: could not be fetched whole: {shown(words)}"))
             else:
-                found.paths.append(target)
-    if len(found.paths) == before and not found.refused:
+                paths.append(target)
+    if not paths and not refused:
         raise RemoteError(f"{shown(where)}: holds no {UNIT_FILE}, neither itself nor in any folder below")
-    say(f"{shown(where)}: {len(found.paths) - before} units fetched into {place}")
+    say(f"{shown(where)}: {len(paths)} units fetched into {place}")
+    return paths, refused
 
 
 def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:

@@ -30,10 +30,10 @@ def run(wheres: list[str], wanted: BatchOptions) -> Exit:
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
-    units = fetched(wheres, wanted.out, say)
+    paths, refused = fetched(wheres, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
         order = BatchRequest(
-            units.paths,
+            paths,
             wanted.out,
             specs_for(wanted.spec),
             who,
@@ -42,7 +42,7 @@ def run(wheres: list[str], wanted: BatchOptions) -> Exit:
             bench=load_bench(wanted.bench) if wanted.bench else None,
             model=wanted.model,
             cluster=cluster,
-            refused=units.refused,
+            refused=refused,
         )
         listed = _listed(wanted.out)
         report = judge_batch.run(order, store, say)

@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 
 from accept.cli.main import app
 from accept.units import remote_folders
-from accept.units.remote_folders import Fetched, RemoteError, fetched, is_remote, shown
+from accept.units.remote_folders import RemoteError, fetched, is_remote, shown
 from hw.records.limits import ReadLimits
 from tests.accept.units.units import GOOD, make_unit
 
@@ -116,7 +116,7 @@ def test_what_is_there_now_counts_and_not_what_an_earlier_time_has_left(
 
 
 def test_a_unit_that_cannot_be_fetched_whole_is_refused_and_the_others_are_judged(
-    addresses: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    addresses: dict[str, str], memory: fsspec.AbstractFileSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Cut off in the middle, and a file that does not end: nobody judges half of a unit, nobody waits for ever."""
     whole = fsspec.implementations.memory.MemoryFileSystem.open
@@ -153,6 +153,9 @@ def test_a_unit_that_cannot_be_fetched_whole_is_refused_and_the_others_are_judge
         assert words in refused["reason"]
         assert [u["serial"] for u in results(tmp_path / "out")["units"]] == ["A-2"]
         assert not list((tmp_path / "out").rglob("flatness.csv"))
+    memory.pipe("/empty/readme.txt", b"")
+    with pytest.raises(RemoteError, match="memory://empty: holds no unit"):  # whatever was refused elsewhere
+        fetched([addresses["memory"], "memory://empty"], tmp_path / "out", lambda _: None)
 
 
 def test_names_that_lead_elsewhere_are_not_followed(memory: fsspec.AbstractFileSystem, tmp_path: Path) -> None:
@@ -198,6 +201,6 @@ def test_paths_stay_paths_and_passwords_stay_at_home(tmp_path: Path) -> None:
     assert [is_remote(w) for w in ("units", "C:/units", "s3://b/units", "zip://::a.zip", "file:///x")] == [
         False, False, True, True, False,
     ]  # fmt: skip
-    assert fetched([str(tmp_path), f"file://{tmp_path}"], tmp_path, lambda _: None) == Fetched([tmp_path, tmp_path])
+    assert fetched([str(tmp_path), f"file://{tmp_path}"], tmp_path, lambda _: None) == ([tmp_path, tmp_path], [])
     assert shown("https://ada:secret@host/units") == "https://host/units"
     assert not os.path.exists(tmp_path / remote_folders.FETCHED)
