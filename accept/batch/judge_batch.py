@@ -24,7 +24,7 @@ from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
 from accept.store import Event, SignedHead, Store, fold
-from accept.store.spelling import mistaken_for, other_spelling
+from accept.store.spelling import mistaken_for
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.verdict import Verdict
@@ -138,7 +138,7 @@ class _Batch:
             golden.may_judge(self.store, folder.serial)
         past = list(self.store.events(folder.serial))  # of the others the store may hold many
         # Of two that the store knows both have been here since before this was looked at.
-        if not past and (known := other_spelling(self.store, folder.serial)) is not None:
+        if not past and (known := self.store.other_spelling(folder.serial)) is not None:
             raise UnitError(path / unit_folder.UNIT_FILE, [mistaken_for(folder.serial, known)])
         return folder, past
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from accept.judging.result import UnitResult, finding_from_json, finding_json
 from accept.store import Event, Store
-from accept.store.sample_index import JUDGED, TABLE
+from accept.store.indexes import JUDGED, TABLE
 from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because

@@ -2,16 +2,19 @@
 
 What the store knows of a part that a strut names: its last verdict, and whether another strut's last judgement names it
 too. Where that speaks against it the strut is conditional at best. Of a part that the store does not know, as a joint
-that is no unit of its own, nothing is said.
+that is no unit of its own, nothing is said. Serials that differ in capitals only are one part: the store knows no two
+units of such serials (`accept.store.spelling`).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from accept.judging.calibration import weakened
 from accept.judging.result import UnitResult
 from accept.store import Store
-from accept.store.sample_index import JUDGED
+from accept.store.indexes import JUDGED
+from accept.store.spelling import spelling_key
 from checks.cause import Cause, because
 from checks.verdict import UnitVerdict, unit_verdict
 
@@ -22,6 +25,8 @@ def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str
 
 
 def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
+    if (known := store.other_spelling(part)) is not None:
+        return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
     last = store.latest(part, JUDGED)
     if last is None:
         return []
@@ -31,9 +36,13 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
 
 
 def _units_with(store: Store, part: str) -> list[str]:
-    """Serials of the units whose last judgement names the part."""
-    latest = [store.latest(who, JUDGED) for who in store.naming(JUDGED, part)]
-    return [last.subject for last in latest if last and part in last.data["result"].get("parts", {}).values()]
+    """Serials of the units whose last judgement names the part, in whatever capitals."""
+    latest = [store.latest(who, JUDGED) for who in store.naming(part)]
+    return [last.subject for last in latest if last and spelling_key(part) in _spelled(last.data["result"])]
+
+
+def _spelled(result: Mapping[str, Any]) -> set[str]:
+    return {spelling_key(part) for part in result.get("parts", {}).values() if isinstance(part, str)}
 
 
 def built_of(result: UnitResult, doubts: Sequence[str]) -> UnitResult:

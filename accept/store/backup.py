@@ -10,7 +10,7 @@ from pathlib import Path
 from sqlalchemy import Connection, insert, update
 
 from accept.base.atomic_files import write_atomic
-from accept.store import sample_index, tables
+from accept.store import indexes, tables
 from accept.store.chain import START, StoreHead
 from accept.store.engine import appending
 from accept.store.errors import StoreError, reported
@@ -88,7 +88,7 @@ def write_events(store: Store, events: Iterable[Event]) -> StoreHead:
 
 def _write(connection: Connection, events: list[Event]) -> None:
     connection.execute(insert(tables.events), [asdict(one) for one in events])
-    sample_index.add(connection, events)
+    indexes.add(connection, events)
 
 
 def _kept_head(file: Path) -> StoreHead | None:

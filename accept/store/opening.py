@@ -4,10 +4,10 @@ import hashlib
 import os
 from pathlib import Path
 
-from sqlalchemy import URL, Engine, make_url, select
+from sqlalchemy import URL, Connection, Engine, make_url, select, update
 
 from accept.base.home import HomeError, home
-from accept.store import tables
+from accept.store import indexes, tables
 from accept.store.anchor import Anchor
 from accept.store.engine import appending, make_engine, snapshot
 from accept.store.errors import StoreError, reported
@@ -31,7 +31,7 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
     with reported(where):
         engine = make_engine(parsed, timeout_s)
         try:
-            _prepare(engine, where)
+            made = _prepare(engine, where)
         except BaseException:
             engine.dispose()
             raise
@@ -40,7 +40,7 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
     store = Store(engine, where, anchor, _sealer(parsed, file), file)
     if check:
         try:
-            store.verify()
+            store.verify(whole=made)
         except BaseException:
             engine.dispose()
             raise
@@ -68,12 +68,27 @@ def _where(url: URL) -> str:
     return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
 
 
-def _prepare(engine: Engine, where: str) -> None:
+def _prepare(engine: Engine, where: str) -> bool:
+    """Make what is absent, the indexes of a store of an earlier accept too: all of it in one transaction, or nothing.
+    Whether anything was."""
     with snapshot(engine) as connection:
-        have = tables.present(connection)
-        schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
-    if schema is not None and schema != tables.SCHEMA:
-        raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
-    if have < tables.PARTS:
-        with appending(engine) as connection:
+        if _is_whole(connection, where):
+            return False
+        new = not tables.present(connection)
+    earlier = "its indexes are to be made, as once for each store of an earlier accept"
+    with reported(where if new else f"{where}: {earlier}"), appending(engine) as connection:
+        if not _is_whole(connection, where):  # another program may have made it meanwhile
             tables.make_tables(connection)
+            indexes.build(connection)
+            earlier_ones = tables.head.c.store_schema == tables.EARLIER
+            connection.execute(update(tables.head).where(earlier_ones).values(store_schema=tables.SCHEMA))
+    return True
+
+
+def _is_whole(connection: Connection, where: str) -> bool:
+    """Whether nothing is to be made. Raises StoreError for a store of a newer accept."""
+    have = tables.present(connection)
+    schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
+    if schema not in (None, tables.SCHEMA, tables.EARLIER):
+        raise StoreError(f"{where}: has schema {schema}, this accept knows {tables.SCHEMA}; use the newer accept")
+    return have == tables.NAMES and schema != tables.EARLIER

@@ -4,7 +4,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
-from itertools import zip_longest
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,13 +11,14 @@ from typing import Any
 from sqlalchemy import Connection, Engine, Row, Select, func, insert, select, update
 
 from accept.base.version import code_sha256
-from accept.store import sample_index, tables
+from accept.store import indexes, tables
 from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
+from accept.store.spelling import NAMING
 
 _PAGE = 500  # events read at once; between pages no lock is held
 
@@ -52,12 +52,12 @@ class Store:
         if undisturbed and self._sealer and head and file:
             self._sealer.write(head, file_looks(file), self._made)
 
-    def verify(self) -> None:
+    def verify(self, whole: bool = False) -> None:
         """Check the chain before it is used: whole, or from the last seal where the database is as it was sealed.
 
         Raises StoreError where it does not hold: nothing in it is believed then, and nothing appended.
         """
-        if self._unchanged_since_seal():
+        if not whole and self._unchanged_since_seal():
             return
         self._made = time.time()
         problem = self.check()
@@ -104,6 +104,8 @@ class Store:
                 continue
             if problem := misfit(event, last):
                 return problem
+            if indexes.lacking(connection, event):  # appended by an accept that knew no such index
+                return ChainBreak(event.seq, f"an index lacks event {event.seq}")
             last = _head_of(event)
         ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
@@ -156,7 +158,7 @@ class Store:
         if self._anchor and end == START:
             self._anchor.write(START)  # before the first event is there: from then on a missing file is a fault
         connection.execute(insert(tables.events), [asdict(event) for event in new])
-        sample_index.add(connection, new)
+        indexes.add(connection, new)
         connection.execute(update(tables.head).where(tables.head.c.id == 1).values(seq=new[-1].seq, hash=new[-1].hash))
         return new
 
@@ -194,21 +196,32 @@ class Store:
         """Judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
 
         Raises as `events`, ValueError for what is no sketch."""
-        keys = sample_index.keys_of(samples)
+        keys = indexes.sample_keys(samples)
         if not keys:
             return []
         with reported(self.where), snapshot(self._engine) as connection:
-            numbers = sample_index.judgements_with(connection, keys)
-        at_once, wanted = sample_index.AT_ONCE, select(tables.events).where(tables.events.c.subject != but)
+            numbers = indexes.SAMPLES.judgements_with(connection, keys)
+        at_once, wanted = indexes.AT_ONCE, select(tables.events).where(tables.events.c.subject != but)
         parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
         return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
 
-    def naming(self, what: str, serial: str) -> list[str]:
-        """Subjects, in order, with an event of this kind whose payload may hold this serial as a value."""
-        e = tables.events.c
-        asked = select(e.subject).where(e.what == what, e.payload.contains(f'"{serial}"', autoescape=True))
+    def naming(self, part: str) -> list[str]:
+        """Subjects, in order, with a judgement that may name this serial among its parts, in whatever capitals, by the
+        index. Every such judgement counts, not the last alone: who needs the last one reads it. Raises StoreError."""
+        e, p = tables.events.c, tables.parts.c
+        asked = select(e.subject).join_from(tables.parts, tables.events, p.seq == e.seq)
+        asked = asked.where(p.key.in_(indexes.part_keys([part])))
         with reported(self.where), snapshot(self._engine) as connection:
             return sorted(connection.scalars(asked.distinct()))
+
+    def other_spelling(self, serial: str) -> str | None:
+        """The serial in the store that a new one would be mistaken for, as `accept.store.spelling` says; None for one
+        that the store knows as it is. Raises StoreError."""
+        subject, what = tables.events.c.subject, tables.events.c.what
+        asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
+        with reported(self.where), snapshot(self._engine) as connection:
+            alike = set(connection.scalars(asked))
+        return None if serial in alike else min(alike, default=None)
 
     @property
     def engine(self) -> Engine:
@@ -249,7 +262,7 @@ class Store:
                 problem = first_problem(map(_event, rows), row, anchors)
             if problem is None:
                 with connection.execute(ordered) as rows:
-                    problem = _index_problem(connection, map(_event, rows))
+                    problem = indexes.problem(connection, map(_event, rows))
             if problem is None:
                 self._hold(connection, row, before)
             return problem
@@ -300,18 +313,6 @@ class Store:
             if not event.intact:
                 raise StoreError(f"{self.where}: {event.name} was altered; see accept store check")
         return found
-
-
-def _index_problem(connection: Connection, events: Iterator[Event]) -> ChainBreak | None:
-    """Where the index of samples is not what the events give."""
-    rows = ((row["seq"], row["key"]) for row in sample_index.rows_of(events))
-    for due, there in zip_longest(rows, sample_index.held(connection)):
-        if due != there:
-            seq = min(pair[0] for pair in (due, there) if pair is not None)
-            return ChainBreak(
-                seq, f"the index of samples is not that of event {seq}; restore a backup: the index is built again"
-            )
-    return None
 
 
 def _wanted(subject: str | None, what: str | None) -> Select[Any]:

@@ -19,7 +19,8 @@ from sqlalchemy import (
 from accept.store.chain import START
 from accept.store.engine import has_index
 
-SCHEMA = 1
+SCHEMA = 2
+EARLIER = 1  # without the index of parts: whoever writes such a store does not fill it
 
 metadata = MetaData()
 
@@ -51,15 +52,22 @@ head = Table(
     Column("hash", Text, nullable=False),
 )
 
-samples = Table(  # made of the events: which of them hold a recording (accept.store.sample_index)
-    "samples",
-    metadata,
-    Column("key", BigInteger, primary_key=True, autoincrement=False),
-    Column("seq", Integer, primary_key=True, autoincrement=False),
-    sqlite_with_rowid=False,
-)
 
-PARTS = {*metadata.tables, BY_SPELLING}
+def _index(name: str) -> Table:
+    """Made of the events: which of them have a key (accept.store.indexes)."""
+    return Table(
+        name,
+        metadata,
+        Column("key", BigInteger, primary_key=True, autoincrement=False),
+        Column("seq", Integer, primary_key=True, autoincrement=False),
+        sqlite_with_rowid=False,
+    )
+
+
+samples = _index("samples")
+parts = _index("parts")
+
+NAMES = {*metadata.tables, BY_SPELLING}
 
 _REFUSAL = "events are never changed or removed"
 
@@ -92,7 +100,7 @@ def make_tables(connection: Connection) -> None:
 
 
 def present(connection: Connection) -> set[str]:
-    """Which of the `PARTS` are there."""
+    """Which of the `NAMES` are there."""
     found = {name for name in metadata.tables if inspect(connection).has_table(name)}
     return found | ({BY_SPELLING} if has_index(connection, BY_SPELLING) else set())
 

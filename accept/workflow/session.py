@@ -19,7 +19,7 @@ from accept.judging.copies import copies_of, withheld, withhold_others
 from accept.judging.parts import built_of, part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
-from accept.store.spelling import mistaken_for, other_spelling
+from accept.store.spelling import mistaken_for
 from accept.units import attach
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
@@ -50,7 +50,7 @@ class Session:
         Raises EntryError for a serial that cannot be, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
             raise EntryError(f"serial '{serial}': {problem}")
-        if next(store.events(serial), None) is None and (known := other_spelling(store, serial)) is not None:
+        if next(store.events(serial), None) is None and (known := store.other_spelling(serial)) is not None:
             raise EntryError(mistaken_for(serial, known))
         self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
         self.steps, self.stated = steps_of(spec), stated

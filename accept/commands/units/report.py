@@ -25,7 +25,7 @@ from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.judging.parts import part_doubts
 from accept.store import Store, UnitState, fold, open_store
-from accept.store.spelling import mistaken_for, other_spelling
+from accept.store.spelling import mistaken_for
 from accept.units import unit_folder
 from specs.bench import load_bench
 
@@ -45,7 +45,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     credential = bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:
-        if (known := other_spelling(store, one.serial)) is not None:
+        if (known := store.other_spelling(one.serial)) is not None:
             raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
         past = list(store.events(one.serial))
         last = fold(past).units.get(one.serial)

@@ -74,6 +74,18 @@ def test_a_part_stands_in_one_strut(tmp_path: Path, spec: Path) -> None:
     assert judged(tmp_path, spec, units) == {"A-S": "accepted", "B-S": "accepted", "X-1": "accepted"}
 
 
+def test_capitals_do_not_make_another_part(tmp_path: Path, spec: Path) -> None:
+    """Misspelt where the part is known, or before it was: neither strut is accepted with a part of the other."""
+    units = tmp_path / "units"
+    assert judged(tmp_path, spec, strut(units, "A-S", "x-1", 1)) == {"A-S": "accepted"}  # of X-1 nothing is known yet
+    make_unit(units / "X-1", "X-1", BAD)
+    strut(units, "B-S", "X-1", 2)
+    found = judged(tmp_path, spec, units)
+    assert found["A-S"] == "conditional; apa x-1 differs from X-1, which the store knows, in capitals only"
+    assert "conditional; apa X-1 was judged 'rejected'" in found["B-S"]
+    assert found["B-S"].endswith("; apa X-1 stands in A-S too")
+
+
 def test_a_certificate_states_what_speaks_against_a_part(tmp_path: Path, spec: Path) -> None:
     """It is judged again to the same; one from before the part was rejected no longer verifies plainly here."""
     before, after = tmp_path / "before.pdf", tmp_path / "after.pdf"

@@ -18,7 +18,6 @@ import pytest
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store import store as store_module
-from accept.store.spelling import other_spelling
 from accept.store.store import _PAGE
 from accept.store.tables import BY_SPELLING
 from tests.soak import SOAK
@@ -234,7 +233,7 @@ def test_a_store_from_before_the_index_of_spellings_gets_it(home: Path, tmp_path
     with closing(sqlite3.connect(tmp_path / "store.sqlite")) as file:
         file.execute(f"DROP INDEX {BY_SPELLING}")
     with open_store(url) as store:
-        assert (other_spelling(store, "apa-1"), other_spelling(store, "APA-1")) == ("APA-1", None)
+        assert (store.other_spelling("apa-1"), store.other_spelling("APA-1")) == ("APA-1", None)
     with closing(sqlite3.connect(tmp_path / "store.sqlite")) as file:
         plan = file.execute("EXPLAIN QUERY PLAN SELECT subject FROM events WHERE lower(subject) = lower('apa-1')")
         assert BY_SPELLING in plan.fetchone()[3]  # no walk over all units

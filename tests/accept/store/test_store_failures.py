@@ -202,8 +202,8 @@ def test_a_truncated_database(tmp_path: Path) -> None:
 def test_a_store_of_a_newer_version(made: Path) -> None:
     raw = sqlite3.connect(made / "store.sqlite")
     with raw:
-        raw.execute("UPDATE head SET store_schema = 2")
-    with pytest.raises(StoreError, match="has schema 2, this accept knows 1; use the newer accept"):
+        raw.execute("UPDATE head SET store_schema = 3")
+    with pytest.raises(StoreError, match="has schema 3, this accept knows 2; use the newer accept"):
         open_store(url_of(made))
 
 

@@ -29,7 +29,7 @@ def server() -> Iterator[str]:
 @pytest.fixture
 def url(server: str) -> Iterator[str]:
     yield server
-    execute(server, "DROP TABLE IF EXISTS events, head")
+    execute(server, "DROP TABLE IF EXISTS events, head, samples, parts")
 
 
 def test_append_read_and_check(url: str) -> None:
@@ -136,6 +136,37 @@ def test_a_chain_that_two_benches_sealed_is_not_believed_by_either_when_it_was_e
         monkeypatch.setenv("ACCEPT_HOME", str(bench))
         with pytest.raises(StoreError, match="event 2 was altered"):
             open_store(url)
+
+
+def named(serial: str, part: str) -> NewEvent:
+    return NewEvent("unit_judged", serial, {"result": {"verdict": "accepted", "parts": {"apa": part}}})
+
+
+def test_a_database_from_before_the_index_of_parts_is_filled(url: str) -> None:
+    with open_store(url) as store:
+        store.append_many([named("S-1", "X-1"), named("S-2", "x-1"), named("S-3", "a\0b")], who="Ada")
+    execute(url, "DROP TABLE parts", "UPDATE head SET store_schema = 1")
+    with open_store(url) as store:
+        assert [store.naming(part) for part in ("X-1", "a\0b", "X")] == [["S-1", "S-2"], ["S-3"], []]
+        assert store.check() is None
+        execute(url, "DELETE FROM parts WHERE seq = 2")
+        problem = store.check()
+    assert problem is not None
+    assert (problem.seq, "index of parts" in problem.words) == (2, True)
+
+
+def test_a_judgement_that_another_program_did_not_index_is_found_at_the_next_opening(url: str) -> None:
+    """The chain up to the seal is not walked again; what was appended since is held against the indexes too."""
+    with open_store(url) as store:
+        store.append_many([named("S-1", "X-1")], who="Ada")
+    with open_store(url) as store:
+        store.append_many([named("S-2", "X-1")], who="Ada")
+    with open_store(url) as store:
+        assert store.naming("X-1") == ["S-1", "S-2"]
+        store.append_many([named("S-3", "X-1")], who="Ada")
+    execute(url, "DELETE FROM parts WHERE seq = 3")
+    with pytest.raises(StoreError, match="the index of parts is not that of event 3"):
+        open_store(url)
 
 
 def through(server: str, wire: Wire) -> str:

@@ -1,0 +1,155 @@
+"""Which judgements hold a recording or name a part: indexes beside the events, so that neither is looked for in all.
+
+They are made of the events and can be made of them again; `Store.check` holds them against the events. A key is a hash
+of 63 bits of what is looked for: what an index finds is to be read.
+"""
+
+import hashlib
+import heapq
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+from sqlalchemy import Connection, Table, delete, insert, select
+
+from accept.store import tables
+from accept.store.chain import ChainBreak
+from accept.store.event import Event
+from accept.store.spelling import spelling_key
+
+JUDGED = "unit_judged"
+TABLE = "table"  # the channel under which a table's numbers stand
+AT_ONCE = 400  # keys of one question, events of one page
+
+_Row = tuple[int, int, int]  # number of the event, which of the INDEXES, key
+
+
+@dataclass(frozen=True)
+class EventIndex:
+    """of: what it holds, in words. keys: of a judgement's result; it may raise whatever a result of another program
+    makes it raise. mark: stands in the canonical JSON of every judgement with keys."""
+
+    table: Table
+    of: str
+    keys: Callable[[Mapping[str, Any]], set[int]]
+    mark: str
+
+    def judgements_with(self, connection: Connection, keys: Iterable[int]) -> list[int]:
+        """Numbers of the events that share a key, in order."""
+        wanted, found = sorted(keys), set[int]()
+        for start in range(0, len(wanted), AT_ONCE):
+            chosen = self.table.c.key.in_(wanted[start : start + AT_ONCE])
+            found.update(connection.scalars(select(self.table.c.seq).where(chosen).distinct()))
+        return sorted(found)
+
+    def keys_of(self, connection: Connection, seq: int, among: Iterable[int]) -> set[int]:
+        """Which of these keys the event of this number has here."""
+        wanted, found = sorted(among), set[int]()
+        for start in range(0, len(wanted), AT_ONCE):
+            k = self.table.c
+            asked = select(k.key).where(k.seq == seq, k.key.in_(wanted[start : start + AT_ONCE]))
+            found.update(connection.scalars(asked))
+        return found
+
+    def held(self, connection: Connection) -> Iterator[tuple[int, int]]:
+        """(number of the event, key) of every row, in order; 0 for a number that is none."""
+        ordered = select(self.table.c.seq, self.table.c.key).order_by(self.table.c.seq, self.table.c.key)
+        with connection.execute(ordered.execution_options(yield_per=10_000)) as rows:
+            for seq, key in rows:
+                yield (seq if type(seq) is int else 0), key
+
+
+def sample_keys(samples: Mapping[str, Mapping[str, str]]) -> set[int]:
+    """Keys of a result's samples. Raises ValueError for what is no sketch."""
+    from checks.signals.sketch import Sketch, key_of  # loads numpy: only where there are samples
+
+    found: set[int] = set()
+    for channels in samples.values():
+        for channel, text in channels.items():
+            found.update([key_of(text.encode())] if channel == TABLE else Sketch.parse(text).keys())
+    return found
+
+
+def part_keys(parts: Iterable[str]) -> set[int]:
+    """Keys of serials of parts: one for all that differ in capitals only."""
+    spelled = (spelling_key(part).encode("utf-8", "surrogatepass") for part in parts)
+    return {int.from_bytes(hashlib.sha256(one).digest()[:8], "big") >> 1 for one in spelled}
+
+
+def _part_keys(result: Mapping[str, Any]) -> set[int]:
+    return part_keys(part for part in result.get("parts", {}).values() if isinstance(part, str))
+
+
+SAMPLES = EventIndex(tables.samples, "samples", lambda result: sample_keys(result.get("samples", {})), '"samples"')
+PARTS = EventIndex(tables.parts, "parts", _part_keys, '"parts":{"')
+INDEXES = (SAMPLES, PARTS)
+
+
+def add(connection: Connection, events: Iterable[Event]) -> None:
+    """Put these events into the indexes."""
+    rows = list(_rows(events))
+    for which, index in enumerate(INDEXES):
+        if mine := [{"key": key, "seq": seq} for seq, number, key in rows if number == which]:
+            connection.execute(insert(index.table), mine)
+
+
+def build(connection: Connection) -> None:
+    """Make the indexes of all events, whatever they held before. Of an event that was altered nothing is taken."""
+    for index in INDEXES:
+        connection.execute(delete(index.table))
+    e, after = tables.events.c, 0
+    page = select(tables.events).where(e.what == JUDGED).order_by(e.seq).limit(AT_ONCE)
+    while found := [Event(*row) for row in connection.execute(page.where(e.seq > after))]:
+        add(connection, (event for event in found if event.intact))
+        after = found[-1].seq
+
+
+def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | None:
+    """The first event of the whole store that an index does not hold as it is. events: all of them, as they are."""
+    held = heapq.merge(*(_numbered(which, index.held(connection)) for which, index in enumerate(INDEXES)))
+    for due, there in zip_longest(_rows(events), held):
+        if due != there:
+            seq, which = min(row[:2] for row in (due, there) if row is not None)
+            return ChainBreak(
+                seq,
+                f"the index of {INDEXES[which].of} is not that of event {seq}; restore a backup: "
+                "the index is built again",
+            )
+    return None
+
+
+def lacking(connection: Connection, event: Event) -> bool:
+    """Whether an index lacks a row of this event: then something would not be found by it."""
+    due: dict[int, set[int]] = {}
+    for _, which, key in _rows([event]):
+        due.setdefault(which, set()).add(key)
+    return any(not keys <= INDEXES[which].keys_of(connection, event.seq, keys) for which, keys in due.items())
+
+
+def _numbered(which: int, rows: Iterable[tuple[int, int]]) -> Iterator[_Row]:
+    return ((seq, which, key) for seq, key in rows)
+
+
+def _rows(events: Iterable[Event]) -> Iterator[_Row]:
+    """What the indexes hold of these events, in order."""
+    for event in events:
+        marked = [pair for pair in enumerate(INDEXES) if event.what == JUDGED and pair[1].mark in event.payload]
+        result = _result(event) if marked else {}
+        for which, index in marked:
+            yield from ((event.seq, which, key) for key in sorted(_keys(index, result)))
+
+
+def _result(event: Event) -> Any:
+    try:
+        return json.loads(event.payload)["result"]
+    except (KeyError, TypeError, ValueError):
+        return {}
+
+
+def _keys(index: EventIndex, result: Any) -> set[int]:
+    try:
+        return index.keys(result)
+    except (KeyError, TypeError, AttributeError, ValueError):
+        return set()  # an event of another program: nothing is found by it
