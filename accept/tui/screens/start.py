@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _GO_ON = "Enter: next field; on the last field it starts"
 PARTS = {"strut": ("apa", "joint_bottom", "joint_top", "encoder")}
-_LABELS = {
+LABELS = {
     "operator": "Operator",
     "serial": "Serial number (type or scan)",
     "kind": "Kind (apa or strut)",
@@ -83,7 +83,7 @@ class StartScreen(Working[Begin | None]):
     def compose(self) -> ComposeResult:
         yield Label("accept · new unit", classes="title")
         with VerticalScroll(id="begin"):
-            for name, label in _LABELS.items():
+            for name, label in LABELS.items():
                 with Horizontal(classes=f"line {'part' if name in PARTS['strut'] else ''}", id=f"line-{name}"):
                     yield Label(label, classes="label")
                     value = getattr(self._given, name, "")
