@@ -148,16 +148,19 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
     powered = Suu > power_floor(Suu)
     safe = np.where(powered, Suu, 1.0)
     H = np.where(powered[:, None], Syu / safe[:, None], 0.0)
-    rest = S[:, 1:, 1:] - Syu[:, :, None] * Syu[:, None, :].conj() / safe[:, None, None]
+    rest = Syu[:, :, None] * Syu[:, None, :].conj()  # in place from here on: fresh pages cost as much as the products
+    rest /= -safe[:, None, None]
+    rest += S[:, 1:, 1:]
+    rest /= (safe * nu)[:, None, None]
     Syy = np.einsum("fcc->fc", S[:, 1:, 1:]).real
-    explained = np.abs(Syu) ** 2 / np.where(Syy > 0.0, Syy, 1.0) / safe[:, None]
+    explained = (Syu.real**2 + Syu.imag**2) / np.where(Syy > 0.0, Syy, 1.0) / safe[:, None]
     return Frf(
         f=spectra.f,
         H=H,
         channels=channels,
         input=input,
         coherence=np.where(powered[:, None], np.minimum(explained, 1.0), 0.0),
-        cov=guarded_covariance(rest / (safe * nu)[:, None, None], powered),
+        cov=guarded_covariance(rest, powered),
         nu=np.full(Suu.shape, nu),
         correlation=spectra.correlation,
         estimator="h1",
@@ -176,12 +179,11 @@ def power_floor(power: Array) -> float:
 
 
 def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
-    """cov (F, C, C) with a diagonal that rounding never makes negative, infinite where nothing was driven."""
-    diagonal = np.arange(cov.shape[1])
-    out = np.where(powered[:, None, None], cov, 0.0)
-    variance = np.maximum(out[:, diagonal, diagonal].real, 0.0)
-    out[:, diagonal, diagonal] = np.where(powered[:, None], variance, np.inf)
-    return out
+    """cov (F, C, C), changed in place: its diagonal never negative by rounding, infinite where nothing was driven."""
+    cov[~powered] = 0.0
+    for c in range(cov.shape[1]):
+        cov[:, c, c] = np.where(powered, np.maximum(cov[:, c, c].real, 0.0), np.inf)
+    return cov
 
 
 def named(y: Array | Mapping[str, Array]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from checks.arrays import Array, Complex
 
-BATCH_SAMPLES = 160_000  # samples of all channels transformed at once: stays near the core
+BATCH_SAMPLES = 200_000  # samples of all channels transformed at once: stays near the core
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Segments:
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
         self._sum = np.zeros((channels, channels, bins), dtype=complex)  # see `_hermitian`
-        self._frames, self._transforms, self._conjugate, self._product = _work_space(channels, self._batch, nperseg)
+        self._frames, self._transforms, self._product = _work_space(channels, self._batch, nperseg)
         self._tail = np.empty((channels, 0))
 
     def feed(self, columns: Sequence[Array]) -> None:
@@ -75,8 +75,7 @@ class Segments:
 
     def _add(self, frames: Sequence[Array]) -> None:
         n = len(frames[0])
-        windowed, X = self._frames[:, :n], self._transforms[:, :n]
-        conjugate, product = self._conjugate[:n], self._product[:n]
+        windowed, X, product = self._frames[:, :n], self._transforms[:, :n], self._product[:n]
         for out, frame in zip(windowed, frames, strict=True):
             mean = np.einsum("kn->k", frame) / self.nperseg
             np.subtract(frame, mean[:, None], out=out)
@@ -86,7 +85,7 @@ class Segments:
         for j in range(len(X)):
             np.square(X[j].view(float), out=squares)
             self._sum[j, j] += np.dot(ones, squares).view(complex)
-            np.conjugate(X[j], out=conjugate)
+            conjugate = np.conjugate(X[j], out=X[j])  # nobody asks for X[j] itself after its turn
             for i in range(j + 1, len(X)):
                 np.multiply(X[i], conjugate, out=product)
                 self._sum[i, j] += np.dot(ones, product.view(float)).view(complex)
@@ -102,12 +101,12 @@ class Segments:
         bad = ~np.isfinite(np.einsum("fmm->m", sums))
         if bad.any():
             raise ValueError(f"channel(s) {np.flatnonzero(bad).tolist()} hold NaN or inf (counted from 0, the input)")
-        S = sums * (2.0 / (self.count * self.fs * np.sum(self._window**2)))
-        S[0] /= 2.0
+        sums *= 2.0 / (self.count * self.fs * np.sum(self._window**2))
+        sums[0] /= 2.0
         if self.nperseg % 2 == 0:
-            S[-1] /= 2.0
-        f = np.arange(S.shape[0], dtype=float) * (self.fs / self.nperseg)
-        return Spectra(f, S, self.count, self.effective, bin_correlation(self._window))
+            sums[-1] /= 2.0
+        f = np.arange(len(sums), dtype=float) * (self.fs / self.nperseg)
+        return Spectra(f, sums, self.count, self.effective, bin_correlation(self._window))
 
     def _hermitian(self) -> Complex:
         """(F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
@@ -138,18 +137,18 @@ def hann(n: int) -> Array:
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
-def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex, Complex]:
-    """Windowed segments (M, K, nperseg), their transforms (M, K, F), one channel's conjugate and a product (K, F).
+def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex]:
+    """Windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them (K, F).
 
     All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
     are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and
     bringing them into it costs more than all products."""
     bins = nperseg // 2 + 1
-    shapes = ((channels, batch, (nperseg + 1) // 2), (channels, batch, bins), (batch, bins), (batch, bins))
+    shapes = ((channels, batch, (nperseg + 1) // 2), (channels, batch, bins), (batch, bins))
     ends = np.cumsum([math.prod(shape) for shape in shapes])
-    pieces = np.split(np.zeros(ends[-1], dtype=complex), ends[:-1])
-    frames, transforms, conjugate, product = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
-    return frames.view(float)[..., :nperseg], transforms, conjugate, product
+    pieces = np.split(np.empty(ends[-1], dtype=complex), ends[:-1])
+    frames, transforms, product = (p.reshape(shape) for p, shape in zip(pieces, shapes, strict=True))
+    return frames.view(float)[..., :nperseg], transforms, product
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
