@@ -47,9 +47,13 @@ class Sections:
 
     def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
         """(2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
-        s = 1j * w
-        over = 1.0 - np.multiply.outer(self._damping[which], s) - np.multiply.outer(self._inverse_w[which], w) ** 2
-        return np.array([1.0 / over, s / over])
+        damping, inverse_w2 = self._damping[which], self._inverse_w[which] ** 2
+        basis = np.empty((2, damping.size, w.size), dtype=complex)  # a piece of memory at first hand costs as much as
+        over = basis[1]  # what is worked out in it
+        over.real, over.imag = 1.0 - np.multiply.outer(inverse_w2, w * w), -np.multiply.outer(damping, w)
+        np.divide(1.0, over, out=basis[0])
+        np.multiply(1j * w, basis[0], out=basis[1])
+        return basis
 
     @property
     def _damping(self) -> Array:
@@ -149,15 +153,11 @@ def modal(system: System) -> Modal:
 def energy_form(system: System) -> tuple[Array, Array]:
     """W (2n, 2n) and the shapes T (n, n) of q = T y, with T^T K T = 1 and T^T M T = diag(1/w^2)."""
     try:
-        L = linalg.cholesky(system.K, lower=True, check_finite=False)
+        m, T = linalg.eigh(system.M, system.K, driver="gvd", check_finite=False)
     except linalg.LinAlgError as e:
-        lowest = float(np.linalg.eigvalsh(system.K)[0])
-        raise NotHeld(lowest) from e
-    inverse = linalg.solve_triangular(L, np.eye(len(L)), lower=True, check_finite=False)
-    m, U = np.linalg.eigh(inverse @ system.M @ inverse.T)
+        raise NotHeld(float(np.linalg.eigvalsh(system.K)[0])) from e
     if m[0] < -NO_MASS * m[-1]:
         raise ModelError(f"the assembly's mass is not positive: {m[0]:.3g} s2 beside {m[-1]:.3g} s2 (1 / w^2)")
-    T = inverse.T @ U
     root = np.sqrt(np.maximum(m, 0.0))  # round-off of a coordinate without mass
     n = len(root)
     W = np.zeros((2 * n, 2 * n))

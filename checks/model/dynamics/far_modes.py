@@ -32,14 +32,14 @@ def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Comple
     summed at a few frequencies.
 
     One real product by whatever is complex in it, real and imaginary parts side by side."""
-    rows, functions = _flat(A[..., ~swift]), basis(~swift, w)
-    functions = functions.reshape(rows.shape[1], w.size)
+    rows = _flat(A[..., ~swift])
+    sums = product(rows, basis(~swift, w).reshape(rows.shape[1], w.size))
     if swift.any():
         few, weights = _points(np.ascontiguousarray(w).tobytes())
         there = product(_flat(A[..., swift]), basis(swift, few).reshape(-1, few.size))
-        rows = np.concatenate([rows, there.real, there.imag / few], axis=1)
-        functions = np.concatenate([functions, weights, 1j * w * weights])
-    return product(rows, functions)
+        sums.real += there.real @ weights
+        sums.imag += (there.imag / few @ weights) * w
+    return sums
 
 
 def _flat(A: Array) -> Array:
