@@ -148,10 +148,10 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
     powered = Suu > power_floor(Suu)
     safe = np.where(powered, Suu, 1.0)
     H = np.where(powered[:, None], Syu / safe[:, None], 0.0)
-    rest = Syu[:, :, None] * Syu[:, None, :].conj()  # in place from here on: fresh pages cost as much as the products
-    rest /= -safe[:, None, None]
+    rest = Syu[:, :, None] * Syu[:, None, :].conj()  # in place from here on: memory at first hand costs as much
+    rest *= (-1.0 / safe)[:, None, None]
     rest += S[:, 1:, 1:]
-    rest /= (safe * nu)[:, None, None]
+    rest *= (1.0 / (safe * nu))[:, None, None]
     Syy = np.einsum("fcc->fc", S[:, 1:, 1:]).real
     explained = (Syu.real**2 + Syu.imag**2) / np.where(Syy > 0.0, Syy, 1.0) / safe[:, None]
     return Frf(

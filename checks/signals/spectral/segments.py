@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -44,7 +45,7 @@ class Segments:
             raise ValueError(f"sampling frequency is {fs} Hz; expected a positive number")
         self.fs, self.nperseg, self.hop = fs, nperseg, nperseg - overlap
         self.count = self.samples = 0
-        self._window = hann(nperseg)
+        self._window, self._correlation = _window(nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))
         bins = nperseg // 2 + 1
         self._sum = np.zeros((channels, channels, bins), dtype=complex)  # see `_hermitian`
@@ -77,18 +78,26 @@ class Segments:
         n = len(frames[0])
         windowed, X, product = self._frames[:, :n], self._transforms[:, :n], self._product[:n]
         for out, frame in zip(windowed, frames, strict=True):
-            mean = np.einsum("kn->k", frame) / self.nperseg
+            mean = self._means(frame)
             np.subtract(frame, mean[:, None], out=out)
             out *= self._window
         np.fft.rfft(windowed, out=X)
-        squares, ones = product.view(float), np.ones(n)
+        parts, ones, sums = product.view(float), np.ones(n), self._sum.view(float)
         for j in range(len(X)):
-            np.square(X[j].view(float), out=squares)
-            self._sum[j, j] += np.dot(ones, squares).view(complex)
+            np.square(X[j].view(float), out=parts)
+            np.add(sums[j, j], np.dot(ones, parts), out=sums[j, j])
             conjugate = np.conjugate(X[j], out=X[j])  # nobody asks for X[j] itself after its turn
             for i in range(j + 1, len(X)):
                 np.multiply(X[i], conjugate, out=product)
-                self._sum[i, j] += np.dot(ones, product.view(float)).view(complex)
+                np.add(sums[i, j], np.dot(ones, parts), out=sums[i, j])
+
+    def _means(self, frame: Array) -> Array:
+        """(K,) of segments (K, nperseg). Where half is shared, each sample is summed once, not twice."""
+        hop = self.hop
+        if 2 * hop != self.nperseg:
+            return np.asarray(np.einsum("kn->k", frame) / self.nperseg)
+        halves = np.append(np.einsum("kn->k", frame[:, :hop]), frame[-1, hop:].sum())
+        return np.asarray((halves[:-1] + halves[1:]) / self.nperseg)
 
     def spectra(self) -> Spectra:
         """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
@@ -106,7 +115,7 @@ class Segments:
         if self.nperseg % 2 == 0:
             sums[-1] /= 2.0
         f = np.arange(len(sums), dtype=float) * (self.fs / self.nperseg)
-        return Spectra(f, sums, self.count, self.effective, bin_correlation(self._window))
+        return Spectra(f, sums, self.count, self.effective, self._correlation)
 
     def _hermitian(self) -> Complex:
         """(F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
@@ -130,6 +139,14 @@ class Segments:
         shifts = range(1, min(K - 1, (self.nperseg - 1) // self.hop) + 1)
         rho = [float(w[m * self.hop :] @ w[: -m * self.hop] / (w @ w)) for m in shifts]
         return K / (1.0 + 2.0 * sum(r * r * (K - m) / K for m, r in zip(shifts, rho, strict=True)))
+
+
+@lru_cache(maxsize=8)
+def _window(n: int) -> tuple[Array, tuple[float, ...]]:
+    """The Hann window of n samples and its `bin_correlation`: a unit's records have segments of one or two lengths."""
+    window = hann(n)
+    window.setflags(write=False)
+    return window, bin_correlation(window)
 
 
 def hann(n: int) -> Array:
