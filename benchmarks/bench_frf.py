@@ -2,7 +2,8 @@
 
 Required of 3 outputs over 400,000 samples: H1 and coherence >= 12 times faster than csd + welch + coherence per output
 and at most 1.4 times the bare rfft of the same segments; local polynomials at every bin of 5 to 2000 Hz at most 4 times
-the bare rfft of the records, and at the bins that fits take (independent ones) beside it; memory at most 3 times the input; an hour in bounded memory. All of the processor.
+the bare rfft of the records, and at the bins that fits take, which share no neighbour, beside it; memory at most 3
+times the input; an hour in bounded memory. All of the processor.
 """
 
 import time
