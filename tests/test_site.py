@@ -34,7 +34,8 @@ def test_the_page_of_commands_is_that_of_the_commands() -> None:
 
 
 def test_the_tutorial_page_is_the_notebook() -> None:
-    assert (ROOT / "docs" / "tutorial" / "tutorial-python.md").read_text(encoding="utf-8") == tutorial_page()
+    page = tutorial_page()
+    assert (ROOT / "docs" / "tutorial" / "tutorial-python.md").read_text(encoding="utf-8") == page
 
 
 def tutorial_page() -> str:
