@@ -44,7 +44,8 @@ def back_up(store: Store, file: Path) -> StoreHead:
 
 
 def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
-    """Make a backup the store of this bench; returns its head, and where the store that was there lies now.
+    """Make a backup the store of this bench; returns its head, and where the store that was there lies now. The backup
+    is read alone, not changed.
 
     Raises StoreError for a backup that does not hold; nothing was changed then.
     """
@@ -54,7 +55,10 @@ def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
     with reported(str(file)):
         part = target.with_name(f".{target.name}.restored")
         part.unlink(missing_ok=True)
-    with open_store(f"sqlite:///{file}", check=False) as backup, open_store(f"sqlite:///{part}", check=False) as copy:
+    with (
+        open_store(f"sqlite:///{file}", check=False, make=False) as backup,
+        open_store(f"sqlite:///{part}", check=False) as copy,
+    ):
         head = write_events(copy, backup.events())
         if problem := copy.check(kept):
             raise StoreError(f"{file}: does not hold: {problem}; nothing was restored")

@@ -17,11 +17,12 @@ from accept.store.store import Store
 BENCH_KEY = "bench.key"  # in the bench's folder
 
 
-def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True) -> Store:
+def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True, make: bool = True) -> Store:
     """Open the store, made when absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
 
     url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s].
-    check : the chain must hold (`Store.verify`); without it only to look at what is broken.
+    check : the chain must hold (`Store.verify`); without it only to look at what is broken. make : what is absent is
+    made, indexes too; without it nothing is written, and only the events are there to be read.
     Raises StoreError when it cannot be opened or made, was written by a newer version, or does not hold.
     """
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
@@ -31,7 +32,7 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
     with reported(where):
         engine = make_engine(parsed, timeout_s)
         try:
-            made = _prepare(engine, where)
+            made = _prepare(engine, where, make)
         except BaseException:
             engine.dispose()
             raise
@@ -68,11 +69,11 @@ def _where(url: URL) -> str:
     return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
 
 
-def _prepare(engine: Engine, where: str) -> bool:
+def _prepare(engine: Engine, where: str, make: bool) -> bool:
     """Make what is absent, the indexes of a store of an earlier accept too: all of it in one transaction, or nothing.
     Whether anything was."""
     with snapshot(engine) as connection:
-        if _is_whole(connection, where):
+        if _is_whole(connection, where) or not make:
             return False
         new = not tables.present(connection)
     earlier = "its indexes are to be made, as once for each store of an earlier accept"

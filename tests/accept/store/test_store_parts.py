@@ -249,7 +249,9 @@ def test_a_backup_and_what_is_restored_of_it_find_the_same(tmp_path: Path, prepa
         altered(store)
     prepare(kept)
     in_raw(bench, "DELETE FROM parts")
+    content = (kept / "store.sqlite").read_bytes()
     restore(kept / "store.sqlite", bench / "store.sqlite")
+    assert (kept / "store.sqlite").read_bytes() == content  # kept as it was, whatever accept wrote it
     (kept / "store.head").unlink(missing_ok=True)
     for folder in (kept, bench):
         with open_store(url_of(folder), check=False) as store:
@@ -277,3 +279,13 @@ def test_an_event_that_was_altered_is_named_also_where_the_index_is_to_be_made(t
     before_the_index(tmp_path)
     with pytest.raises(StoreError, match=r"event 1 .*altered"):
         open_store(url)
+
+
+def test_a_database_that_is_no_store_is_no_backup(tmp_path: Path) -> None:
+    (tmp_path / "bench").mkdir()
+    filled(tmp_path / "bench", drawn(10, 20))
+    with closing(sqlite3.connect(tmp_path / "b.sqlite")) as raw, raw:
+        raw.execute("CREATE TABLE other (x)")
+    with pytest.raises(StoreError, match=r"b\.sqlite.*no such table"):
+        restore(tmp_path / "b.sqlite", tmp_path / "bench" / "store.sqlite")
+    holds_and_answers(tmp_path / "bench", named_by_all(tmp_path / "bench"))
