@@ -88,7 +88,6 @@ class BatchRequest:
             stated=self.calibration(folder),
             start=self.start(folder),
             out=self.out,
-            draw=self.credential is not None,
             provenance=provenance(spec, before, head, home(), self.credential) if self.credential else None,
         )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from accept.gap.start_model import StartModel
+from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.copies import Copy, withheld
 from accept.judging.judge_unit import judge_unit
@@ -37,35 +37,30 @@ def examine(
     stated: Statement | None = None,
     start: StartModel | None = None,
     out: Path | None = None,
-    draw: bool = True,
     copies: Sequence[Copy] = (),
     doubts: Sequence[str] = (),
     provenance: Mapping[str, Any] | None = None,
     say: Say = lambda _: None,
 ) -> JudgedUnit:
     """Judge a unit, explain its responses from the model `start` (improved models go below `out`), draw its
-    certificate with what it states beside the result (`provenance`). copies: what of its records stands elsewhere too;
-    doubts: what speaks against its parts; where that is known. Plain data goes in and comes back, so that another
+    certificate where there is a `provenance` to state beside the result. copies: what of its records stands elsewhere
+    too; doubts: what speaks against its parts; where that is known. Plain data goes in and comes back, so that another
     process can do it.
 
     Raises UnitError, ContentError."""
     held = loaded(unit)
     result = built_of(withheld(judge_unit(held, spec, stated), copies), doubts)
-    if start is not None:
+    if start is not None and applies(unit):
         from accept.gap.attach_to_result import explained  # loads the search for what is missing
 
         result = explained(result, held, start, say, out)
-    if draw:
-        return drawn(result, spec, held, operator, provenance)
-    return JudgedUnit(unit.path, operator, replace(result, panels={}))
+    if provenance is None:
+        return JudgedUnit(unit.path, operator, replace(result, panels={}))
+    return drawn(result, spec, held, operator, provenance)
 
 
 def drawn(
-    result: UnitResult,
-    spec: Spec,
-    unit: Path | LoadedUnit,
-    operator: str,
-    provenance: Mapping[str, Any] | None = None,
+    result: UnitResult, spec: Spec, unit: Path | LoadedUnit, operator: str, provenance: Mapping[str, Any]
 ) -> JudgedUnit:
     """A unit that was judged, with its certificate drawn. Raises ContentError when an input is gone or was changed."""
     from accept.certificate.contents.content import content_of

@@ -8,7 +8,7 @@ from typing import Any
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
-from accept.gap.start_model import StartModel, applies
+from accept.gap.start_model import StartModel
 from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError
@@ -24,17 +24,9 @@ MODELS = "models"  # folder of improved models, in that of the results
 NO_ANSWER = (GapRefused, ModelError, RecordError, SpecError, UnitError, OSError)
 
 
-def explained(
-    result: UnitResult,
-    unit: LoadedUnit,
-    start: StartModel | None,
-    say: Say = lambda _: None,
-    out: Path | None = None,
-) -> UnitResult:
-    """The result with its key `gap`: gap.json, with the model it began from, or why there is none. The result as it is
-    where no model is named or no responses were measured. out: folder of the results; the improved model goes there."""
-    if start is None or not applies(unit.folder):
-        return result
+def explained(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say, out: Path | None) -> UnitResult:
+    """The result with its key `gap`: gap.json, with the model it began from, or why there is none. out: folder of the
+    results; the improved model goes there."""
     try:
         done = _analysed(unit, start, say)
         improved = _improved(done, out)

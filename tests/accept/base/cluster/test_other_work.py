@@ -283,7 +283,7 @@ def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path
     unit = anywhere(unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)))
     order = BatchRequest([unit.path], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada")
     lost = replace(unit, sizes={**unit.sizes, "stroke.mat": 1000})
-    judged, asked = partial(judge, lost, order.specs["apa"], "Ada", draw=False), partial(answer, lost, "apa-2dof", ())
+    judged, asked = partial(judge, lost, order.specs["apa"], "Ada"), partial(answer, lost, "apa-2dof", ())
     for job in (judged, partial(asked, False, False)):
         ((_, back),) = cluster.unordered(run_far, [job])
         assert isinstance(back, Returned)
