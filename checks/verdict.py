@@ -4,7 +4,7 @@ Sources: [ISO14253-1] (guard bands), [JCGM106] (decision rules, 8; specific risk
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -189,10 +189,3 @@ def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
     if all(v is Verdict.PASS for v in required):
         return UnitVerdict.ACCEPTED
     return UnitVerdict.CONDITIONAL
-
-
-def missing_findings(
-    check: str, limits: Iterable[tuple[str, Limit]], reason: Reason | Cause, required: bool
-) -> list[Finding]:
-    """No-result findings for every limited quantity of a check that could not be measured."""
-    return [judge(check, Quantity.missing(name, reason), limit, required) for name, limit in limits]

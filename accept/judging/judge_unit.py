@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from accept.base.fault_log import PLEASE_REPORT, log_fault
@@ -17,13 +17,12 @@ from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.samples import samples_of
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
-from checks.cause import Cause, NoResult
+from checks.cause import Cause, NoResult, Reason, because
 from checks.consistency.contradictions import held_together
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
-from checks.picture import Panel
 from checks.quantity import Outcome, Quantity
-from checks.verdict import Finding, judge, missing_findings, unit_verdict
+from checks.verdict import Finding, judge, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
 
@@ -75,8 +74,13 @@ def judge_unit(
             unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}', but spec {spec.name} judges '{spec.kind}'"]
         )
     models = models or Models()
-    of = _outcomes(held, spec, models)
-    findings, notes = held_together(of.findings, of.known), of.notes
+    outcomes = {name: _outcome(held, CHECKS[name], asked, models) for name, asked in spec.checks.items()}
+    quantities = [(name, quantity) for name, outcome in outcomes.items() for quantity in outcome.quantities]
+    findings = held_together(
+        [finding for name, asked in spec.checks.items() for finding in _judged(name, asked, outcomes[name])],
+        {q.name: q for _, q in quantities if q.reason is None and math.isfinite(q.value)},
+    )
+    notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
     notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
     if stated is not None:
         stated = calibration.checked(stated, unit.measured)
@@ -87,65 +91,43 @@ def judge_unit(
         kind=unit.kind,
         verdict=unit_verdict(findings),
         findings=tuple(findings),
-        information=tuple(of.information),
+        information=tuple(
+            (name, q) for name, q in quantities if q.name not in spec.checks[name].limits and math.isfinite(q.value)
+        ),
         not_judged=tuple(_not_judged(unit, spec)),
         notes=tuple(notes),
         parts=unit.parts,
         inputs=held.hashes,
         spec_name=spec.name,
         spec_sha256=spec.sha256,
-        panels=of.panels,
+        panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
 
 
-@dataclass
-class _Outcomes:
-    """What the checks of a spec say of a unit. information: (check, quantity) that no limit judges; known: quantities
-    that have a value, by name."""
-
-    findings: list[Finding] = field(default_factory=list)
-    information: list[tuple[str, Quantity]] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    panels: dict[str, Panel] = field(default_factory=dict)
-    known: dict[str, Quantity] = field(default_factory=dict)
-
-    def add(self, name: str, asked: CheckSpec, outcome: Outcome) -> None:
-        """What a check has measured."""
-        self.known |= {q.name: q for q in outcome.quantities if q.reason is None and math.isfinite(q.value)}
-        judged, more = _split(name, asked, outcome)
-        self.findings += judged
-        self.information += [(name, quantity) for quantity in more]
-        self.notes += [f"{name}: {note}" for note in outcome.notes]
-        self.panels |= {f"{name}/{key}": panel for key, panel in outcome.panels.items()}
+def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:
+    """What a check says of a unit: every quantity that the spec limits, without a value where it has none; no quantity
+    where nothing was measured and nothing is required."""
+    section = held.folder.sections.get(check.reads)
+    if section is None or not section.entries:
+        if not asked.required:
+            return Outcome((), ("not measured (the spec does not require it)",))
+        return _completed(Outcome(()), asked, because(Cause.NOT_MEASURED))
+    try:
+        return _completed(_measure(held, check, asked, models), asked, because(Cause.NOT_IN_DATA))
+    except NoResult as e:
+        return _completed(Outcome((), panels=e.panels), asked, e.reason)
+    except RecordError as e:
+        return _completed(Outcome(()), asked, e.reason)
 
 
-def _outcomes(held: LoadedUnit, spec: Spec, models: Models) -> _Outcomes:
-    """Every check that the spec asks for, on its section of the unit."""
-    all_checks = _Outcomes()
-    for name, asked in spec.checks.items():
-        section = held.folder.sections.get(CHECKS[name].reads)
-        if section is None or not section.entries:
-            all_checks.findings += _absent(name, asked, all_checks.notes)
-            continue
-        try:
-            outcome = _measure(held, CHECKS[name], asked, models)
-        except (RecordError, NoResult) as e:
-            all_checks.findings += missing_findings(name, asked.limits.items(), e.reason, asked.required)
-            if isinstance(e, NoResult):
-                all_checks.panels |= {f"{name}/{key}": panel for key, panel in e.panels.items()}
-            continue
-        all_checks.add(name, asked, outcome)
-    return all_checks
-
-
-def _absent(name: str, asked: CheckSpec, notes: list[str]) -> list[Finding]:
-    if asked.required:
-        return missing_findings(name, asked.limits.items(), Cause.NOT_MEASURED, True)
-    notes.append(f"{name}: not measured (the spec does not require it)")
-    return []
+def _completed(outcome: Outcome, asked: CheckSpec, reason: Reason) -> Outcome:
+    """With every quantity that the spec limits."""
+    found = {q.name for q in outcome.quantities}
+    missing = [Quantity.missing(name, reason) for name in asked.limits if name not in found]
+    return replace(outcome, quantities=(*outcome.quantities, *missing))
 
 
 def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:
@@ -173,14 +155,10 @@ def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Mode
         raise NoResult(Cause.MODEL_UNUSABLE, model=str(name), detail=str(e)) from e
 
 
-def _split(name: str, asked: CheckSpec, outcome: Outcome) -> tuple[list[Finding], list[Quantity]]:
-    """Findings of all limited quantities, one each; what else has a value is information."""
+def _judged(name: str, asked: CheckSpec, outcome: Outcome) -> list[Finding]:
+    """Findings of all limited quantities, one each."""
     found = {q.name: q for q in outcome.quantities}
-    judged = [
-        judge(name, found.get(key, Quantity.missing(key, Cause.NOT_IN_DATA)), limit, asked.required)
-        for key, limit in asked.limits.items()
-    ]
-    return judged, [q for q in outcome.quantities if q.name not in asked.limits and math.isfinite(q.value)]
+    return [judge(name, found[key], limit, asked.required) for key, limit in asked.limits.items() if key in found]
 
 
 def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:

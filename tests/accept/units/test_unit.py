@@ -14,6 +14,7 @@ from accept.judging.judge_unit import judge_unit, load_spec
 from accept.judging.result import finding_from_json, finding_json, information_from_json, information_json
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
+from checks.cause import Cause, because
 from checks.verdict import UnitVerdict, Verdict
 from tests.accept.units.units import GOOD, make_unit, save_mat
 
@@ -132,6 +133,21 @@ def test_a_section_that_cannot_be_used_is_no_result_and_the_rest_is_judged(
     rest = [f for f in result.findings if f.check != found[quantity].check]
     assert len(rest) >= 3
     assert {f.verdict for f in rest} == {Verdict.PASS}
+
+
+def test_what_was_not_measured_has_no_result_for_every_limit_where_it_is_required(tmp_path: Path) -> None:
+    folder = make_unit(tmp_path, text=GOOD.replace("[capacitance]\nsensor_uF = 5.10\nactuator_uF = 10.03\n", ""))
+    result = judge(folder)
+    missing = [f for f in result.findings if f.check == "capacitance"]
+    assert [f.quantity for f in missing] == ["sensor_uF", "actuator_uF"]
+    assert {(f.verdict, f.reason) for f in missing} == {(Verdict.NO_RESULT, "not measured")}
+    assert all(f.cause == because(Cause.NOT_MEASURED) for f in missing)
+    assert result.verdict is UnitVerdict.INCOMPLETE
+    optional = {**SPEC.checks, "capacitance": SPEC.checks["capacitance"].model_copy(update={"required": False})}
+    result = judge_unit(unit_folder.read(folder), SPEC.model_copy(update={"checks": optional}))
+    assert [f.quantity for f in result.findings if f.check == "capacitance"] == []
+    assert result.notes == ("capacitance: not measured (the spec does not require it)",)
+    assert result.verdict is UnitVerdict.ACCEPTED
 
 
 def test_a_typed_uncertainty_is_used(tmp_path: Path) -> None:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from checks.acceptance import CHECKS
-from checks.cause import Cause, NoResult, because
+from checks.cause import NoResult
 from checks.quantity import Contribution, Quantity
-from checks.verdict import UnitVerdict, Verdict, bounds, judge, missing_findings, probability_outside, unit_verdict
+from checks.verdict import UnitVerdict, Verdict, bounds, judge, probability_outside, unit_verdict
 from specs.spec import CheckSpec, Limit
 from specs.units import unit_of
 
@@ -302,13 +302,3 @@ def test_a_unit_is_accepted_only_when_every_required_finding_passes(a: list[Verd
         assert a
         assert set(a) == {Verdict.PASS}
         assert Verdict.FAIL not in b
-
-
-def test_missing_findings_name_every_limit() -> None:
-    found = missing_findings(
-        "capacitance", [("sensor_uF", guarded(4.4)), ("actuator_uF", guarded(8.8))], Cause.NOT_MEASURED, True
-    )
-    assert [f.quantity for f in found] == ["sensor_uF", "actuator_uF"]
-    assert {f.verdict for f in found} == {Verdict.NO_RESULT}
-    assert {f.reason for f in found} == {"not measured"}
-    assert all(f.cause == because(Cause.NOT_MEASURED) for f in found)
