@@ -6,7 +6,8 @@ import stat
 from pathlib import Path
 
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: what people write is far smaller
-CHUNK_BYTES = 65536
+CERTIFICATE_BYTES = 200_000_000  # of a certificate with the records attached to it: 13 MB for a strut
+CHUNK_BYTES = 65536  # read at once
 
 
 def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:

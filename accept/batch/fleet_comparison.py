@@ -14,8 +14,8 @@ from checks.signals.outliers import MIN_UNITS, Scores, robust_scale, scores
 from specs.units import unit_of
 
 OVERLAID = (PanelKind.RESPONSE, PanelKind.CURVE)
-COMPARED_HZ = (10.0, 2000.0)
-GRID = 400
+COMPARED_HZ = (10.0, 2000.0)  # the widest band in which a channel must be coherent ([STB] 3.2)
+GRID = 400  # frequencies, equally spaced in their logarithm
 CURVE_U = 0.1  # relative standard uncertainty of a distance: two realisations of one unit differ as much
 
 

@@ -11,9 +11,7 @@ from accept.judging.copies import copies_of
 from accept.judging.parts import part_doubts
 from accept.store import Store, UnitState
 from accept.units.unit_folder import UnitFolder
-from specs.files import read_bounded
-
-MAX_CERTIFICATE_BYTES = 200_000_000
+from specs.files import CERTIFICATE_BYTES, read_bounded
 
 
 def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: Store) -> bool:
@@ -42,6 +40,6 @@ def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: 
 
 def _sha256(path: Path) -> str | None:
     try:
-        return hashlib.sha256(read_bounded(path, MAX_CERTIFICATE_BYTES)).hexdigest()
+        return hashlib.sha256(read_bounded(path, CERTIFICATE_BYTES)).hexdigest()
     except OSError:
         return None

@@ -22,7 +22,7 @@ from hw import records
 from hw.errors import Implausible, InstrumentError
 from specs.bench import InstrumentEntry
 
-REPEATS = 3
+REPEATS = 3  # rounds over the probe points, so that their scatter is known
 MAX_SPREAD_UM = 3.0  # of repeats at one probe point: more is a probe that was not seated, or moved
 MAX_OPEN_LOOP = 0.3  # of a stroke that may be left back at the first voltage: a loop is 10 to 15 % wide, creep less
 GROUPS = {"sensor_uF": "sensor", "actuator_uF": "actuator"}

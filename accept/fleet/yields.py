@@ -9,7 +9,7 @@ from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
 GROUPS = ("month", "bench", "operator", "kind", "spec")
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # of the interval of a yield, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
 
 

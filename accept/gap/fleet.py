@@ -11,7 +11,7 @@ from checks.gap.decision.result import EXPLAINED, NO_MISSING
 Document = Mapping[str, Any]
 
 SAME = 1e-3  # chance of such a spread of a parameter, were it the same in all units
-TWO_SIDED_95 = 1.96
+TWO_SIDED_95 = 1.96  # standard deviations of a normal distribution
 SETTLED = (NO_MISSING, EXPLAINED)  # nothing is missing beyond what is named: an effect that is not named is not there
 
 

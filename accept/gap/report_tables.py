@@ -12,7 +12,7 @@ from checks.gap.decision.result import Result
 from checks.model.unidentified import Pair
 from specs.labels import model_label, with_unit
 
-PARAMETERS = 16
+PARAMETERS = 16  # of the fitted values: those that moved furthest
 
 
 def tables(result: Result, added: Sequence[Added] = ()) -> dict[str, PageTable]:

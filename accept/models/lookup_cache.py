@@ -35,7 +35,7 @@ from specs.errors import AcceptError
 Row = NDArray[np.complex64]
 Talk = Callable[[str], None]
 
-LAYOUT = 1
+LAYOUT = 1  # of the file; one of another layout is not read
 SAME = 1e-3  # relative, of a tabulated ratio computed again; single precision at a sharp zero leaves 1e-5
 UNREADABLE = (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile)
 PARTS = ("dx", "dy", "f", "R")

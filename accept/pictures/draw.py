@@ -26,7 +26,7 @@ _METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "png": {"Software": None},
 }
-_INCH = 25.4
+_INCH = 25.4  # mm
 _PNG_DPI = 200
 _MARGINS = {"left": 13.0, "right": 2.5, "bottom": 8.5, "top": 6.0}  # mm around each panel
 _MAP_MARGIN = 13.0  # mm at the right of a panel with a colour bar

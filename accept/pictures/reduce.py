@@ -10,8 +10,8 @@ from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Item, Line, Panel
 
 POINTS = 800  # a certificate's panel is 55 mm wide: 15 points per millimetre
-_DIGITS = 7
-_PIXELS = 200
+_DIGITS = 7  # of a number in a picture: more than print resolves
+_PIXELS = 200  # at most, along each side of a map
 
 
 def reduced(panel: Panel) -> Panel:

@@ -11,7 +11,7 @@ from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span
 
 MARGIN = 0.05  # of the extent of the data, left free at both ends
-_NICE = (1.0, 2.0, 2.5, 5.0, 10.0)
+_NICE = (1.0, 2.0, 2.5, 5.0, 10.0)  # steps between ticks, times a power of ten
 _SHORTEST = 1e-12  # relative, of a range that is one number but for rounding
 _TEN_THOUSAND = 1e4
 LARGEST = 1e100  # that has a place on an axis: the square of it is still a number

@@ -20,13 +20,14 @@ from specs.bench_ranges import STACK_V
 
 UM = 1e-6
 START_V, TOP_V = STACK_V
-STROKE_FS, STROKE_PERIOD_S, STROKE_CYCLES = 1000.0, 10.0, 2
-GAUGE_STEP, GAUGE_NOISE = 1e-7, 5e-8
-MASS_FS, MASS_S = 100.0, 30.0
+STROKE_FS, STROKE_PERIOD_S, STROKE_CYCLES = 1000.0, 10.0, 2  # two cycles: the first rise is wider than a settled loop
+GAUGE_STEP, GAUGE_NOISE = 1e-7, 5e-8  # m: last digit of the gauge, its rms noise
+MASS_FS, MASS_S = 100.0, 30.0  # rate and length of a mass step record
+# When the mass is added and removed: drawn between ([STB] 3.1.7: about 15 and 22 s).
 PUT_S, TAKEN_S = (14.0, 16.0), (21.0, 23.0)
 GRAVITY = 9.80665
-LF_FS, LF_S, LF_V, LF_HZ = 200.0, 150.0, 0.5, (0.1, 5.0)
-PROBE_STEP_UM = 0.5
+LF_FS, LF_S, LF_V, LF_HZ = 200.0, 150.0, 0.5, (0.1, 5.0)  # slow sweep for the high-pass of the sensor stack
+PROBE_STEP_UM = 0.5  # last digit of the probe readout; heights of [STB] 2.1 are multiples of it
 HAMMERED = {"x_bending": "bending_X_top", "y_bending": "bending_Y_top"} | {
     key: key for key in ("torsion_left", "torsion_top")
 }

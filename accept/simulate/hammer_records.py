@@ -9,10 +9,10 @@ from scipy import fft
 from checks.arrays import Array
 
 FS = 5120.0
-DURATION_S, EVERY_S, FIRST_S = 24.0, 2.0, 1.0
+DURATION_S, EVERY_S, FIRST_S = 24.0, 2.0, 1.0  # of a record; between two hits; until the first
 WIDTH_S = 6e-4  # of the half sine of a hit
-FORCE_N = (75.0, 130.0)
-FORCE_NOISE_N, FORCE_STEP_N = 0.03, 0.001
+FORCE_N = (75.0, 130.0)  # peak of a hit, drawn between
+FORCE_NOISE_N, FORCE_STEP_N = 0.03, 0.001  # rms noise and last digit of the force
 LSB_OF_RANGE, NOISE_OF_RANGE = 2.0**-15, 4e-4
 FINE = 16  # the force is drawn this much finer: a hit falls between samples
 

@@ -16,12 +16,12 @@ from checks.signals.drive.shapes import Notch
 Columns = dict[str, Array | float]
 
 FS, SLOW_FS = 10_000.0, 1_000.0
-MERGE_HZ = 350.0
+MERGE_HZ = 350.0  # from the low record to the high one; both have drive there
 LOW_HZ, HIGH_HZ = (1.0, 400.0), (290.0, 2100.0)
 LOW_RMS_V, HIGH_RMS_V = 0.04, 0.3
 SWEEP_HZ, SWEEP_V = (10.0, 400.0), 0.1
 AMPLITUDES_V = {"apa": (0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 4.0), "strut": (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)}
-CYCLES = 3
+CYCLES = 3  # of each amplitude of the slow sines
 AXIAL_HZ = (60.0, 140.0)
 
 

@@ -19,7 +19,7 @@ from sqlalchemy import (
 from accept.store.chain import START
 from accept.store.engine import has_index
 
-SCHEMA = 2
+SCHEMA = 2  # of the tables; a store of the one before is brought up to it when it is opened
 EARLIER = 1  # without the index of parts: whoever writes such a store does not fill it
 
 metadata = MetaData()

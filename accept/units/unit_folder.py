@@ -21,7 +21,7 @@ from specs.strict import toml_of
 
 UNIT_FILE = "unit.toml"
 KINDS = ("apa", "strut")
-MAX_UNIT_TOML_BYTES = 1_000_000
+MAX_UNIT_TOML_BYTES = 1_000_000  # what a person or a rig writes is a thousandth of it
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}

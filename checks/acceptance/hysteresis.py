@@ -20,9 +20,9 @@ from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V
 from specs.spec import CheckSpec
 
 UM = 1e-6
-CENTRE_LINE_DEGREE = 5
+CENTRE_LINE_DEGREE = 5  # of the polynomial in V through the middle of the loop
 MAX_MISFIT = 0.02  # at the largest amplitude; at small ones it is the noise, and U says so
-MIN_AMPLITUDE_V = 0.0
+MIN_AMPLITUDE_V = 0.0  # a spec may ask for more
 LOOP_PERCENT = 0.0  # a spec may ask for more: see lag.py
 USUAL_PERCENT = 1.0  # what soft PZT loses at small signals already ([DAMJANOVIC98])
 STUCK = 0.1  # of the drive's peak to peak: no actuator stands still over so much of it, not even after a turn

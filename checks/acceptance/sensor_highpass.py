@@ -19,8 +19,8 @@ from checks.signals.slow.highpass import HighPass, fit_highpass
 from specs.spec import CheckSpec
 
 UF = 1e-6
-TOP_HZ = 5.0
-CAPACITANCE_UF = [4.4, 5.5]
+TOP_HZ = 5.0  # well below the first zero of Vs near 40 Hz, which the circuit does not have
+CAPACITANCE_UF = [4.4, 5.5]  # of one stack ([STB] 2.2)
 MAX_UNEXPLAINED = 0.02  # of the variance: a circuit of first order leaves noise alone
 MAX_RELATIVE_U = 0.1  # a corner known to no better than a tenth says nothing of a capacitor
 RESISTOR_OHM = 80600.0  # [STB] 3.1.9

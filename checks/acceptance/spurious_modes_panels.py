@@ -12,7 +12,7 @@ from checks.signals.impact.hammer import HammerTest, ImpactFrf
 from checks.signals.impact.impacts import Impact, tally
 from checks.signals.impact.modal_fit import Mode
 
-_POINTS = 2000
+_POINTS = 2000  # of a curve on a picture: more than its pixels
 
 
 def panels(

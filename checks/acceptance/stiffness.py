@@ -22,7 +22,7 @@ from specs.spec import CheckSpec
 UM = 1e-6
 N_PER_UM = 1e6
 GRAVITY, GRAVITY_U = 9.80665, 0.027  # m/s2: from 9.780 at the equator to 9.832 at the poles
-MIN_PLATEAU_S = 2.0
+MIN_PLATEAU_S = 2.0  # a shorter one does not tell creep from the step
 MAX_DISAGREEMENT = 0.1  # of the deflection, between adding and removing: beyond it something slipped
 MAX_MISFIT = 0.02  # of the deflection: rms of what the creep law leaves
 # The windows of [STB] 3.1.7 (12-12.5 s and 20-20.5 s by its clock) relative to its mass step at about 15 s.

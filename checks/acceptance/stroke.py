@@ -27,10 +27,10 @@ START_V, TOP_V = STACK_V
 TOLERANCE_V = 1.0  # of 170 V: 0.6 % of the range
 END_ZONE = 0.02  # of the voltage span: over it a branch is a parabola
 MIN_OVER_NOISE = 20.0  # a stroke so near the noise is a dead stack or no gauge
-MAX_UM = 2000.0
+MAX_UM = 2000.0  # six times the nominal stroke: no actuator, but a wrong unit
 SHARE = {"one_stack": 1 / 3, "two_stacks": 2 / 3}  # of the three stacks, which are alike
 ALIKE_WITHIN = 0.25  # stacks of one batch differ by a few percent; a damaged one by more
-LOOP_PERCENT = 1.0
+LOOP_PERCENT = 1.0  # what soft PZT loses at small signals already ([DAMJANOVIC98]): a narrower loop is the drive
 STUCK = 0.05  # of the voltage span: whatever the loop, no actuator stands still over so much of it
 FIRST_RISE = "only one cycle: the loop contains the first rise and is wider than a settled one"
 

@@ -29,7 +29,7 @@ FRAME = re.compile(
 )
 FRAME_LENGTH, NUMBER_LENGTH = 15, 10  # without CR LF
 UNITS = {" ": "mm", '"': "in"}
-IDENTITY_LINES, IDENTITY_LENGTH = 3, 10
+IDENTITY_LINES, IDENTITY_LENGTH = 3, 10  # of the answer to A0000 ([ND287])
 SERIES = {"single": "A ", "X1": "1", "X2": "2"}  # status of an actual value; S, G and D are extremes of a series
 
 

@@ -31,7 +31,7 @@ PRIMARY = re.compile(r"MAIN:PRIM (?P<field> *-?\d{0,4}\.\d+)")
 SECONDARY = re.compile(r"MAIN:SECO (?P<field> *-?\d*\.\d+)(?P<unit>[pnu]F)")
 RESULT = re.compile(rb"(MAIN:PRIM|MAIN:SECO|PRIM:OV01|PRIM:OVER|SECO:OVER)")
 PRIMARY_WIDTH, SECONDARY_WIDTH = 7, 6
-FREQUENCY_KHZ = 1.0
+FREQUENCY_KHZ = 1.0  # of the measurement; the limits of a stack are for 1 kHz ([STB] 2.2)
 STREAMED = 20  # result lines that may stand before an echo while the meter triggers itself
 REMINDER = (
     "The stack is electrically poled: discharge it before connecting, keep the meter's internal and external bias off, "

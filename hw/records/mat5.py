@@ -19,7 +19,7 @@ from checks.errors import RecordError
 from hw.records.variable import Variable, unique
 
 HEADER_BYTES = 128  # of a file, before its first array ([MATFILE])
-COMPRESSED, MATRIX = 15, 14
+COMPRESSED, MATRIX = 15, 14  # types of an element ([MATFILE] table 1-1)
 # Type of a stored number -> numpy ([MATFILE] table 1-1).
 STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Class of an array -> its name (table 1-3).
@@ -28,8 +28,8 @@ CLASSES = {
     10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64", 15: "uint64", 16: "function", 17: "opaque",
 }  # fmt: skip
 NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
-OPAQUE = 17
-LOGICAL, COMPLEX = 0x02, 0x08
+OPAQUE = 17  # a class, see above
+LOGICAL, COMPLEX = 0x02, 0x08  # flags of an array ([MATFILE])
 HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
 UNPACKED_AT_ONCE = 1_000_000  # bytes
 DEFLATE_RATIO = 1032  # no deflate stream grows by more (zlib.net, "Maximum Compression Factor")

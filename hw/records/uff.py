@@ -10,7 +10,7 @@ from hw.records.uff58 import COMPLEX_DOUBLE, FRF, UNNAMED
 
 NAME_CHARACTERS = 10  # of an entity in record 6
 FREQUENCY, DISPLACEMENT, UNKNOWN = 18, 8, 0  # specific data types of records 8 to 10
-ALONG_Z, SCALAR = 3, 0
+ALONG_Z, SCALAR = 3, 0  # directions of record 6
 # Bins may lie this far from start + k step, in steps, to be written as even: a hundredth of what 7 digits resolve at
 # bin 1000 would already be lost in the stated abscissa.
 EVEN = 1e-4

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from checks.arrays import Array
 from checks.errors import RecordError
 
-TIME, FRF = 1, 4
+TIME, FRF = 1, 4  # function types of record 6
 DELIMITER = re.compile(rb"^ {4}-1 *\r?$", re.MULTILINE)
 HEADER_LINES = 11  # records 1 to 11 of the set, before its values
-REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE = 2, 4, 5, 6
+REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE = 2, 4, 5, 6  # ordinate data types of record 7
 DIRECTIONS = {0: "", 1: "+X", -1: "-X", 2: "+Y", -2: "-Y", 3: "+Z", -3: "-Z",
               4: "+RX", -4: "-RX", 5: "+RY", -5: "-RY", 6: "+RZ", -6: "-RZ"}  # fmt: skip
 UNNAMED = ("", "NONE")

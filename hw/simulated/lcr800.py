@@ -12,7 +12,7 @@ SETTINGS = re.compile(
     r"|(R\.H\.|C\.V\.|INTB|EXTB|PPM\.):(OFF\.|ON\.\.)|FREQ \d*\.\d+|VOLT \d*\.\d+)|STEP:AVER [\d.]+|MEMO:STOR [\d.]+"
     r"|SORT:NOMV [+-]?[\d.]+"
 )
-AUTO_S = 0.3
+AUTO_S = 0.3  # s: assumed, between two results that it sends by itself
 
 
 class Lcr800Device(Device):

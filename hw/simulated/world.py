@@ -6,7 +6,9 @@ import random
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-START_V, TOP_V = -20.0, 150.0
+from specs.bench_ranges import STACK_V
+
+START_V, TOP_V = STACK_V
 PLAY_WEIGHT, PLAY_RADIUS = 0.5, 0.1  # of the stroke: a loop about 10 % wide
 
 

@@ -31,7 +31,7 @@ Back = queue.SimpleQueue[Future[Any]]
 Say = Callable[[str], None]
 
 LOCAL = "local"
-CONNECT_S = 15.0
+CONNECT_S = 15.0  # until a scheduler is said not to answer
 AWAY_S = 120.0  # how long a scheduler may be away, or without a worker, before the work is given up
 LOOK_S = 1.0  # between two looks at who works
 NEW_S = 5.0  # a worker that just came has not told its code yet

@@ -24,7 +24,7 @@ from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
 
 VARIABLE = "ACCEPT_TSA"
-TIMEOUT_S = 20.0
+TIMEOUT_S = 20.0  # for one answer of a time stamping authority
 _CLOCKS = timedelta(minutes=5)  # between the servers of one authority
 _REVOKED = (AdESIndeterminate.REVOKED_NO_POE, AdESIndeterminate.REVOKED_CA_NO_POE)
 LARGEST = 24_000  # bytes of a token; with a chain of RSA certificates it takes some 6,000

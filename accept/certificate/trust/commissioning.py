@@ -22,7 +22,7 @@ from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 
 FOLDER = "commissioning"
 WITHOUT_WIRE = (OFFLINE, "manual")
-MAX_BYTES = 5_000_000
+MAX_BYTES = 5_000_000  # of a record of commissioning: far above the readings of a day
 
 
 def place(bench: BenchFile, name: str) -> Path:

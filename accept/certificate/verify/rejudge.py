@@ -19,11 +19,9 @@ from accept.judging.parts import built_of
 from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
-from specs.files import read_bounded
+from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import Spec, parse
 from specs.strict import SpecError
-
-MAX_CERTIFICATE_BYTES = 200_000_000
 
 
 def rejudge(attached: CertificateContent) -> UnitResult:
@@ -74,7 +72,7 @@ def verify_file(
 
 def read_certificate(path: Path) -> bytes:
     """Raises OSError."""
-    return read_bounded(path, MAX_CERTIFICATE_BYTES)
+    return read_bounded(path, CERTIFICATE_BYTES)
 
 
 def is_valid_demo(path: Path, ca_pem: bytes) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 # Another processor sums in another order; nothing physical is that small.
 _RELATIVE = 1e-6
-_ABSOLUTE = 1e-12
+_ABSOLUTE = 1e-12  # for values about zero; below what any quantity shows in its unit
 # A tail probability moves faster than the value it belongs to: by z dz, and z is 5 at 1e-6.
 _RELATIVE_RISK = 1e-3  # so do the G and the p of a cause, which its sentence rounds to three digits
 _RELATIVE_WORDS = 1e-4  # numbers in sentences are rounded to six digits and fewer

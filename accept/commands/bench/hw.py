@@ -28,7 +28,7 @@ from specs.bench import OFFLINE, BenchFile, InstrumentEntry, load_bench
 from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
-LOOK_S = 0.2
+LOOK_S = 0.2  # between two looks into the folder
 T = TypeVar("T")
 
 

@@ -20,7 +20,7 @@ from hw.link import Link
 from hw.network_port import Address, visa_opener
 from hw.serial_port import LineSettings
 
-LISTEN_S, ANSWER_S = 0.3, 1.0
+LISTEN_S, ANSWER_S = 0.3, 1.0  # what sends by itself does so more often; for an answer to `*IDN?`
 IDN = "*IDN?\n"
 ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNORECASE)
 

@@ -41,7 +41,7 @@ from hw.records.uff import frf_bytes
 UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
 STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
 NEAR = 0.12  # of a peak: where its pole is fitted
-COHERENT = 0.9
+COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
 SIGNIFICANT = 4.0  # standard deviations: where nothing drives, a response is large by chance
 
 

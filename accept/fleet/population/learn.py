@@ -34,7 +34,7 @@ from checks.fitting.hierarchy import (
 from checks.gap.effects import effect_named, with_effects
 from checks.model.model import Model
 
-FEWEST = 3
+FEWEST = 3  # units: of two nobody can say which one does not belong
 BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong

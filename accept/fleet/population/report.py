@@ -28,7 +28,7 @@ HEAD = 20 * mm
 DIGITS = 6  # of what is written: a batch knows nothing to a part in a million
 SHOWN = 14  # parameters in the picture
 LEARNED = 0.9  # share of its prior's standard deviation that is left of a mean that counts as learned
-PAIRS = 12
+PAIRS = 12  # of values that vary together: the strongest; the others are counted
 EXPLAINED = (
     "A point is one unit's own value, a bar the batch's mean with its 95 % interval, in standard deviations of the "
     "model file from its value. What the units have in common lies away from zero, what differs between them apart."

@@ -14,7 +14,7 @@ from checks.arrays import Array
 from checks.picture import Band, Heights, Item, Line, Mark, Text
 
 _SIZE, _LEADING = 5.8, 7.6  # pt
-_HANDLE, _GAP, _EDGE = 9.3, 4.6, 2.0
+_HANDLE, _GAP, _EDGE = 9.3, 4.6, 2.0  # pt
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from checks.picture import Heights, Image, Panel
 LEFT, RIGHT, BOTTOM, TOP = 13.0 * mm, 2.5 * mm, 8.5 * mm, 6.0 * mm  # around the axes of each panel
 _MAP_RIGHT = 13.0 * mm  # where a colour bar stands there
 _TITLE, _LABEL, _TICK = 7.5, 6.5, 6.0  # pt
-_TICK_LENGTH, _PAD = 2.0, 2.0
+_TICK_LENGTH, _PAD = 2.0, 2.0  # pt
 _X_TICK_ROOM, _Y_TICK_ROOM = 19.0, 13.0  # pt of the axis for each tick, at least
 
 

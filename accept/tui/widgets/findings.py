@@ -14,7 +14,7 @@ from accept.workflow.status import of_findings
 from checks.declare import Check
 from checks.verdict import Finding
 
-_STRIP = 30
+_STRIP = 30  # columns of the drawn bar
 _FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
 _NAME, _VALUE = 25, 18  # least columns of that table; with its limits it fits beside the steps at 80 columns
 

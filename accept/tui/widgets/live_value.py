@@ -12,7 +12,7 @@ from accept.workflow.instruments.port import InstrumentPort
 from checks.declare import Measured
 from specs.spec import Limit
 
-_STRIP = 26
+_STRIP = 26  # columns of the drawn bar
 
 
 class Gauge(Static):

@@ -16,7 +16,7 @@ _NUMBER = r"[+-]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?"
 _ENTRY = re.compile(
     rf"\s*(?P<value>{_NUMBER})\s*(?:(?:±|\+/-|\+-)\s*(?P<U>{_NUMBER}))?\s*(?P<unit>[^\d\s.,+±-]\S*)?\s*"
 )
-_MAX_LENGTH = 80
+_MAX_LENGTH = 80  # characters: a number, its uncertainty and their units are far shorter
 
 
 class EntryError(AcceptError, ValueError):
@@ -38,7 +38,7 @@ def check_plausible(value: float, declared: Scalar) -> None:
         )
 
 
-_POWERS = (1, -1, 2, -2, 3, -3, 6, -6)
+_POWERS = (1, -1, 2, -2, 3, -3, 6, -6)  # of ten: a slipped decimal point, or another prefix of the unit
 
 
 def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple[float, float] | None:

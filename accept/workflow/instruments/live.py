@@ -11,7 +11,7 @@ from checks.declare import Measured
 from hw.errors import InstrumentError
 
 EVERY_S = 0.3  # a person reads no faster, and a settled reading takes longer than that on most instruments
-AFTER_ERROR_S = 1.0
+AFTER_ERROR_S = 1.0  # until an instrument that did not answer is asked again
 BROKEN = "the live value has stopped on an internal error; " + PLEASE_REPORT
 
 

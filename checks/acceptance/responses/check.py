@@ -52,7 +52,7 @@ from checks.signals.spectral.resonance import Resonance
 from checks.signals.spectral.zeros import Zero
 from specs.spec import CheckSpec
 
-MERGE_HZ = 350.0
+MERGE_HZ = 350.0  # both records have drive there: the low one to 400 Hz, the high one from 290 Hz
 
 
 @dataclass(frozen=True, eq=False)

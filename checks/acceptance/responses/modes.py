@@ -15,7 +15,7 @@ from specs.spec import CheckSpec
 NARROW = 0.12  # of the resonance: the band of the fit
 WIDE = 0.78, 1.36  # times the resonance: the band in which a second one is searched ([STB] 3.2.3: 95 and 105 Hz)
 INNER = 0.02  # left at the ends of a band, so that a pole is seen from both sides
-AROUND_ZERO = 0.2
+AROUND_ZERO = 0.2  # of the frequency where a zero is expected: the band in which it is searched
 SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
 
 
