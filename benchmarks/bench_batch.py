@@ -1,9 +1,10 @@
 """Ratio of `accept batch` to reading its files and one transform of every record. Run: python benchmarks/bench_batch.py
 
-Required: over the recorded APAs with all their records, 2 workers, after start-up, judged alone at most 3 times what
-two processes need to read the same files and to take one rfft of every channel, judged and certified 6 times (processor
-time). Start-up is what the same batch takes on as many units that hold typed values only: processes, imports, store,
-results. The least of some runs each. Needs the recorded units in ../shared/data/units.
+Required: over the recorded APAs and struts with all their records, 2 workers, after start-up, judged alone at most 3
+times what two processes need to read the same files and to take one rfft of every channel, judged and certified 6 times
+(processor time). Struts are judged by strut-basic; what their model takes the blind challenge says. Start-up is what
+the same batch takes on as many units that hold typed values only: processes, imports, store, results. The least of some
+runs each. Needs the recorded units in ../shared/data/units.
 """
 
 import resource
@@ -76,7 +77,8 @@ def read_all(folders: list[Path]) -> None:
 
 def judge(folders: list[Path], out: Path, credential: keys.Credential | None) -> None:
     """A whole batch."""
-    order = BatchRequest(folders, out, {"apa": load_spec("apa")}, "bench", credential, WORKERS)
+    specs = {"apa": load_spec("apa"), "strut": load_spec("strut-basic")}
+    order = BatchRequest(folders, out, specs, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:
         judge_batch.run(order, store, lambda _: None)
 
@@ -91,7 +93,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         keys.init(place / "home", "correct horse", "bench")
-        folders = sorted(UNITS.glob("A-0*"))
+        folders = sorted(UNITS.glob("[AS]-0*"))
         typed = [make_unit(place / "typed" / f"T-{n:02d}", f"T-{n:02d}", GOOD) for n in range(len(folders))]
         read = least(lambda _: spent(partial(read_all, folders))) - least(lambda _: spent(partial(read_all, typed)))
         print(f"reading and one rfft of every record: {read.wall:.2f} s, {read.cpu:.2f} s of processors")

@@ -139,7 +139,10 @@ class PoleFit:
 
 def local_basis(z: Array, q: Complex, order: int) -> Complex:
     """(B, K + order + 1): a column per pole, then the powers of z."""
-    return np.column_stack([1.0 / (z[:, None] - q), z[:, None] ** np.arange(order + 1)])
+    terms = np.empty((z.size, q.size + order + 1), dtype=complex)
+    terms[:, : q.size] = 1.0 / (z[:, None] - q)
+    terms[:, q.size :] = np.vander(z, order + 1, increasing=True)
+    return terms
 
 
 def basis(w: PoleWindow, q: Complex, order: int) -> Complex:
@@ -212,26 +215,31 @@ def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex]:
     (C, B)."""
     weight = 1.0 / w.sd.T
     Q, to_columns = _orthonormal(weight[:, :, None] * A)
-    y = weight * w.Y.T
-    inner = np.einsum("cbp,cb->cp", Q.conj(), y)
-    return Q, np.einsum("cpq,cq->cp", to_columns, inner), y - np.einsum("cbp,cp->cb", Q, inner)
+    y = (weight * w.Y.T)[:, :, None]
+    inner = _adjoint(Q) @ y
+    return Q, (to_columns @ inner)[..., 0], (y - Q @ inner)[..., 0]
 
 
 def _orthonormal(A: Complex) -> tuple[Complex, Complex]:
     """Q (C, B, P) with orthonormal columns, X (C, P, P): coefficients of the columns of A are X Q^H y.
 
-    By the Cholesky factor of A^H A, ten times faster than Householder's for tall A; where A is too near to dependent
-    for that (a condition above about 1e4), by Householder's.
+    By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; where A
+    is too near to dependent for that (a condition above about 1e4), by Householder's.
     """
-    length = np.linalg.norm(A, axis=1, keepdims=True)
-    A = A / np.where(length > 0.0, length, 1.0)
-    L = _cholesky(A.conj().transpose(0, 2, 1) @ A)
+    gram = _adjoint(A) @ A
+    length = np.sqrt(np.einsum("cpp->cp", gram).real)
+    shorter = 1.0 / np.where(length > 0.0, length, 1.0)
+    L = _cholesky(shorter[:, :, None] * gram * shorter[:, None])
     if L is not None:
-        X = np.asarray(np.linalg.inv(L).conj().transpose(0, 2, 1), dtype=np.complex128)
-        return A @ X, X / length.transpose(0, 2, 1)
-    Q, R = np.linalg.qr(A)
-    X = np.asarray(np.linalg.pinv(R), dtype=np.complex128)
-    return Q, X / np.where(length > 0.0, length, 1.0).transpose(0, 2, 1)
+        X = shorter[:, :, None] * _adjoint(np.asarray(np.linalg.inv(L), dtype=np.complex128))
+        return A @ X, X
+    Q, R = np.linalg.qr(A * shorter[:, None])
+    X = shorter[:, :, None] * np.asarray(np.linalg.pinv(R), dtype=np.complex128)
+    return np.asarray(Q, dtype=np.complex128), X
+
+
+def _adjoint(A: Complex) -> Complex:
+    return A.conj().swapaxes(-1, -2)
 
 
 def _cholesky(gram: Complex) -> Complex | None:
@@ -243,20 +251,21 @@ def _cholesky(gram: Complex) -> Complex | None:
 
 
 def _eliminate(w: PoleWindow, q: Complex, order: int) -> _State:
-    Q, coefficients, residual = eliminated(w, basis(w, q, order))
-    half = coefficients.shape[1] // 2
-    squared = 1.0 / (w.z[:, None] - q) ** 2
-    driven = w.U[:, None] * squared * coefficients[:, None, : q.size]
-    moved = (driven + squared * coefficients[:, None, half : half + q.size]) / w.sd.T[:, :, None]
-    # Products this narrow are quicker as plain loops than handed to a library that starts threads for them.
-    tangent = moved - np.einsum("cbp,cpk->cbk", Q, np.einsum("cbp,cbk->cpk", Q.conj(), moved))
+    A = basis(w, q, order)
+    Q, coefficients, residual = eliminated(w, A)
+    K, half = q.size, coefficients.shape[1] // 2
+    squared = A[:, half : half + K] ** 2  # the transient's terms of the poles stand there undriven
+    by_pole = w.U[:, None] * coefficients[:, None, :K] + coefficients[:, None, half : half + K]
+    moved = squared * (by_pole / w.sd.T[:, :, None])
+    tangent = moved - Q @ (_adjoint(Q) @ moved)
     return _State(coefficients, residual, tangent, float(np.sum(np.abs(residual) ** 2)))
 
 
 def _step(state: _State) -> tuple[Complex, float]:
     """Gauss-Newton step of the poles, and how much of the cost it should take away."""
     J = state.tangent.reshape(-1, state.tangent.shape[-1])
-    step = np.asarray(np.linalg.lstsq(J, state.residual.ravel(), rcond=None)[0])
+    Q, R = np.linalg.qr(J)
+    step = np.linalg.pinv(R) @ (Q.conj().T @ state.residual.ravel())
     return step, float(np.sum(np.abs(J @ step) ** 2))
 
 
