@@ -234,8 +234,8 @@ def _orthonormal(A: Complex) -> tuple[Complex, Complex]:
         X = shorter[:, :, None] * _adjoint(np.asarray(np.linalg.inv(L), dtype=np.complex128))
         return A @ X, X
     Q, R = np.linalg.qr(A * shorter[:, None])
-    X = shorter[:, :, None] * np.asarray(np.linalg.pinv(R), dtype=np.complex128)
-    return np.asarray(Q, dtype=np.complex128), X
+    inverse = np.asarray(np.linalg.pinv(R), dtype=np.complex128)
+    return np.asarray(Q, dtype=np.complex128), shorter[:, :, None] * inverse
 
 
 def _adjoint(A: Complex) -> Complex:
