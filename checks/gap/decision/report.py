@@ -60,7 +60,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     before = _without_members(base, full, p.B) if best.response.counted and full.adequate else whole.seen
     verdict = word(full.adequate, named, rivals, missing)
     gap_before = gaps_of(replace(shown.before, unseen=raw(p)) if p.early else shown.before)
-    said = (*words, *_notes(full), *_agrees_before(base, named, gap_before), *_ended(search, verdict))
+    said = (*words, *_notes(full, verdict), *_agrees_before(base, named, gap_before), *_ended(search, verdict))
     return Result(
         model=p.inputs.model.name,
         verdict=verdict,
@@ -126,11 +126,13 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
     return ("the search ended at its bound of work; what it had not tried may explain more",)
 
 
-def _notes(full: Candidate) -> tuple[str, ...]:
+def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
+    """Values that are far off, though each channel may agree; a single one only where it may be why nothing fits."""
     out = _far(full)
-    if len(out) < 2:
+    if len(out) < (2 if verdict in (NO_MISSING, EXPLAINED) else 1):
         return ()
-    return (f"calibrated values are far from the model file ({_worst(out)}): another model, or another unit?",)
+    one_or_more = "calibrated values are" if len(out) > 1 else "a calibrated value is"
+    return (f"{one_or_more} far from the model file ({_worst(out)}): another model, or another unit?",)
 
 
 def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:

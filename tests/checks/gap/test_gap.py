@@ -162,6 +162,13 @@ class TestRun:
         assert result.verdict == "unexplained"
         assert not result.named
 
+    def test_what_only_a_value_far_off_explains_is_said(self) -> None:
+        """Ten standard deviations of its prior: every channel agrees, and nothing in the library does it."""
+        truth = drawn(5).with_values({"joint.cR_Nm_s_per_rad": 0.011})
+        result = run(replace(inputs(5), A=recorded(truth, 10), B=recorded(truth, 11)), quiet)
+        assert result.verdict == "unexplained"
+        assert any("a calibrated value is far" in note and "bending damping cR" in note for note in result.notes)
+
     def test_polarity_and_offset_first(self) -> None:
         case = inputs(6)
         A, B = (early.with_signs(d, ("Vs",)) for d in (case.A, case.B))
