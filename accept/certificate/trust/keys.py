@@ -182,7 +182,7 @@ def _chosen(home: Path, role: str, person: str | None) -> Path:
     if not exist(home):
         raise KeysError(f"{folder(home)}: there are no keys; `accept keys init` makes keys")
     if not there:
-        raise KeysError(f"{folder(home)}: there is no key of a {role}; `accept keys request` makes one for a person")
+        raise KeysError(f"{folder(home)}: no key for the role '{role}'; `accept keys request` makes one for a person")
     whose = ", ".join(there.values())
     if person is None:
         raise KeysError(f"{folder(home)}: several persons have a key as {role} ({whose}); name one with --operator")

@@ -27,7 +27,7 @@ from checks.fitting.fit_panels import fit_panels
 from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
 from checks.model.parameters import is_mode_factor
-from checks.rounding import with_U
+from checks.rounding import rounded, with_U
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 
@@ -202,8 +202,9 @@ def _print(fitted: FittedModel) -> None:
     stdout.print(gap_rows)
     for name, value in fitted.seed_constants.items():
         c = fitted.constants[name]
-        by_formula = f"{value:.5g} by the published formula"
-        stdout.print(f"{name}: {by_formula}, {with_U(c.value, (c.hi - c.lo) / 2)} by least squares (95 %, noise alone)")
+        half = (c.hi - c.lo) / 2
+        by_formula = f"{rounded(value, half)} by the published formula"
+        stdout.print(f"{name}: {by_formula}, {with_U(c.value, half)} by least squares (95 %, noise alone)")
     if fitted.model.damping != fitted.start.damping:
         stdout.print(f"damping '{fitted.model.damping}' fits better than '{fitted.start.damping}' and is used")
     if not fit.converged:

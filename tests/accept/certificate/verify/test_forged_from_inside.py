@@ -225,7 +225,7 @@ def test_a_fresh_bench_has_no_qa_key(tmp_path: Path) -> None:
     assert "off the bench" in done.stderr
     assert left.stat().st_mode & 0o077 == 0
     assert [k.role for k in keys.listing(home())] == ["ca", TECHNICIAN]
-    with pytest.raises(KeysError, match="no key of a qa"):
+    with pytest.raises(KeysError, match="no key for the role 'qa'"):
         keys.unlock(home(), QA, "correct horse")
     other = accept("report", tmp_path / "u", "--spec", "apa-basic", "--operator", "Eve", "--out", tmp_path / "b.pdf")
     assert (other.exit_code, "has no key here" in other.stderr) == (6, True)
