@@ -104,21 +104,17 @@ def _levels(x: Array) -> str:
     steps = np.where(apart, gaps / step, 0.0)
     if np.abs(steps - np.round(steps)).max() > 0.25 or steps.sum() > MOST_LEVELS:
         return ""
-    counts = np.concatenate([[0], np.cumsum(np.round(steps))]).astype("<i4")[_places(x, there, step)]
+    counts = _counts(x, there, np.concatenate([[0], np.cumsum(np.round(steps))]).astype("<i4"), step)
     return min(_hash(counts.tobytes()), _hash((counts.max() - counts).tobytes()))
 
 
-def _places(x: Array, there: Array, step: float) -> NDArray[np.intp]:
-    """Where in `there`, rising by steps, each of x stands: by counting steps, which is quicker than to search for it;
-    by searching where two stand within one step."""
-    of_step = np.zeros(_steps(there[-1], there[0], step) + 1, dtype=np.intp)
-    of_step[_steps(there, there[0], step)] = np.arange(there.size)
-    places = of_step[_steps(x, there[0], step)]
-    return places if np.array_equal(there[places], x) else np.searchsorted(there, x)
-
-
-def _steps(x: Array, first: float, step: float) -> NDArray[np.intp]:
-    return np.asarray(np.rint((x - first) / step).astype(np.intp))
+def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
+    """The count of each of x, by those of its values `there`: found by the steps from the first, which is quicker than
+    to search for it, unless two levels lie within one step."""
+    slots, found = (np.rint((v - there[0]) / step).astype(np.intp) for v in (there, x))
+    by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
+    by_slot[slots] = counts
+    return by_slot[found] if np.array_equal(by_slot[slots], counts) else counts[np.searchsorted(there, x)]
 
 
 def _normal(values: Array) -> Array:

@@ -56,6 +56,29 @@ def test_what_is_measured_again_is_no_copy(noise: float, step: float) -> None:
     assert not [1 for n, a in enumerate(found) for b in found[:n] if a.same(b)]
 
 
+def test_rounding_about_the_levels_changes_none() -> None:
+    """Parts of 1e-9 of the span, as arithmetic on a stored copy leaves them: two values of one level have one count."""
+    x = measured(2e-4, 1, 1e-7)
+    rounded = x + 1e-9 * np.ptp(x) * RNG.standard_normal(x.size)
+    assert np.unique(rounded).size > 2 * np.unique(x).size
+    one, other = sketch(x), sketch(rounded)
+    assert one is not None
+    assert other is not None
+    assert one.levels
+    assert one.levels == other.levels
+
+
+def test_levels_of_a_converter_that_is_not_quite_even_are_counted_one_by_one() -> None:
+    """Every fifth step is short by a fifth, so that after some steps two levels lie within one."""
+    level = np.cumsum(np.where(np.arange(400) % 5 == 0, 0.8, 1.0))
+    at = RNG.integers(0, 400, 5000)
+    uneven, even = sketch(level[at]), sketch(at.astype(float))
+    assert uneven is not None
+    assert even is not None
+    assert uneven.levels
+    assert uneven.levels == even.levels
+
+
 def test_what_tells_nothing_has_no_sketch() -> None:
     assert sketch(np.zeros(5000)) is None
     assert sketch(np.arange(20.0)) is None
