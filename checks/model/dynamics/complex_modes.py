@@ -39,21 +39,25 @@ class Sections:
 
     def at(self, w: Array) -> Complex:
         """(c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
-        return summed(self._numerators, self._basis, self._swift(w), w)
+        sums = summed(self._numerators, self._over, self._swift(w), w)
+        constant, rate = np.split(sums, 2)
+        rate *= 1j * w
+        constant += rate
+        return constant
 
     def _swift(self, w: Array) -> NDArray[np.bool_]:
         w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
         return self.paired & far(w2, w2 * self._damping, w)
 
-    def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
-        """(2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
+    def _over(self, which: NDArray[np.bool_], w: Array) -> Complex:
+        """(1, p, F) of 1 over each section, 1 - damping s + (s / w)^2."""
         damping, inverse_w2 = self._damping[which], self._inverse_w[which] ** 2
-        basis = np.empty((2, damping.size, w.size), dtype=complex)  # a piece of memory at first hand costs as much as
-        over = basis[1]  # what is worked out in it
-        over.real, over.imag = 1.0 - np.multiply.outer(inverse_w2, w * w), -np.multiply.outer(damping, w)
-        np.divide(1.0, over, out=basis[0])
-        np.multiply(1j * w, basis[0], out=basis[1])
-        return basis
+        real, imaginary = 1.0 - np.multiply.outer(inverse_w2, w * w), np.multiply.outer(damping, w)
+        power = real**2 + imaginary**2
+        over = np.empty((1, *power.shape), dtype=complex)  # by real numbers, which is quicker than a complex division
+        np.divide(real, power, out=over.real[0])
+        np.divide(imaginary, power, out=over.imag[0])
+        return over
 
     @property
     def _damping(self) -> Array:
@@ -65,10 +69,10 @@ class Sections:
 
     @property
     def _numerators(self) -> Array:
-        """(c, 2, p)."""
+        """(2 c, 1, p): the constants, then what goes with s."""
         weight = np.where(self.paired, 2.0, 1.0)[:, None]
         rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
-        return np.stack([-(weight * self.residues.real).T, rate.T], axis=1)
+        return np.concatenate([-(weight * self.residues.real).T, rate.T])[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +136,10 @@ class Eigen:
 def eigen(system: System) -> Eigen:
     """The first-order form of a system, solved. Raises ModelError when its stiffness is not positive definite."""
     W, T = energy_form(system)
-    mu, V = np.linalg.eig(W)
-    sources = np.vstack([system.force, system.outputs]) @ T
-    pushed = np.pad(-sources, ((0, 0), (0, len(T)))).T
-    return Eigen(W, T, mu.astype(complex), V.astype(complex), np.linalg.solve(V, pushed).astype(complex))
+    mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real where all of them are
+    pushed = np.zeros((len(W), 1 + len(system.outputs)), dtype=complex)
+    pushed[: len(T)] = -T.T @ np.column_stack([system.force, system.outputs.T])
+    return Eigen(W, T, mu, V, np.linalg.solve(V, pushed))
 
 
 def modal(system: System) -> Modal:
