@@ -86,9 +86,8 @@ def _significant(frf: Frf) -> np.ndarray:
 def _coarse(turns: Array, H: np.ndarray, sigma: Array) -> float:
     grid = np.arange(-MAX_SAMPLES, MAX_SAMPLES, min(0.5, 0.05 / float(turns.max())))
     squared = (H / np.abs(H)) ** 2 / sigma**2
-    score = np.abs(np.exp(4j * np.pi * np.outer(grid, turns)) @ squared)
-    real = (np.exp(4j * np.pi * np.outer(grid, turns)) @ squared).real
-    return float(grid[np.argmax(np.where(real > 0, score, 0.0))])
+    sums = np.exp(4j * np.pi * np.outer(grid, turns)) @ squared
+    return float(grid[np.argmax(np.where(sums.real > 0, np.abs(sums), 0.0))])
 
 
 def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[float, float]:
@@ -199,9 +198,11 @@ def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
     for end, ordered in (("largest", -x), ("smallest", x)):
         lowest = float(ordered.min())
         count = int(np.count_nonzero(ordered == lowest))
+        if count < PILED_SAMPLES:
+            continue
         above = ordered[ordered > lowest]
         beside = int(np.count_nonzero(above == above.min())) if above.size else 0
-        if count >= PILED_SAMPLES and count > PILED * beside:
+        if count > PILED * beside:
             at = float(-lowest if end == "largest" else lowest)
             where = f", {beside} the next one"
             return (because(Cause.CHANNEL_CLIPPED, channel=channel, count=count, end=end, value=at, where=where),)

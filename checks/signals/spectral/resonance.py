@@ -100,12 +100,12 @@ def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: in
     """
     w = w.thinned(CANDIDATE_BINS)
     A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
-    Q, _, residual = eliminated(w, A)
+    known_columns, X, _, residual = eliminated(w, A)
     poles = _grid(w, f_lo, f_hi)
     columns = 1.0 / (w.z[:, None] - poles)
     gain = np.zeros(poles.size)
     for c in range(residual.shape[0]):
-        gain += _explained(Q[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
+        gain += _explained(known_columns[c] @ X[c], residual[c], columns * (w.U / w.sd[:, c])[:, None])
     return w.frequency(complex(poles[int(np.argmax(gain))])), poles.size
 
 
@@ -142,7 +142,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
     Both by the noise that the smaller fit leaves: it must not profit from a noise that the further pole has made small.
     """
     order, w = fitted.order, _as_without(fitted, without)
-    smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[2]) ** 2)) for q in (without, fitted.q))
+    smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size
     added = 4 * C + 2
     freedom = 2 * C * (B - 2 * (fitted.q.size + order + 1)) - 2 * fitted.q.size
@@ -155,7 +155,7 @@ def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
     w = fitted.window
     even = replace(w, sd=np.ones(w.sd.shape))
     for _ in range(2):
-        residual = eliminated(even, basis(w, without, fitted.order))[2].T * even.sd
+        residual = eliminated(even, basis(w, without, fitted.order))[-1].T * even.sd
         even = with_noise_of(even, residual)
     return even
 

@@ -72,8 +72,8 @@ def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
 
 def _root(w: PoleWindow, order: int) -> _Root | None:
     A = basis(w, _NO_POLE, order)
-    w = with_noise_of(w, eliminated(w, A)[2].T)
-    _, coefficients, residual = eliminated(w, A)
+    w = with_noise_of(w, eliminated(w, A)[-1].T)
+    *_, coefficients, residual = eliminated(w, A)
     powers = np.arange(order + 1)
     c = coefficients[0, : order + 1]
     roots = np.roots(c[::-1])
