@@ -80,6 +80,7 @@ def _visa(named: Sequence[str]) -> list[Seen]:
     try:
         with warnings.catch_warnings(record=True) as left_out:  # what could not be searched, and what it would take
             warnings.simplefilter("always")
+            warnings.simplefilter("ignore", ResourceWarning)  # sockets that the search leaves open
             found = pyvisa.ResourceManager("@py").list_resources("?*")
         for warning in left_out:
             say(f"VISA: {warning.message}")

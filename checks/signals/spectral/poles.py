@@ -182,7 +182,7 @@ def _inside(q: Complex) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
+class _Elimination:
     """coefficients (C, P); residual (C, B) weighted; tangent (C, B, K): its change with the poles."""
 
     coefficients: Complex
@@ -191,7 +191,7 @@ class _State:
     cost: float
 
 
-def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _State]:
+def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _Elimination]:
     """Gauss-Newton with halved steps."""
     state = _eliminate(w, q, order)
     for _ in range(_ITERATIONS):
@@ -254,7 +254,7 @@ def _cholesky(gram: Complex) -> Complex | None:
     return L if np.abs(np.einsum("cpp->cp", L)).min() > _DEPENDENT else None
 
 
-def _eliminate(w: PoleWindow, q: Complex, order: int) -> _State:
+def _eliminate(w: PoleWindow, q: Complex, order: int) -> _Elimination:
     A = basis(w, q, order)
     columns, X, coefficients, residual = eliminated(w, A)
     K, half = q.size, coefficients.shape[1] // 2
@@ -262,10 +262,10 @@ def _eliminate(w: PoleWindow, q: Complex, order: int) -> _State:
     by_pole = w.U[:, None] * coefficients[:, None, :K] + coefficients[:, None, half : half + K]
     moved = squared * (by_pole / w.sd.T[:, :, None])
     tangent = moved - columns @ (X @ within(columns, X, moved))
-    return _State(coefficients, residual, tangent, float(np.sum(np.abs(residual) ** 2)))
+    return _Elimination(coefficients, residual, tangent, float(np.sum(np.abs(residual) ** 2)))
 
 
-def _step(state: _State) -> tuple[Complex, float]:
+def _step(state: _Elimination) -> tuple[Complex, float]:
     """Gauss-Newton step of the poles, and how much of the cost it should take away."""
     J = state.tangent.reshape(-1, state.tangent.shape[-1])
     Q, R = np.linalg.qr(J)
@@ -273,7 +273,7 @@ def _step(state: _State) -> tuple[Complex, float]:
     return step, float(np.sum(np.abs(J @ step) ** 2))
 
 
-def _result(w: PoleWindow, q: Complex, order: int, state: _State) -> PoleFit:
+def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleFit:
     K, (C, B) = q.size, state.residual.shape
     gain: Complex = np.asarray(np.linalg.pinv(state.tangent.reshape(-1, K)), dtype=np.complex128).reshape(K, C, B)
     half = K + order + 1

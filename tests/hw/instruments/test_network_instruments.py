@@ -1,5 +1,7 @@
 """SCPI meters and the interferometer against peers on a TCP port, by VISA and by pyvisa-sim."""
 
+from contextlib import closing
+
 import pytest
 
 from hw.errors import (
@@ -167,8 +169,8 @@ def test_the_interferometer():
 def test_an_interferometer_that_is_not_as_it_must_be(change, error, words):
     peer = Ids3010Peer()
     change(peer)
-    with served(peer) as where, pytest.raises(error, match=words):
-        ids(where).read()
+    with served(peer) as where, closing(ids(where)) as interferometer, pytest.raises(error, match=words):
+        interferometer.read()
 
 
 @pytest.mark.parametrize(
@@ -188,8 +190,8 @@ def test_an_answer_that_is_none(line):
         def hear(self, data):
             return [(0.0, line + b"\r\n")]
 
-    with served(Odd()) as where, pytest.raises((Garbled, InstrumentRefused)):
-        ids(where).read()
+    with served(Odd()) as where, closing(ids(where)) as interferometer, pytest.raises((Garbled, InstrumentRefused)):
+        interferometer.read()
 
 
 def test_an_address_that_is_none():
