@@ -50,25 +50,25 @@ class BatchReport:
         return of_verdicts(self.verdicts, len(self.refused))
 
 
-def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
-    """Judge all units of an order. Every verdict is in the store before it is said; a run that was killed is taken up
+def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
+    """Judge all units of a request. Every verdict is in the store before it is said; a run that was killed is taken up
     where it stopped, because the next one judges only what the store does not hold for the same inputs, spec and code.
 
     Raises OSError when `out` cannot be written, StoreError when the store cannot, ResultsError where there are more
     units than can be written.
     """
     with Roster() as roster:
-        batch = _Batch(order, roster, store, say)
+        batch = _Batch(request, roster, store, say)
         batch.enrol()
-        check_room(roster.count(), order.cluster is not None)
-        names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in order.specs.items()}
-        started = {"out": str(order.out), "units": roster.count(), "specs": names}
-        store.append("batch_started", "", started, who=order.operator)
-        if order.cluster is not None:
-            judged, of = judge_far(batch.jobs(), order.cluster), roster.count()
+        check_room(roster.count(), request.cluster is not None)
+        names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
+        started = {"out": str(request.out), "units": roster.count(), "specs": names}
+        store.append("batch_started", "", started, who=request.operator)
+        if request.cluster is not None:
+            judged, of = judge_far(batch.jobs(), request.cluster), roster.count()
         else:
             jobs = list(batch.jobs())
-            judged, of = judge_here(jobs, order.workers, order.pool), len(jobs)
+            judged, of = judge_here(jobs, request.workers, request.pool), len(jobs)
         for number, (job, outcome) in enumerate(steps(judged, "units judged", of), 1):
             batch.keep(job, outcome, f"[{number}/{of}] ")
         batch.judge_doubted_again()
@@ -76,7 +76,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.write_results()
     report = batch.report
     store.append(
-        "batch_finished", "", {"verdicts": report.verdicts, "refused": len(report.refused)}, who=order.operator
+        "batch_finished", "", {"verdicts": report.verdicts, "refused": len(report.refused)}, who=request.operator
     )
     return report
 
@@ -85,7 +85,7 @@ def run(order: BatchRequest, store: Store, say: Say) -> BatchReport:
 class _Batch:
     """One batch under way: what is asked, who is enrolled, where it is stored, whom it is said to, what was done."""
 
-    order: BatchRequest
+    request: BatchRequest
     roster: Roster
     store: Store
     say: Say
@@ -96,9 +96,9 @@ class _Batch:
     def enrol(self) -> None:
         """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
         refuses both."""
-        for address, reason in self.order.refused:
+        for address, reason in self.request.refused:
             self._refuse(address, reason)
-        for path in self.order.paths:
+        for path in self.request.paths:
             try:
                 found = unit_folder.find(path)
             except UnitError as e:
@@ -107,7 +107,7 @@ class _Batch:
             for folder in found:
                 try:
                     one = unit_folder.read(folder)
-                    spec_for(one, self.order.specs)
+                    spec_for(one, self.request.specs)
                     self.roster.add(one)
                 except UnitError as e:
                     self._refuse(folder, str(e))
@@ -144,27 +144,27 @@ class _Batch:
 
     def _job(self, folder: UnitFolder, past: list[Event], head: SignedHead | None) -> Job | None:
         """What is to be done with a unit; None where its result stands."""
-        order, roster, store = self.order, self.roster, self.store
+        request, roster, store = self.request, self.roster, self.store
         before = fold(past).units.get(folder.serial)
         if before is not None:
             roster.known(folder.serial, before.attempts - 1, before.seq)
-        if before is not None and unchanged(folder, order, before, store):
+        if before is not None and unchanged(folder, request, before, store):
             roster.judged(folder.serial, before.seq, unchanged=True)
             # Said again: the run that judged it may have been killed before it could.
             self._doubt_others(folder.serial, before.result.get("copies", []))
             self._note_parts(folder.serial, folder.parts, before.result.get("part_doubts", []))
             self.say(f"{folder.serial}: unchanged, {before.verdict}")
             return None
-        wanted = before if order.credential is not None else None
-        if wanted and uncertified.is_due(wanted, folder, order.specs[folder.kind], order.operator):
+        wanted = before if request.credential is not None else None
+        if wanted and uncertified.is_due(wanted, folder, request.specs[folder.kind], request.operator):
             roster.expect(folder.serial, wanted.seq)
             before = uncertified.before(past, wanted)
-        return order.job(folder, before, head)
+        return request.job(folder, before, head)
 
     def keep(self, job: Job, judged: JudgedOrRefused, prefix: str) -> None:
         """Certify a judged unit; only then say its verdict. One whose recordings stand elsewhere too is drawn again,
         with what that leaves of it."""
-        order, roster, store = self.order, self.roster, self.store
+        request, roster, store = self.request, self.roster, self.store
         if not isinstance(judged, str):
             copies = copies_of(store, judged.result.serial, str(judged.folder.resolve()), judged.result.samples)
             doubts = part_doubts(store, judged.result.serial, judged.result.parts)
@@ -177,11 +177,11 @@ class _Batch:
         if due is not None and not uncertified.repeats(store, serial, due, judged.result):
             roster.expect(serial, None)
             before = fold(store.events(serial)).units[serial]
-            other = order.job(roster.unit(folder_of(job)), before, store.signed_head())
+            other = request.job(roster.unit(folder_of(job)), before, store.signed_head())
             self.keep(other, other(), prefix)
             return
         try:
-            event = certify(judged, store, order.certificate(serial), order.credential, stored=due is not None)
+            event = certify(judged, store, request.certificate(serial), request.credential, stored=due is not None)
         except golden.BenchStopped as e:  # since this batch began
             self._refuse_judged(job, str(e), prefix)
             return
@@ -207,28 +207,28 @@ class _Batch:
             self.say(f"warning: {serial} was judged with {because_of}; its result counts no more")
             return
         before = fold(self.store.events(serial)).units.get(serial)
-        job = self.order.job(self.roster.unit(path), before, self.store.signed_head())
+        job = self.request.job(self.roster.unit(path), before, self.store.signed_head())
         self.keep(job, job(), "again, ")
 
     def write_results(self) -> None:
         """The files for scripts, from what the store holds."""
-        order, roster, report = self.order, self.roster, self.report
-        results = Results(order.out, whole=roster.count() <= WHOLE, dataset=order.cluster is not None)
+        request, roster, report = self.request, self.roster, self.report
+        results = Results(request.out, whole=roster.count() <= WHOLE, dataset=request.cluster is not None)
         kinds = set()
         with results:
             for serial, seq, earlier, since in roster.results():
                 *more, judged = _judgements(self.store, serial, since, seq)
-                certificate = f"{CERTIFICATES}/{serial}.pdf" if order.credential else None
+                certificate = f"{CERTIFICATES}/{serial}.pdf" if request.credential else None
                 entry = judged.data["result"] | {"certificate": certificate}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
                 results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)
-            used = [s for kind, s in order.specs.items() if kind in kinds] or list(order.specs.values())
+            used = [s for kind, s in request.specs.items() if kind in kinds] or list(request.specs.values())
             results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
         report.units = results.entries
 
     def _doubt_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> None:
-        self.doubted += withhold_others(self.store, serial, copies, self.order.operator)
+        self.doubted += withhold_others(self.store, serial, copies, self.request.operator)
 
     def _note_parts(self, serial: str, parts: Mapping[str, str], stated: Sequence[str]) -> None:
         if parts:  # of units without any there may be many
@@ -239,7 +239,7 @@ class _Batch:
         self._refuse(folder_of(job), reason, prefix)
 
     def _refuse(self, path: Path | str, reason: str, prefix: str = "") -> None:
-        events.refused(self.store, path, reason, self.order.operator)
+        events.refused(self.store, path, reason, self.request.operator)
         self.report.refused.append({"path": str(path), "reason": reason})
         self.say(f"{prefix}refused: {reason}")
 

@@ -14,15 +14,15 @@ from accept.units.unit_folder import UnitFolder
 from specs.files import CERTIFICATE_BYTES, read_bounded
 
 
-def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: Store) -> bool:
+def unchanged(folder: UnitFolder, request: BatchRequest, known: UnitState, store: Store) -> bool:
     """Whether inputs, spec and code are those of the unit's last judgement, its recordings stand where they stood, its
     parts are what they were, and its certificate, if one is wanted, lies in `out` as it was signed."""
-    spec = order.specs[folder.kind]
+    spec = request.specs[folder.kind]
     if not known.unchanged(folder.input_hashes(), spec.sha256, code_sha256()):
         return False
-    if known.result.get("models", {}) != order.model_hashes(folder.kind):
+    if known.result.get("models", {}) != request.model_hashes(folder.kind):
         return False
-    if not calibration.same(known.result.get("calibration"), order.calibration(folder)):
+    if not calibration.same(known.result.get("calibration"), request.calibration(folder)):
         return False
     copies = copies_of(store, folder.serial, str(folder.path.resolve()), known.result.get("samples", {}))
     if copies != known.result.get("copies", []):
@@ -30,11 +30,11 @@ def unchanged(folder: UnitFolder, order: BatchRequest, known: UnitState, store: 
     if part_doubts(store, folder.serial, folder.parts) != known.result.get("part_doubts", []):
         return False
     explanation = known.result.get("gap")
-    if not (same_start(explanation, order.start(folder)) and is_there(explanation, order.out)):
+    if not (same_start(explanation, request.start(folder)) and is_there(explanation, request.out)):
         return False
-    if order.credential is None:
+    if request.credential is None:
         return True
-    path = order.certificate(folder.serial)
+    path = request.certificate(folder.serial)
     return known.certificate is not None and _sha256(path) == known.certificate.sha256
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from accept.simulate.hammer_records import FS, DoubleHits, ShellMode, hammer_record
-from accept.simulate.order import UnitRequest
 from accept.simulate.records import Columns, DrivenUnit, slow_record
+from accept.simulate.unit_request import UnitRequest
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
 from checks.arrays import Array
 from checks.model.electrical import highpass_corner
@@ -96,54 +96,54 @@ def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
 
 def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> dict[str, Columns]:
     """File stem -> columns of every record of an APA but those of frequency responses."""
-    order = bench.order
+    request = bench.request
     one, *others = figures.stacks_um
     out = {
-        "stroke_one_stack": _stroke(order, figures, one, "stroke_one_stack"),
-        "stroke_two_stacks": _stroke(order, figures, sum(others), "stroke_two_stacks"),
-        "add_mass_closed_circuit": _mass(order, figures, figures.k_closed_N_per_um, "add_mass_closed_circuit"),
-        "add_mass_open_circuit": _mass(order, figures, figures.k_open_N_per_um, "add_mass_open_circuit"),
+        "stroke_one_stack": _stroke(request, figures, one, "stroke_one_stack"),
+        "stroke_two_stacks": _stroke(request, figures, sum(others), "stroke_two_stacks"),
+        "add_mass_closed_circuit": _mass(request, figures, figures.k_closed_N_per_um, "add_mass_closed_circuit"),
+        "add_mass_open_circuit": _mass(request, figures, figures.k_open_N_per_um, "add_mass_open_circuit"),
         "hysteresis": slow_record(bench, "hysteresis", figures.loop),
         "sweep_lf_with_R": _highpass(bench, figures.corner_Hz, "sweep_lf_with_R"),
         "sweep_lf": _highpass(bench, 0.0, "sweep_lf"),
     }
-    return out | {HAMMERED[key]: _hammer(order, key, figures, double) for key in HAMMERED}
+    return out | {HAMMERED[key]: _hammer(request, key, figures, double) for key in HAMMERED}
 
 
-def _stroke(order: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
+def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
     """Two slow rises from -20 V to 150 V and back, and what the gauge shows."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
     V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))
     d = stroke_of(stroke_um * UM, span, figures.loop)(V)
-    d += GAUGE_NOISE * order.rng(f"noise of {name}").standard_normal(t.size)
+    d += GAUGE_NOISE * request.rng(f"noise of {name}").standard_normal(t.size)
     return {"t": t, "V": V, "d": in_steps(d, GAUGE_STEP)}
 
 
-def _mass(order: UnitRequest, figures: Figures, k_N_per_um: float, name: str) -> Columns:
+def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) -> Columns:
     """The encoder while the mass is put down and taken away by hand."""
-    rng = order.rng(f"mass of {name}")
+    rng = request.rng(f"mass of {name}")
     t = rng.uniform(0.0, 3.0) + np.arange(round(MASS_FS * MASS_S)) / MASS_FS
     moments = (t[0] + rng.uniform(*PUT_S), t[0] + rng.uniform(*TAKEN_S))
     deflection = -figures.mass_kg * GRAVITY / (k_N_per_um * 1e6)
     de = mass_steps(t, moments, deflection, figures.creep)
-    return {"t": t, "de": order.converters.read("de", de, rng)}
+    return {"t": t, "de": request.converters.read("de", de, rng)}
 
 
 def _highpass(bench: DrivenUnit, corner_Hz: float, name: str) -> Columns:
     """A slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
-    order = bench.order
+    request = bench.request
     rig = Rig(fs=LF_FS, mean_V=0.0, ramp_s=0.0)
-    Va = order.converters.dac(excitation.sweep(rig, *LF_HZ, LF_S, LF_V).proper)
+    Va = request.converters.dac(excitation.sweep(rig, *LF_HZ, LF_S, LF_V).proper)
     model = bench.model.with_values({"sensor.highpass_Hz": corner_Hz})
     Vs = answer(model, Va.size, LF_FS, channels=("Vs",))(Va)["Vs"]
-    read = order.converters.read("Vs", Vs, order.rng(f"noise of {name}"))
+    read = request.converters.read("Vs", Vs, request.rng(f"noise of {name}"))
     return {"t": np.arange(Va.size) / LF_FS, "Va": Va, "Vs": read}
 
 
-def _hammer(order: UnitRequest, key: str, figures: Figures, double: DoubleHits | None) -> Columns:
+def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits | None) -> Columns:
     bounced = double if key == "x_bending" else None
-    force, angle = hammer_record(shell_modes(key, figures), order.rng(f"hammer, {key}"), bounced)
+    force, angle = hammer_record(shell_modes(key, figures), request.rng(f"hammer, {key}"), bounced)
     step = 1.0 / FS
     return {"Track1": force, "Track2": angle, "Track1_X_Resolution": step, "Track2_X_Resolution": step}
 

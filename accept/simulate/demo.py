@@ -2,8 +2,8 @@
 little otherwise; in the last an effect is hidden. The same every time."""
 
 from accept.models.model_file import open_model
-from accept.simulate.order import SHORT_S, UnitRequest, drawn
 from accept.simulate.unit import SimulatedUnit, simulate
+from accept.simulate.unit_request import SHORT_S, UnitRequest, drawn
 
 MODEL = "strut"  # what they are simulated from, but for what they have in common
 COMMON = {  # joints softer along and stiffer across, a weaker actuator: none of it in the model file

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from accept.simulate.order import UnitRequest
+from accept.simulate.unit_request import UnitRequest
 from checks.arrays import Array
 from checks.model.model import Model, frequency_and_damping
 from checks.model.time.hysteresis_creep import loops_of
@@ -29,32 +29,32 @@ AXIAL_HZ = (60.0, 140.0)
 class DrivenUnit:
     """A unit on the bench, ready to be driven: its answers are found once for all records of a length."""
 
-    order: UnitRequest
+    request: UnitRequest
     model: Model
     known: dict[tuple[int, float], Answer] = field(default_factory=dict)
 
     def play(self, name: str, Va: Array, fs: float) -> Columns:
         """Record of a drive Va (N,) about its mean: t, Va, Vs, de, da."""
-        converters = self.order.converters
+        converters = self.request.converters
         given = converters.dac(Va)
-        rng = self.order.rng(f"noise of {name}")
-        bent = self.order.bent(given, AMPLITUDES_V[self.order.kind][-1])
+        rng = self.request.rng(f"noise of {name}")
+        bent = self.request.bent(given, AMPLITUDES_V[self.request.kind][-1])
         truth = self.answer(given.size, fs)(bent)
         read = {c: converters.read(c, truth[c], rng) for c in ("Vs", "de", "da")}
         return {"t": np.arange(given.size) / fs, "Va": given, **read}
 
     def answer(self, samples: int, fs: float) -> Answer:
         if (samples, fs) not in self.known:
-            self.known[samples, fs] = answer(self.model, samples, fs, self.order.hold, before=self.order.before)
+            self.known[samples, fs] = answer(self.model, samples, fs, self.request.hold, before=self.request.before)
         return self.known[samples, fs]
 
 
 def noise_record(bench: DrivenUnit, name: str, high: bool, level: float = 1.0) -> Columns:
     """One realisation of low-passed or band-passed noise; level: of the drive, as a part of the usual one."""
-    order = bench.order
+    request = bench.request
     lo, hi = HIGH_HZ if high else LOW_HZ
-    length, rms = (order.high_s, HIGH_RMS_V) if high else (order.low_s, LOW_RMS_V)
-    seed = int(order.rng(f"drive of {name}").integers(2**31))
+    length, rms = (request.high_s, HIGH_RMS_V) if high else (request.low_s, LOW_RMS_V)
+    seed = int(request.rng(f"drive of {name}").integers(2**31))
     return bench.play(name, excitation.noise(_rig(FS), lo, hi, length, level * rms, seed).proper, FS)
 
 
@@ -62,22 +62,22 @@ def sweep_record(bench: DrivenUnit, name: str) -> Columns:
     """Log sweep, notched at the axial resonance ([STB] 3.1.1)."""
     f_Hz = axial_Hz(bench.model)
     shape = Notch(f_Hz, 0.2 * f_Hz, 0.15)
-    played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.order.low_s, SWEEP_V, shape=shape)
+    played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.request.low_s, SWEEP_V, shape=shape)
     return bench.play(name, played.proper, FS)
 
 
 def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns:
     """Slow sines of growing amplitude about the middle of the stacks' range; own_width: relative width of the loop that
     the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
-    order = bench.order
-    amplitudes = AMPLITUDES_V[order.kind]
+    request = bench.request
+    amplitudes = AMPLITUDES_V[request.kind]
     played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)
     Va = played.proper
     columns = bench.play(name, Va, SLOW_FS)
     if own_width:
         given = np.asarray(columns["Va"])
         de = bench.answer(Va.size, SLOW_FS)(loops_of(own_width, amplitudes[-1])(given))["de"]
-        columns["de"] = order.converters.read("de", de, order.rng(f"noise of {name}, de"))
+        columns["de"] = request.converters.read("de", de, request.rng(f"noise of {name}, de"))
     columns["Va"] = np.asarray(columns["Va"]) + played.mean_V
     return {c: columns[c] for c in ("t", "Va", "Vs", "de")}
 

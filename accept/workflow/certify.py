@@ -29,7 +29,7 @@ def make_keys(home: Path, operator: str, passphrase: str) -> Path:
 def sign_unit(session: Session, passphrase: str) -> Verification:
     """Judge where needed, draw, sign as technician, write, store, and verify what was written.
 
-    Raises KeysError for a passphrase that does not open the key (nothing was done then), SigningRefused, DossierError,
+    Raises KeysError for a passphrase that does not open the key (nothing was done then), SigningRefused, ContentError,
     OSError, StoreError.
     """
     credential = _unlocked(session, TECHNICIAN, passphrase)

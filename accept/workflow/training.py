@@ -13,7 +13,7 @@ from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
-from accept.simulate.order import SHORT_S, drawn, on_bench
+from accept.simulate.unit_request import SHORT_S, drawn, on_bench
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
@@ -64,13 +64,13 @@ class TrainingInstruments(BenchInstruments):
 
 def open_training(spec: str | None, seed: int | None) -> Workbench:
     """A bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what `open_bench`
-    does, OrderError, ModelError."""
+    does, UnitRequestError, ModelError."""
     chosen = load_spec(spec or DEFAULT_SPEC["apa"])
     place = home() / "training"
     seed = random.SystemRandom().randrange(10**6) if seed is None else seed
     serial = f"TRAIN-{seed:06d}"
-    order, hidden = training_order(chosen.kind, serial, seed)
-    made = simulate(order)
+    request, hidden = training_request(chosen.kind, serial, seed)
+    made = simulate(request)
     records = place / "records" / serial
     for name, content in made.files.items():
         write_atomic(records / name, content)
@@ -86,14 +86,14 @@ def open_training(spec: str | None, seed: int | None) -> Workbench:
     )
 
 
-def training_order(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
+def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
     """A unit with one of the faults that its kind can have, or with none, and the words that tell it."""
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
     model = on_bench(drawn(open_model(SIMULATED_MODEL[kind]), seed), kind)
-    order = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
-    return order, hidden_words(fault)
+    request = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
+    return request, hidden_words(fault)
 
 
 def hidden_words(fault: str | None) -> str:

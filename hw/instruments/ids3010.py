@@ -55,7 +55,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Identity(None, serial, None, name)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Whether it measures, in which pass mode, with enough contrast. Raises Refused, Implausible."""
+        """Whether it measures, in which pass mode, with enough contrast. Raises InstrumentRefused, Implausible."""
         if self._call(f"{IDS}.displacement.getMeasurementEnabled", deadline) is not True:
             raise InstrumentRefused(f"{self.name}: its measurement is not running; start it and align the sensor head")
         mode = self._call(f"{IDS}.axis.getPassMode", deadline)
@@ -89,7 +89,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
             return replace(self._measure(deadline), settings=said)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
-        """The first value of a method's result. Raises Refused for its errors, Garbled for what is no answer to it."""
+        """The first value of a method's result. Raises InstrumentRefused for its errors, Garbled for what is no answer
+        to it."""
         number = next(self._numbers)
         request = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
         line = self._ask(json.dumps(request).encode("ascii") + b"\r\n", END, deadline).strip()

@@ -97,7 +97,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._open(deadline)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Everything that a value depends on and the keys can change. Raises Refused with a bias on, Implausible."""
+        """Everything that a value depends on and the keys can change. Raises InstrumentRefused with a
+        bias on, Implausible."""
         found = {}
         for header, choice in self._choices.items():
             found[header] = self._asked(header, deadline)

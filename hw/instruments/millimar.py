@@ -65,7 +65,8 @@ def check_error(who: str, line: bytes) -> None:
 
 
 def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[float, int]:
-    """Metres of `xxx.xxx<unit>` without its end, and its decimals. Raises OverRange, Refused, Garbled, Implausible."""
+    """Metres of `xxx.xxx<unit>` without its end, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
+    Implausible."""
     check_error(who, line)
     found = VALUE.fullmatch(line.decode("latin-1").rstrip(" "))
     if not found:

@@ -169,7 +169,8 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return Identity(fields[1], None if serial in ("", "0") else serial, ",".join(fields[3:]) or None)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """All settings, as they must be. Raises Refused with a bias on or without corrections, Implausible."""
+        """All settings, as they must be. Raises InstrumentRefused with a bias on or without corrections,
+        Implausible."""
         found = {}
         for name, setting in self._profile.settings.items():
             wanted, said = self._filled(setting.wanted), self._question(setting.question, deadline)
@@ -204,7 +205,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
 
 
 def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:
-    """C [F] and D of `C,D` or `C,D,status`. Raises Garbled, OverRange, Refused."""
+    """C [F] and D of `C,D` or `C,D,status`. Raises Garbled, OverRange, InstrumentRefused."""
     fields = [field.strip() for field in said.split(",")]
     expected = (3, 4) if status else (2,)
     if len(fields) not in expected or not all(NUMBER.fullmatch(field) for field in fields):

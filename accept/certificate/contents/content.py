@@ -143,7 +143,8 @@ def content_of(
     held: Mapping[str, bytes] = _NOTHING,
     provenance: Mapping[str, Any] | None = None,
 ) -> CertificateContent:
-    """Dossier of a judged unit in its folder; reads only the inputs that fit into `size_limit` bytes, small ones first.
+    """What the certificate of a judged unit in its folder states; reads only the inputs that fit into `size_limit`
+    bytes, small ones first.
 
     held : files that were read already, by name. Raises ContentError when an input is gone or is not the one judged.
     """
@@ -168,7 +169,7 @@ def content_of(
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
-    """The certificate's content that wrote these attachments. Raises DossierError when they are not a certificate's."""
+    """The certificate's content that wrote these attachments. Raises ContentError when they are not a certificate's."""
     missing = [name for name in RESERVED if name not in attachments]
     if missing:
         raise ContentError(f"no {' and no '.join(missing)} is attached")

@@ -59,7 +59,8 @@ def embedded(reader: PdfFileReader) -> dict[str, bytes]:
 
 
 def read(signed: bytes) -> CertificateContent:
-    """The certificate's content inside a signed PDF, its attachments held against their hashes. Raises Refused."""
+    """The certificate's content inside a signed PDF, its attachments held against their hashes. Raises
+    InvalidCertificate."""
     try:
         contents = certificate_content.read(embedded(PdfFileReader(io.BytesIO(signed))))
     except KeyError as e:

@@ -11,7 +11,7 @@ from accept.base.progress import busy
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import SIMULATED_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
-from accept.simulate.order import ExperimentRequest, drawn, on_bench
+from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
 from checks.gap.effects import misalignment
 from checks.model.model import Model
 from checks.model.time.adc_dac import Converters
@@ -24,15 +24,15 @@ Effect = tuple[str, dict[str, float]]
 def unit(wanted: SimulateOptions) -> Exit:
     """Simulate a unit and write its folder."""
     try:
-        order = order_of(wanted)
-        with busy(f"{order.serial}: simulating its records"):
-            folder = write(simulate(order), wanted.out)
+        request = request_of(wanted)
+        with busy(f"{request.serial}: simulating its records"):
+            folder = write(simulate(request), wanted.out)
     except (UnitRequestError, ExcitationError) as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
-    hidden = [name for name, _ in order.effects] + ([f"fault {order.fault}"] if order.fault else [])
+    hidden = [name for name, _ in request.effects] + ([f"fault {request.fault}"] if request.fault else [])
     words = ", ".join(hidden) or "as it should be"
-    say(f"{order.serial}: a simulated {order.kind} of model '{order.model.name}' ({words})")
+    say(f"{request.serial}: a simulated {request.kind} of model '{request.model.name}' ({words})")
     say("the true values are in truth.json")
     tell(str(folder))
     return Exit.ACCEPTED
@@ -49,8 +49,8 @@ def faults() -> Exit:
     return Exit.ACCEPTED
 
 
-def order_of(wanted: SimulateOptions) -> UnitRequest:
-    """Order of a command line. Raises OrderError, SpecError or ModelError."""
+def request_of(wanted: SimulateOptions) -> UnitRequest:
+    """Order of a command line. Raises UnitRequestError, SpecError or ModelError."""
     if wanted.kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model, effects = _model(wanted)
@@ -84,7 +84,7 @@ def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
 
 
 def effect_of(text: str) -> Effect:
-    """`name:key=value,key=value`, or a name alone. Raises OrderError."""
+    """`name:key=value,key=value`, or a name alone. Raises UnitRequestError."""
     name, _, given = text.partition(":")
     return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"effect '{name}'")
 
@@ -97,7 +97,7 @@ def experiment_of(text: str) -> ExperimentRequest:
 
 
 def pairs(texts: Iterable[str], where: str) -> dict[str, float]:
-    """`key=value` each. Raises OrderError."""
+    """`key=value` each. Raises UnitRequestError."""
     out: dict[str, float] = {}
     for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))

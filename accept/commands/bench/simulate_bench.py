@@ -12,7 +12,7 @@ from types import FrameType
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.simulate.bench_truth import world_of
-from accept.simulate.order import UnitRequestError
+from accept.simulate.unit_request import UnitRequestError
 from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
 from hw.simulated.server import swap
 
@@ -32,7 +32,8 @@ class Struck:
 
     @classmethod
     def of(cls, words: str) -> "Struck":
-        """`gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises OrderError."""
+        """`gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
+        UnitRequestError."""
         name, _, rest = words.partition(":")
         kind, _, more = rest.partition(":")
         kinds = [k.value for k in FaultKind]

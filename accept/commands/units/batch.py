@@ -32,7 +32,7 @@ def run(wheres: list[str], wanted: BatchOptions) -> Exit:
     who = credential.person if credential else operator_name(wanted.operator)
     paths, refused = fetched(wheres, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
-        order = BatchRequest(
+        request = BatchRequest(
             paths,
             wanted.out,
             specs_for(wanted.spec),
@@ -45,7 +45,7 @@ def run(wheres: list[str], wanted: BatchOptions) -> Exit:
             refused=refused,
         )
         listed = _listed(wanted.out)
-        report = judge_batch.run(order, store, say)
+        report = judge_batch.run(request, store, say)
     if report.units:
         stdout.print(units_table(report.units))
         for line in (*reasons(report.units), *explanations(report.units)):

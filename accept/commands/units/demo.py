@@ -44,10 +44,12 @@ def run(out: Path, operator: str | None) -> Exit:
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]
         learned = _learned(out)
         specs = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
-        order = BatchRequest(units, out, specs, operator_name(operator), credential, model=str(learned), pool=elsewhere)
+        request = BatchRequest(
+            units, out, specs, operator_name(operator), credential, model=str(learned), pool=elsewhere
+        )
         ca = credential.ca.public_bytes(Encoding.PEM)
         with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
-            report = judge_batch.run(order, store, say)
+            report = judge_batch.run(request, store, say)
         files = {u["serial"]: out / u["certificate"] for u in report.units}
         pending = [elsewhere.submit(is_valid_demo, files[u["serial"]], ca) for u in report.units if u["kind"] == "apa"]
         valid = [is_valid_demo(files[u["serial"]], ca) for u in report.units if u["kind"] == "strut"]

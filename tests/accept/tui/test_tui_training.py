@@ -6,7 +6,7 @@ from accept.base.home import home
 from accept.pictures.labels import with_labels
 from accept.store import open_store
 from accept.tui.widgets.fields import Field
-from accept.workflow.training import hidden_words, open_training, training_order
+from accept.workflow.training import hidden_words, open_training, training_request
 from tests.accept.tui.tui_help import press, running, settled, sign_first, type_line, words
 from tests.soak import SOAK
 
@@ -67,7 +67,7 @@ async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
         opened.append(open_training(SPECS[kind], seed))
         return opened[0]
 
-    _, hidden = training_order(kind, "T", seed)
+    _, hidden = training_request(kind, "T", seed)
     async with running(load) as pilot:
         await press(pilot, "enter", "enter")
         for _ in range(4 if kind == "strut" else 0):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.commands.bench.simulate import experiment_of, order_of
+from accept.commands.bench.simulate import experiment_of, request_of
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import open_model
@@ -125,7 +125,7 @@ class TestSimulated:
     @pytest.fixture(scope="class")
     def unit(self) -> SimulatedUnit:
         wanted = SimulateOptions(out=Path(), dx_um=30.0, dy_um=90.0, experiment=list(ORDERED), low_s=2.0, high_s=2.0)
-        return simulate(order_of(wanted))
+        return simulate(request_of(wanted))
 
     def test_the_folder_can_be_read_and_no_record_is_a_copy(self, unit: SimulatedUnit, tmp_path: Path) -> None:
         held = loaded(write(unit, tmp_path / "S"))

@@ -19,8 +19,8 @@ from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
 from accept.simulate.apa import heights
-from accept.simulate.order import drawn
 from accept.simulate.records import DrivenUnit, axial_Hz, noise_record, slow_record
+from accept.simulate.unit_request import drawn
 from accept.units import unit_folder as units
 from checks.acceptance import CHECKS
 from checks.acceptance.flatness import POSITIONS_MM, minimum_zone

@@ -25,7 +25,7 @@ APA_PAYLOAD_KG = 5.0  # [STB] 3.1.7; the models have what a strut carries
 
 
 class UnitRequestError(AcceptError, ValueError):
-    """An order that cannot be carried out; the text says which value is wrong and what is possible."""
+    """A request that cannot be carried out; the text says which value is wrong and what is possible."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class UnitRequest:
     experiments: tuple[ExperimentRequest, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises OrderError."""
+        """Raises UnitRequestError."""
         if not SERIAL.fullmatch(self.serial):
             raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
         if self.kind not in KINDS:
