@@ -37,8 +37,9 @@ import os, time
 from accept.batch import worker
 from accept.certificate.examine import examine
 def slow(unit, *args, **kwargs):
-    time.sleep(0 if os.path.exists({mark!r}) else {seconds})  # at the first, so that the other worker gets one
+    first = not os.path.exists({mark!r})
     open({mark!r}, "w").close()
+    time.sleep({seconds} if first else 0)  # so that the other worker gets one, or that this one dies with it
     return examine(unit, *args, **kwargs)
 worker.examine = slow
 """
