@@ -120,6 +120,9 @@ print(result.verdict, *(n.effect for n in result.named), result.named[0].paramet
     verdict, effect, f_Hz = found.stdout.split()
     assert (verdict, effect) == ("explained", "encoder_lowpass"), found.stderr
     assert float(f_Hz) == pytest.approx(1500.0, rel=0.01)  # ten times its interval: 0.1 %
+    listed = python(site, "-m", "accept", "model", "effects").stdout
+    assert "encoder_lowpass (f_Hz): " in listed
+    assert "misalignment (dx_um, dy_um): " in listed
 
 
 BROKEN = {

@@ -31,6 +31,14 @@ def list_() -> None:
 
 
 @app.command()
+def effects() -> None:
+    """Effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it alone."""
+    from accept.commands.physics import effects as command
+
+    raise typer.Exit(command.run())
+
+
+@app.command()
 def show(model: ModelName = "strut") -> None:
     """Every parameter with its value, unit and prior."""
     from accept.commands.physics import model as command

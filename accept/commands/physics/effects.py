@@ -1,0 +1,30 @@
+"""`accept model effects`: which effects can be named as missing, how each shows, and what tells it alone."""
+
+import textwrap
+
+from accept.base.console import clear_errors, tell
+from accept.base.exit_codes import Exit
+from checks.gap.effects import EFFECTS
+from checks.gap.modelling.effect import Effect
+
+WIDTH, INDENT = 80, "    "
+
+
+@clear_errors
+def run() -> Exit:
+    """Every effect of this installation, those of other packages among them."""
+    for effect in EFFECTS.values():
+        tell(*_lines(effect))
+    return Exit.ACCEPTED
+
+
+def _lines(effect: Effect) -> list[str]:
+    parameters = ", ".join(p.name for p in effect.parameters)
+    said = (
+        f"shows on {', '.join(effect.channels)}: {effect.sign}",
+        f"alone: {effect.experiment.value}",
+        f"source: {', '.join(effect.sources)}",
+    )
+    wrapped = (textwrap.wrap(line, WIDTH, initial_indent=INDENT, subsequent_indent=2 * INDENT) for line in said)
+    head = f"{effect.name}{f' ({parameters})' if parameters else ''}: {effect.title}"
+    return [head, *(line for lines in wrapped for line in lines)]
