@@ -12,7 +12,7 @@ LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --n
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
-# Linters beside the tests; three processes for two cores, because many tests wait for programs that they have started.
+# Linters beside the tests; four processes for two cores, because many tests wait for programs that they have started.
 test: $(DEV)
 	$(MAKE) --no-print-directory --jobs 2 tests lint
 
@@ -20,7 +20,7 @@ test: $(DEV)
 tests quick soak coverage: export PYTHONDONTWRITEBYTECODE :=
 
 tests: $(DEV)
-	$(BIN)/python -m pytest -n 3 --dist worksteal
+	$(BIN)/python -m pytest -n 4 --dist worksteal
 
 lint: $(DEV)
 	$(BIN)/ruff check .
