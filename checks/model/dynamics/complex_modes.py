@@ -39,25 +39,22 @@ class Sections:
 
     def at(self, w: Array) -> Complex:
         """(c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
-        sums = summed(self._numerators, self._over, self._swift(w), w)
-        constant, rate = np.split(sums, 2)
-        rate *= 1j * w
-        constant += rate
-        return constant
+        return summed(self._numerators, self._basis, self._swift(w), w)
 
     def _swift(self, w: Array) -> NDArray[np.bool_]:
         w2 = 1.0 / np.maximum(np.abs(self.mu), AT_REST) ** 2
         return self.paired & far(w2, w2 * self._damping, w)
 
-    def _over(self, which: NDArray[np.bool_], w: Array) -> Complex:
-        """(1, p, F) of 1 over each section, 1 - damping s + (s / w)^2."""
+    def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
+        """(2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
         damping, inverse_w2 = self._damping[which], self._inverse_w[which] ** 2
         real, imaginary = 1.0 - np.multiply.outer(inverse_w2, w * w), np.multiply.outer(damping, w)
         power = real**2 + imaginary**2
-        over = np.empty((1, *power.shape), dtype=complex)  # by real numbers, which is quicker than a complex division
-        np.divide(real, power, out=over.real[0])
-        np.divide(imaginary, power, out=over.imag[0])
-        return over
+        basis = np.empty((2, *power.shape), dtype=complex)
+        np.divide(real, power, out=basis[0].real)  # by real numbers, which is quicker than a complex division
+        np.divide(imaginary, power, out=basis[0].imag)
+        np.multiply(1j * w, basis[0], out=basis[1])
+        return basis
 
     @property
     def _damping(self) -> Array:
@@ -69,10 +66,10 @@ class Sections:
 
     @property
     def _numerators(self) -> Array:
-        """(2 c, 1, p): the constants, then what goes with s."""
+        """(c, 2, p)."""
         weight = np.where(self.paired, 2.0, 1.0)[:, None]
         rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
-        return np.concatenate([-(weight * self.residues.real).T, rate.T])[:, None]
+        return np.stack([-(weight * self.residues.real).T, rate.T], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
