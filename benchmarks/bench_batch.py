@@ -78,9 +78,9 @@ def read_all(folders: list[Path]) -> None:
 def judge(folders: list[Path], out: Path, credential: keys.Credential | None) -> None:
     """A whole batch."""
     specs = {"apa": load_spec("apa"), "strut": load_spec("strut-basic")}
-    order = BatchRequest(folders, out, specs, "bench", credential, WORKERS)
+    request = BatchRequest(folders, out, specs, "bench", credential, WORKERS)
     with open_store(f"sqlite:///{out.with_suffix('.sqlite')}") as store:
-        judge_batch.run(order, store, lambda _: None)
+        judge_batch.run(request, store, lambda _: None)
 
 
 def least(runs: Callable[[int], Spent]) -> Spent:

@@ -56,11 +56,11 @@ def batch(units: Path, place: Path, cluster: DaskWorkers | None) -> tuple[float,
             seen.append(resident_MB())
 
     specs = {"apa": load_spec("apa-basic")}
-    order = BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
+    request = BatchRequest([units], place / "out", specs, "bench", workers=1, cluster=cluster)
     place.mkdir()
     with open_store(f"sqlite:///{place / 'store.sqlite'}") as store:
         began = time.perf_counter()
-        judge_batch.run(order, store, say)
+        judge_batch.run(request, store, say)
         return time.perf_counter() - began, seen
 
 

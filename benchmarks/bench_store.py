@@ -39,10 +39,10 @@ def one_more(url: str, place: Path, name: str, texts: Sequence[str] = (GOOD,) * 
     times, busy = [], []
     for n, text in enumerate(texts):
         folder = make_unit(place / name / f"U-{n}", f"{name}-{n}", text)
-        order = BatchRequest([folder], place / "out" / name / str(n), SPECS, "bench")
+        request = BatchRequest([folder], place / "out" / name / str(n), SPECS, "bench")
         began, began_busy = time.perf_counter(), time.process_time()
         with open_store(url) as store:
-            report = judge_batch.run(order, store, lambda _: None)
+            report = judge_batch.run(request, store, lambda _: None)
         times.append(time.perf_counter() - began)
         busy.append(time.process_time() - began_busy)
         if report.verdicts != {"accepted": 1}:  # conditional, were a part not as it should be

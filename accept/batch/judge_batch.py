@@ -199,7 +199,7 @@ class _Batch:
             self._judge_again(serial, "a recording that is also another unit's")
         for serial, (parts, stated) in sorted(self.built.items()):
             if part_doubts(self.store, serial, parts) != list(stated):
-                self._judge_again(serial, "parts of which something else is known since")
+                self._judge_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
     def _judge_again(self, serial: str, because_of: str) -> None:
         path = self.roster.folder(serial)

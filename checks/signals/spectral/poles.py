@@ -217,17 +217,17 @@ def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Co
     columns = weight[:, :, None] * A
     X = _to_orthonormal(columns)
     y = (weight * w.Y.T)[:, :, None]
-    coefficients = X @ within(columns, X, y)
+    coefficients = X @ _within(columns, X, y)
     return columns, X, coefficients[..., 0], (y - columns @ coefficients)[..., 0]
 
 
-def within(A: Complex, X: Complex, y: Complex) -> Complex:
+def _within(A: Complex, X: Complex, y: Complex) -> Complex:
     """(..., P, K) components of y (..., B, K) along the orthonormal A X."""
     return _adjoint(_adjoint(y) @ A @ X)
 
 
 def _to_orthonormal(A: Complex) -> Complex:
-    """X (C, P, P): A X (C, B, P) has orthonormal columns. It is not made: all that is asked for are products with it.
+    """X (C, P, P): A X (C, B, P) has orthonormal columns. A X itself is for who asks: a fit needs products only.
 
     By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; where A
     is too near to dependent for that (a condition above about 1e4), by Householder's.
@@ -261,7 +261,7 @@ def _eliminate(w: PoleWindow, q: Complex, order: int) -> _Elimination:
     squared = A[:, half : half + K] ** 2  # the transient's terms of the poles stand there undriven
     by_pole = w.U[:, None] * coefficients[:, None, :K] + coefficients[:, None, half : half + K]
     moved = squared * (by_pole / w.sd.T[:, :, None])
-    tangent = moved - columns @ (X @ within(columns, X, moved))
+    tangent = moved - columns @ (X @ _within(columns, X, moved))
     return _Elimination(coefficients, residual, tangent, float(np.sum(np.abs(residual) ** 2)))
 
 
