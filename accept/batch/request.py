@@ -11,7 +11,7 @@ from pathlib import Path
 from accept.base.cluster.work import Cluster
 from accept.base.home import home
 from accept.batch.worker import Job, judge
-from accept.certificate.trust.commissioning import commissioned
+from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import provenance
 from accept.gap.start_model import StartModel, applies
@@ -54,8 +54,7 @@ class BatchRequest:
         """Of the instruments behind the checks of a unit, where a bench file is in use."""
         if self.bench is None:
             return None
-        proven = commissioned(self.bench, home())
-        stated = calibration.statement(self.bench, self.specs[folder.kind].checks, self.on, proven)
+        stated = bench_statement(self.bench, self.specs[folder.kind].checks, self.on, home())
         return calibration.checked(stated, folder.measured)
 
     def model_hashes(self, kind: str) -> dict[str, dict[str, str]]:

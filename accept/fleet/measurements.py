@@ -88,7 +88,6 @@ def day(text: str | None, *, last: bool = False) -> datetime.date | None:
     try:
         if len(text) == 7:
             first = datetime.date.fromisoformat(f"{text}-01")
-            first = datetime.date.fromisoformat(f"{text}-01")
             return first.replace(day=calendar.monthrange(first.year, first.month)[1]) if last else first
         return datetime.date.fromisoformat(text)
     except ValueError as e:

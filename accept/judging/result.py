@@ -1,4 +1,4 @@
-"""The result of one unit: what campaign decides, and what the store, the certificate and results.json hold."""
+"""The result of one unit: what judging decides, and what the store, the certificate and results.json hold."""
 
 import math
 from collections.abc import Mapping

@@ -1,5 +1,6 @@
 """Connections: the only place that knows one database from another."""
 
+import logging
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +16,10 @@ SILENT_S = 15  # a transaction in which nothing is said for so long is given up 
 _AWAY = ("08", "57P01", "57P02", "57P03")  # of SQLSTATE: connection lost, server shuts down, crashed, starts
 
 T = TypeVar("T")
+
+# What the pool says of a Ctrl-C in mid-reset goes to the logging of a program that has some, else nowhere: Python would
+# print it with a traceback. The interrupt itself is raised all the same.
+logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
 
 
 def make_engine(url: URL, timeout_s: float) -> Engine:

@@ -12,9 +12,9 @@ from typing import Any
 
 from accept.base.version import code_sha256
 from accept.certificate import events
-from accept.certificate.trust.commissioning import commissioned
+from accept.certificate.trust.commissioning import bench_statement
 from accept.gap.attach_to_result import with_explanation
-from accept.judging.calibration import Statement, statement
+from accept.judging.calibration import Statement
 from accept.judging.copies import copies_of, withheld, withhold_others
 from accept.judging.parts import built_of, part_doubts
 from accept.judging.result import UnitResult
@@ -285,8 +285,7 @@ class Session:
     def _statement(self, spec: Spec) -> Statement | None:
         if self.stated is None:
             return None
-        proven = commissioned(self.stated, self.home)
-        return statement(self.stated, spec.checks, datetime.now(UTC).date(), proven)
+        return bench_statement(self.stated, spec.checks, datetime.now(UTC).date(), self.home)
 
     def _append(self, entry: NewEvent) -> Event:
         with self._mutex:

@@ -5,9 +5,10 @@ made with: changed settings, another instrument or a changed record count as non
 """
 
 import base64
+import datetime
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.trust import authority, keys
+from accept.judging.calibration import Statement, statement
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 
 FOLDER = "commissioning"
@@ -45,6 +47,12 @@ def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> byt
         file["certificate"] = credential.certificate.public_bytes(Encoding.PEM).decode("ascii")
         file["signature"] = base64.b64encode(signature).decode("ascii")
     return json.dumps(file, indent=1).encode() + b"\n"
+
+
+def bench_statement(bench: BenchFile, checks: Iterable[str], on: datetime.date, home: Path) -> Statement:
+    """Return what the bench file says about the instruments behind these checks, with what is proven of their
+    commissioning. on: the day of judging."""
+    return statement(bench, checks, on, commissioned(bench, home))
 
 
 def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:

@@ -14,6 +14,7 @@ from accept.batch.table import reasons_of
 from accept.certificate import uncertified
 from accept.certificate.certify import certify
 from accept.certificate.examine import JudgedUnit, examine
+from accept.certificate.trust.commissioning import bench_statement
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import provenance
 from accept.commands.trust.bench_keys import bench_credential
@@ -21,7 +22,6 @@ from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
 from accept.gap.start_model import StartModel
 from accept.gap.text import one_line
-from accept.judging.calibration import statement
 from accept.judging.copies import copies_of, withhold_others
 from accept.judging.parts import part_doubts
 from accept.store import Store, UnitState, fold, open_store
@@ -41,7 +41,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     chosen = spec_for(one, specs_for(wanted.spec))
     today = datetime.now(UTC).date()
-    stated = statement(load_bench(wanted.bench), chosen.checks, today) if wanted.bench else None
+    stated = bench_statement(load_bench(wanted.bench), chosen.checks, today, home()) if wanted.bench else None
     credential = bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:

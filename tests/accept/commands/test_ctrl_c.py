@@ -75,6 +75,30 @@ def stopped(first: str, *command: str) -> str:
     return said
 
 
+IN_RESET = """
+import sys
+from sqlalchemy import event
+from sqlalchemy.pool import Pool
+from accept.cli.main import main
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+event.listen(Pool, "reset", interrupt)
+sys.argv = ["accept", "list"]
+main()
+"""
+
+
+def test_a_signal_while_a_connection_is_given_back_shows_no_traceback() -> None:
+    """SQLAlchemy logs what comes between, and a program without logging would print that on stderr."""
+    run = subprocess.run([sys.executable, "-c", IN_RESET], capture_output=True, text=True, timeout=TIMEOUT_S)
+    assert run.returncode == Exit.STOPPED, run.stderr
+    assert run.stderr.splitlines() == [
+        "accept: stopped; what is finished is kept; run the command again to continue"
+    ], run.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.needs_data
 def test_a_gap_analysis_that_is_stopped_leaves_nothing(tmp_path: Path) -> None:
