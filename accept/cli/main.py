@@ -1,10 +1,5 @@
-"""The commands: thin. Each imports what it runs, and only the one that is asked for is loaded, so that it starts at
-once; all of them where help or completion is asked for."""
+"""The program: every command by its name, in the order of the help, what most people come for first."""
 
-import sys
-from collections.abc import Iterable
-from functools import cache
-from importlib import import_module
 from typing import Annotated, Any
 
 import typer
@@ -12,39 +7,143 @@ import typer
 from accept.base import loading
 from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
+from accept.cli.lazy_group import Command, Group, LazyGroup
 
-# Name -> where its function stands, or its group of commands; in this order they stand in the help, what most come for
-# first.
-COMMANDS = {
-    "demo": "units.demo",
-    "batch": "units.batch",
-    "report": "units.report",
-    "countersign": "certificates.countersign",
-    "verify": "certificates.verify",
-    "run": "units.run_workflow",
-    "gap": "responses.gap",
-    "misalign": "responses.misalign",
-    "frf": "responses.frf",
-    "compare": "responses.compare",
-    "list": "fleet.list_units",
-    "history": "fleet.history",
-    "yield": "fleet.first_pass",
-    "trend": "fleet.trend",
-    "rejudge": "fleet.rejudge",
-    "recall": "hw.recall",
-    "match": "fleet.match",
-    "rr": "fleet.gauge_study",
-    "site": "fleet.site",
-    "spec": "spec.app",
-    "keys": "keys.app",
-    "store": "store.app",
-    "excite": "excite.app",
-    "model": "model.app",
-    "lookup": "responses.lookup_app",
-    "simulate": "hw.simulate_app",
-    "hw": "hw.app",
-    "golden": "fleet.golden_app",
+ABOUT = "The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."
+
+COMMANDS: dict[str, Command | Group] = {
+    "demo": Command("units.demo:run", "Run the whole job on built-in data."),
+    "batch": Command("units.batch:run", "Judge unit folders."),
+    "report": Command("units.report:run", "Judge one unit and write its signed certificate."),
+    "countersign": Command("trust.countersign:run", "Countersign a certificate as QA."),
+    "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
+    "run": Command("bench.run:run", "Measure a unit step by step, up to the signed certificate."),
+    "gap": Command("physics.gap:run", "Name what is missing from the model."),
+    "misalign": Command("physics.misalign:run", "Measure how far a strut's APA lies off its axis."),
+    "frf": Command("physics.frf:run", "Compute frequency responses of records."),
+    "compare": Command("units.compare:run", "Compare units and find which stand out."),
+    "list": Command("fleet.questions:units", "List the units in the store."),
+    "history": Command("fleet.questions:history", "Show every attempt of a unit."),
+    "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
+    "trend": Command("fleet.questions:trend", "Show a quantity over time."),
+    "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
+    "recall": Command("trust.recall:run", "List the units measured with an instrument."),
+    "match": Command("fleet.selection:match", "Find units that fit together."),
+    "rr": Command("fleet.bench_health:gauge_study", "Evaluate a gauge study."),
+    "site": Command("fleet.site:run", "Write a page of the fleet."),
+    "spec": Group(
+        "Acceptance specs: list, show, validate.",
+        {
+            "list": Command("units.spec:show_list", "The specs that come with the program."),
+            "show": Command("units.spec:show", "Every limit of a spec with its rule and source."),
+            "validate": Command("units.spec:validate", "Check specs."),
+            "checks": Command("units.spec:checks", "Every check that a spec may ask for."),
+            "copy": Command("units.spec:copy", "Write a built-in spec as TOML, to change it."),
+            "approve": Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance."),
+        },
+    ),
+    "keys": Group(
+        "Keys of the authority, technicians and QA.",
+        {
+            "init": Command("trust.keys:init", "Make the bench's authority and the technician's key."),
+            "list": Command("trust.keys:show", "The authority and every person's key."),
+            "request": Command("trust.keys:request", "Make a person's key and the request for its certificate."),
+            "issue": Command("trust.keys:issue", "Answer a request with the authority's key."),
+            "install": Command("trust.keys:install", "Put a certificate beside its key at this bench."),
+            "revoke": Command("trust.keys:revoke", "Revoke a person's keys."),
+            "renew": Command("trust.keys:renew", "A new certificate for a person's key, for another five years."),
+            "passphrase": Command("trust.keys:passphrase", "Change the passphrase of a key."),
+        },
+    ),
+    "store": Group(
+        "The event store: who did what, when and by which spec.",
+        {
+            "check": Command("trust.store:check", "Walk the chain of events."),
+            "log": Command("trust.store:log", "Who did what, when, with which verdict, by which spec and code."),
+            "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
+            "copies": Command("trust.store:copies", "Recordings that stand in two places, and whose they are."),
+            "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
+            "backup": Command("trust.store:backup", "Copy the whole store into one file."),
+            "restore": Command(
+                "trust.store:take_back", "Make a backup the bench's store; what was there is set aside."
+            ),
+        },
+    ),
+    "excite": Group(
+        "Excitation signals for the rig, as .mat or .csv.",
+        {
+            "sweep": Command("physics.excite:sweep", "A sine of rising frequency."),
+            "noise": Command("physics.excite:noise", "Noise in a band."),
+            "sine": Command("physics.excite:sine", "Slow sines of growing amplitude, for the hysteresis."),
+            "multisine": Command("physics.excite:multisine", "A random-phase multisine."),
+        },
+    ),
+    "model": Group(
+        "The simulated strut: modes, responses, fit.",
+        {
+            "list": Command("physics.model:show_list", "The models that come with the program, and what each is."),
+            "effects": Command("physics.effects:run", "Effects that `accept gap` can name as missing."),
+            "show": Command("physics.model:show", "Every parameter with its value, unit and prior."),
+            "modes": Command("physics.model:modes", "Poles, and the zeros of Vs, de and da, with their damping."),
+            "frf": Command("physics.model:frf", "Responses of Vs, de and da to Va."),
+            "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
+            "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
+            "sweep": Command("physics.model:run_sweep", "Poles and zeros over a row of values."),
+        },
+    ),
+    "lookup": Group(
+        "Precomputed tables of the misalignment.",
+        {
+            "build": Command("physics.lookup:run_build", "Tabulate the ratio de / da over dx, dy."),
+            "info": Command("physics.lookup:run_info", "Show the tables that are there, and whether they are whole."),
+        },
+    ),
+    "simulate": Group(
+        "Simulated units and a simulated bench.",
+        {
+            "bench": Command("bench.simulate_bench:run", "Simulated instruments on pseudo-terminals."),
+            "unit": Command("bench.simulate:unit", "A whole unit folder from a model."),
+            "faults": Command("bench.simulate:faults", "What can be wrong with a simulated unit."),
+        },
+    ),
+    "hw": Group(
+        "Instruments on the bench.",
+        {
+            "list": Command("bench.hw:show_list", "Instruments of the bench file."),
+            "scan": Command("bench.scan:scan", "Which ports and VISA instruments are there."),
+            "test": Command("bench.hw:ask", "Ask every instrument for one reading."),
+            "commission": Command("bench.commission:commission", "First run at a real instrument."),
+            "measure": Command("bench.hw:measure", "Measure a section of a unit with its instrument."),
+            "pickup": Command("bench.hw:pickup", "Copy the rig's next record into a unit folder."),
+        },
+    ),
+    "golden": Group(
+        "Golden units: does the bench measure as before?",
+        {
+            "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one."),
+            "check": Command("fleet.bench_health:golden_check", "Compare golden units with their history."),
+            "resolve": Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
+        },
+    ),
 }
+
+
+class Program(LazyGroup):
+    """All commands."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(table=COMMANDS, **settings)
+
+
+app = typer.Typer(
+    name="accept",
+    cls=Program,
+    help=ABOUT,
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
 
 
 def _show_version(wanted: bool) -> None:
@@ -55,6 +154,7 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+@app.callback()
 def options(
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version and hash of the code.")
@@ -63,45 +163,11 @@ def options(
     """The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."""
 
 
-def _app_of(names: Iterable[str]) -> typer.Typer:
-    """The program with these commands."""
-    program = typer.Typer(
-        name="accept",
-        help="The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them.",
-        no_args_is_help=True,
-        context_settings={"help_option_names": ["-h", "--help"]},
-        rich_markup_mode=None,
-        pretty_exceptions_enable=False,
-    )
-    program.callback()(options)
-    for name in names:
-        module, _, attribute = COMMANDS[name].partition(".")
-        command = getattr(import_module(f"accept.cli.{module}"), attribute)
-        if isinstance(command, typer.Typer):
-            program.add_typer(command, name=name)
-        else:
-            program.command(name)(command)
-    return program
-
-
-@cache
-def _whole() -> typer.Typer:
-    return _app_of(COMMANDS)
-
-
-def __getattr__(name: str) -> Any:
-    """`app`: the program with all its commands."""
-    if name != "app":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return _whole()
-
-
 def main() -> None:
-    """Entry point. A pipe closed by its reader (`accept ... | head`) is no crash."""
+    """Run the program. A pipe that its reader closed (`accept ... | head`) is no crash."""
     loading.begin()
     log_crashes()
-    asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
-        (_app_of([asked]) if asked in COMMANDS else _whole())()
+        app()
     except BrokenPipeError:
         raise SystemExit(Exit.BAD_INPUT) from None

@@ -3,14 +3,16 @@
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
-from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import commissioning, keys
-from accept.commands.bench.hw import ask_at_terminal, bench_path
+from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.trust.bench_keys import passphrase_of
 from hw.errors import InstrumentError
 from hw.instruments import DRIVERS, Instrument, open_instrument
@@ -31,13 +33,17 @@ class TrialResult:
 
 
 @clear_errors
-def commission(path: Path | None, name: str, operator: str | None) -> Exit:
-    """Walk through the trials of an instrument and write its record; exit 5 where one does not pass."""
-    bench = load_bench(bench_path(path))
-    if name not in bench.instruments or bench.instruments[name].driver in commissioning.WITHOUT_WIRE:
-        say(f"accept: {bench.path} has no instrument {name!r} on a wire")
+def commission(
+    name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
+    bench: Bench = None,
+    operator: Measurer = None,
+) -> Exit:
+    """First run at a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
+    file = load_bench(bench_path(bench))
+    if name not in file.instruments or file.instruments[name].driver in commissioning.WITHOUT_WIRE:
+        say(f"accept: {file.path} has no instrument {name!r} on a wire")
         return Exit.BAD_INPUT
-    entry = bench.instruments[name]
+    entry = file.instruments[name]
     driver = DRIVERS.get(entry.driver)
     try:
         with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
@@ -57,7 +63,7 @@ def commission(path: Path | None, name: str, operator: str | None) -> Exit:
         "transcript": transcript,
     }
     credential = _credential()
-    place = commissioning.place(bench, name)
+    place = commissioning.place(file, name)
     write_atomic(place, commissioning.signed(record, credential))
     unsigned = "" if credential else "; unsigned, so it counts as unproven"
     say(f"{place}: {'passed' if passed else 'did not pass'}{unsigned}")

@@ -2,11 +2,12 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
+import typer
 from rich import box
 from rich.table import Table
 from serial.tools.list_ports import comports
@@ -30,6 +31,8 @@ from specs.strict import SpecError
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2  # between two looks into the folder
 T = TypeVar("T")
+Bench = Annotated[Path | None, typer.Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
+Measurer = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
 
 
 def bench_path(given: Path | None) -> Path:
@@ -48,11 +51,11 @@ def ask_at_terminal(words: str) -> str:
 
 
 @clear_errors
-def show_list(path: Path | None) -> Exit:
-    """The instruments of the bench file, and the serial ports that are there."""
-    bench = load_bench(bench_path(path))
+def show_list(bench: Bench = None) -> Exit:
+    """Instruments of the bench file. With port and calibration, and the serial ports that are there."""
+    file = load_bench(bench_path(bench))
     table = _table("name", "driver", "measures", "model", "serial", "port", "calibrated until")
-    for name, entry in bench.instruments.items():
+    for name, entry in file.instruments.items():
         due = entry.calibration.due.isoformat() if entry.calibration else "unknown"
         table.add_row(
             name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry), due
@@ -77,16 +80,19 @@ def _table(*columns: str) -> Table:
 
 
 @clear_errors
-def test(path: Path | None, names: Sequence[str]) -> Exit:
-    """Ask every instrument who it is and for one reading; exit 5 when one does not answer as it should."""
-    bench = load_bench(bench_path(path))
-    unknown = [name for name in names if name not in bench.instruments]
+def ask(
+    names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
+    bench: Bench = None,
+) -> Exit:
+    """Ask every instrument for one reading. Exit 5 with the reason where one does not answer as it should."""
+    file = load_bench(bench_path(bench))
+    unknown = [name for name in names or () if name not in file.instruments]
     if unknown:
-        say(f"accept: {bench.path} has no instrument {', '.join(unknown)} (it has: {', '.join(bench.instruments)})")
+        say(f"accept: {file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.instruments)})")
         return Exit.BAD_INPUT
     table = _table("name", "connected as", "answered", "connect s", "reading s")
     failed = []
-    for name, entry in bench.instruments.items():
+    for name, entry in file.instruments.items():
         if (names and name not in names) or entry.driver in (OFFLINE, "manual"):
             continue
         cells, reason = _tried(name, entry)
@@ -126,31 +132,38 @@ def _shown(reading: Reading) -> str:
 
 @clear_errors
 def measure(
-    folder: Path, section: str, path: Path | None, begin: str | None, dwell_s: float | None, operator: str | None
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    section: Annotated[str, typer.Argument(help="flatness, capacitance, stroke or stiffness.")],
+    bench: Bench = None,
+    begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
+    dwell: Annotated[
+        float | None, typer.Option(min=0.1, help="Time per step if the rig drives the voltage [s].")
+    ] = None,
+    operator: Measurer = None,
 ) -> Exit:
-    """Measure one section of a unit with the bench's instrument for it."""
+    """Measure a section of a unit with its instrument."""
     if section not in CAPTURES:
         say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(CAPTURES)})")
         return Exit.BAD_INPUT
-    bench = load_bench(bench_path(path))
+    file = load_bench(bench_path(bench))
     try:
-        name, entry = _serving(bench, section)
+        name, entry = _serving(file, section)
     except SettingsError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
     if begin is not None:
-        toml_edit.begin(folder, begin, "apa")
+        toml_edit.begin(unit, begin, "apa")
     try:
         with open_store() as store:
             instrument = open_instrument(name, entry, ask_at_terminal)
-            run = Run(folder, instrument, entry, _hands(bench, dwell_s), store, operator_name(operator), say)
+            run = Run(unit, instrument, entry, _hands(file, dwell), store, operator_name(operator), say)
             captured = capture(section, run)
     except InstrumentError as e:
         say(f"accept: {e}")
         return Exit.INSTRUMENT
     for note in captured.notes:
         say(note)
-    say(f"{section}: {', '.join(captured.entries)} in {folder / UNIT_FILE}")
+    say(f"{section}: {', '.join(captured.entries)} in {unit / UNIT_FILE}")
     return Exit.ACCEPTED
 
 
@@ -170,22 +183,28 @@ def _hands(bench: BenchFile, dwell_s: float | None) -> Hands:
 
 @clear_errors
 def pickup(
-    watched: Path, folder: Path, section: str, name: str, wait_s: float, old_too: bool, operator: str | None
+    watched: Annotated[Path, typer.Argument(help="Folder into which the rig writes its records.")],
+    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
+    section: Annotated[str, typer.Argument(help="Section of unit.toml, such as frf.")],
+    name: Annotated[str, typer.Argument(help="The record's name there, such as low.")],
+    wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
+    old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
+    operator: Measurer = None,
 ) -> Exit:
-    """Wait for the next complete record in a folder and enter it."""
-    declared_file(folder, section, name)
-    watch, until = Watched(watched, STABLE_S, old_too), time.monotonic() + wait_s
-    say(f"waiting for a record in {watched}, at most {wait_s:g} s")
+    """Copy the rig's next record into a unit folder. Once it is complete; the original stays untouched."""
+    declared_file(unit, section, name)
+    watch, until = Watched(watched, STABLE_S, old), time.monotonic() + wait
+    say(f"waiting for a record in {watched}, at most {wait:g} s")
     for source in _arriving(watch, until):
         try:
             with open_store() as store:
-                copy = pick_up(source, folder, section, name, store, operator_name(operator))
+                copy = pick_up(source, unit, section, name, store, operator_name(operator))
         except RecordError as e:
             say(f"{source.name} is left where it is: {e}")
             continue
-        say(f"{source} copied to {folder / copy}, [{section}] {name}")
+        say(f"{source} copied to {unit / copy}, [{section}] {name}")
         return Exit.ACCEPTED
-    say(f"accept: no record that could be used came into {watched} within {wait_s:g} s")
+    say(f"accept: no record that could be used came into {watched} within {wait:g} s")
     return Exit.BAD_INPUT
 
 

@@ -4,13 +4,15 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
 
 from accept.base import loading
 from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.operator_name import operator_name
-from accept.commands.bench import web
+from accept.commands.bench import web as browser
 from accept.commands.bench.run_options import RunOptions
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
@@ -19,9 +21,18 @@ if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
 
 
-def run(wanted: RunOptions) -> Exit:
-    """The guided workflow; the exit code is that of the units worked on, incomplete when one was left open. Raises
-    SystemExit for a fault of the program, whose traceback stands above."""
+def run(
+    wanted: RunOptions,
+    web: Annotated[bool, typer.Option("--web", help="Show the screens in a browser (extra `web`).")] = False,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port for --web, on 127.0.0.1.")] = 8000,
+) -> Exit:
+    """Measure a unit step by step, up to the signed certificate."""
+    return browser.run(wanted.arguments(), port) if web else show(wanted)
+
+
+def show(wanted: RunOptions) -> Exit:
+    """Show the guided workflow in this terminal; the exit code is that of the units worked on, incomplete if one was
+    left open. Raises SystemExit for a fault of the program, whose traceback stands above."""
     if not sys.stdin.isatty() and "TEXTUAL_DRIVER" not in os.environ:  # the latter: screens that go to a browser
         say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
@@ -39,11 +50,6 @@ def run(wanted: RunOptions) -> Exit:
         say("accept: internal error; every saved entry is kept. Please report the lines above")
         raise SystemExit(app.return_code)
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
-
-
-def serve(wanted: RunOptions, port: int) -> Exit:
-    """The same in a browser, on this machine only."""
-    return web.run(wanted.arguments(), port)
 
 
 def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":

@@ -9,7 +9,9 @@ import re
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
+import typer
 from serial.tools.list_ports import comports
 
 from accept.base.console import clear_errors, say, tell
@@ -35,9 +37,11 @@ class Seen:
 
 
 @clear_errors
-def scan(resources: Sequence[str]) -> Exit:
-    """List what is there on stderr, the proposal on stdout. resources: VISA names to ask besides those found."""
-    seen = [*_serial_ports(), *_visa(resources)]
+def scan(
+    resource: Annotated[list[str] | None, typer.Option(help="VISA name of an instrument to ask, too.")] = None,
+) -> Exit:
+    """Which ports and VISA instruments are there. Proposes a bench file; serial ports are only listened to."""
+    seen = [*_serial_ports(), *_visa(resource or ())]
     for one in seen:
         say(f"{one.place}: {one.words}")
     if not seen:

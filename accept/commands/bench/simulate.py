@@ -22,7 +22,7 @@ Effect = tuple[str, dict[str, float]]
 
 @clear_errors
 def unit(wanted: SimulateOptions) -> Exit:
-    """Simulate a unit and write its folder."""
+    """A whole unit folder from a model. With the truth beside it in truth.json."""
     try:
         request = request_of(wanted)
         with busy(f"{request.serial}: simulating its records"):
@@ -40,7 +40,7 @@ def unit(wanted: SimulateOptions) -> Exit:
 
 @clear_errors
 def faults() -> Exit:
-    """A row per fault."""
+    """What can be wrong with a simulated unit. And what the bench then says."""
     table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
     for name, fault in FAULTS.items():
         shows = ", ".join(f"{quantity} {verdict.replace('_', ' ')}" for quantity, verdict in fault.shows)

@@ -3,11 +3,14 @@
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
+from typing import Annotated
+
+import typer
 
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
@@ -57,11 +60,18 @@ class Struck:
 
 
 @clear_errors
-def run(unit: Path, out: Path | None, seed: int, seconds: float | None, faults: Sequence[str] = ()) -> Exit:
-    """Run simulated instruments that measure a unit, until stopped or for `seconds`; prints the ports. faults: as
-    `Struck.of` reads them."""
+def run(
+    unit: Annotated[Path, typer.Option(help="Unit folder whose values the instruments measure.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    seconds: Annotated[float | None, typer.Option(min=0.0, help="End by itself after so long [s].")] = None,
+    fault: Annotated[
+        list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
+    ] = None,
+) -> Exit:
+    """Simulated instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     try:
-        struck = [Struck.of(words) for words in faults]
+        struck = [Struck.of(words) for words in fault or ()]
     except UnitRequestError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
@@ -71,8 +81,8 @@ def run(unit: Path, out: Path | None, seed: int, seconds: float | None, faults: 
         tempfile.TemporaryDirectory(prefix="accept-bench-") as temporary,
         SimulatedBench(world, out or Path(temporary), seed=seed, byte_s=BYTE_S) as bench,
     ):
-        for fault in struck:
-            fault.strike(bench.servers)
+        for each in struck:
+            each.strike(bench.servers)
         for name, server in bench.servers.items():
             tell(f"{name}  {server.path}")
         tell(f"bench  {bench.bench_file}")

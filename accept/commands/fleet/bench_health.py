@@ -2,12 +2,14 @@
 
 import datetime
 from pathlib import Path
+from typing import Annotated
 
 import pandas as pd
+import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.fleet.options import Choice, GaugeOptions, Outputs
+from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
 from accept.commands.fleet.tables import check, show, write
 from accept.fleet import gauge, golden
@@ -16,12 +18,18 @@ from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements, of_quantity
 from accept.store import open_store
 
+AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
 GOOD, USABLE = 10.0, 30.0  # percent of the study ([AIAG-MSA] chapter II)
 
 
 @clear_errors
-def gauge_study(table: Path | None, wanted: GaugeOptions, choice: Choice, outputs: Outputs) -> Exit:
-    """A crossed gauge study from a table, or from repeated judgements in the store. Exit 4 above 30 % of the study."""
+def gauge_study(
+    wanted: GaugeOptions,
+    choice: Choice,
+    outputs: Outputs,
+    table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
+) -> Exit:
+    """Evaluate a gauge study. Repeatability and reproducibility by analysis of variance; states the U for a spec."""
     check(outputs)
     if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
@@ -63,17 +71,24 @@ def gauge_study(table: Path | None, wanted: GaugeOptions, choice: Choice, output
 
 
 @clear_errors
-def golden_name(serial: str, expect: str, operator: str | None) -> Exit:
+def golden_name(
+    serial: Annotated[str, typer.Argument(help="Serial of a judged unit.")],
+    expect: Annotated[ExpectedGolden, typer.Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
+    operator: AtTheBench = None,
+) -> Exit:
     """Make a judged unit a golden one."""
     with open_store() as store:
-        golden.name_golden(store, serial, expect, operator_name(operator))
+        golden.name_golden(store, serial, expect.value, operator_name(operator))
     say(f"{serial} is a golden unit, expected {expect}")
     return Exit.ACCEPTED
 
 
 @clear_errors
-def golden_check(hours: float, operator: str | None) -> Exit:
-    """Compare the golden units of this shift with their history. Exit 3 where one is missed, 4 where one is missing."""
+def golden_check(
+    hours: Annotated[float, typer.Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
+    operator: AtTheBench = None,
+) -> Exit:
+    """Compare golden units with their history. Exit 3 where one is missed: the bench then judges nothing."""
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, operator_name(operator))
@@ -91,8 +106,10 @@ def golden_check(hours: float, operator: str | None) -> Exit:
 
 
 @clear_errors
-def golden_resolve(reason: str, operator: str | None) -> Exit:
-    """Let the bench judge again, with the reason on record."""
+def golden_resolve(
+    reason: Annotated[str, typer.Option(help="What was wrong and what was done.")], operator: AtTheBench = None
+) -> Exit:
+    """Let a stopped bench judge again."""
     with open_store() as store:
         golden.resolve(store, reason, operator_name(operator))
     say("resolved; judge the golden units again before anything else")

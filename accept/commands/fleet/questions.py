@@ -3,15 +3,17 @@
 from collections.abc import Hashable, Mapping, Sequence
 from math import isnan
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
+import typer
 
 from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
 from accept.commands.fleet.tables import check, show, telling, write
+from accept.commands.options import Plot
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
@@ -40,8 +42,10 @@ def _stored(serial: str | None = None) -> pd.DataFrame:
 
 
 @clear_errors
-def history(serial: str, plot: Path | None, outputs: Outputs) -> Exit:
-    """Every attempt of a unit, and what changed."""
+def history(
+    serial: Annotated[str, typer.Argument(help="Serial of a unit.")], *, plot: Plot = None, outputs: Outputs
+) -> Exit:
+    """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     check(outputs)
     _check_plot(plot)
     frame = _stored(serial)
@@ -93,7 +97,7 @@ def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
 
 @clear_errors
 def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
-    """Units with their last judgement."""
+    """List the units in the store. With their last verdict and what stopped them."""
     check(outputs)
     frame, every = chosen(_stored(), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
@@ -140,8 +144,14 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
 
 
 @clear_errors
-def first_pass(by: By, plot: Path | None, choice: Choice, outputs: Outputs) -> Exit:
-    """First-pass yield of every group, and what stopped the others."""
+def first_pass(
+    *,
+    by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH,
+    choice: Choice,
+    plot: Plot = None,
+    outputs: Outputs,
+) -> Exit:
+    """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     check(outputs)
     _check_plot(plot)
     frame = chosen(_stored(), choice)
@@ -158,8 +168,15 @@ def first_pass(by: By, plot: Path | None, choice: Choice, outputs: Outputs) -> E
 
 
 @clear_errors
-def trend(quantity: str, by: TrendBy, plot: Path | None, choice: Choice, outputs: Outputs) -> Exit:
-    """Control charts and capability of a quantity. Exit 4 where an alarm rings."""
+def trend(
+    quantity: Annotated[str, typer.Argument(help="Name of a quantity, such as stroke_um.")],
+    *,
+    by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
+    choice: Choice,
+    plot: Plot = None,
+    outputs: Outputs,
+) -> Exit:
+    """Show a quantity over time. Control charts with Nelson's rules and EWMA, capability; exit 4 at an alarm."""
     check(outputs)
     _check_plot(plot)
     made = trends.trends(chosen(_stored(), choice), quantity, by.value)

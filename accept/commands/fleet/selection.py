@@ -1,15 +1,17 @@
 """`accept rejudge` and `accept match`."""
 
 import sys
-from collections.abc import Sequence
+from typing import Annotated
 
 import pandas as pd
+import typer
 
 from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.fleet.tables import check, show, write
+from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import measurements
 from accept.judging.judge_unit import load_spec
@@ -22,17 +24,23 @@ SHOWN = 500  # flips on the terminal; the files have all
 
 
 @clear_errors
-def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: str | None = None) -> Exit:
-    """Stored units under other specs. Exit 4 where an accepted unit would no longer be."""
+def rejudge(
+    spec: Annotated[list[str], typer.Option("--spec", help="Built-in spec or TOML file; one of each kind.")],
+    *,
+    records: Annotated[bool, typer.Option("--records", help="Measure unit folders again where unchanged.")] = False,
+    cluster: ClusterAt = None,
+    outputs: Outputs,
+) -> Exit:
+    """Judge the whole store by another spec. Which verdicts flip and why; stores nothing, touches no certificate."""
     check(outputs)
-    loaded: dict[str, Spec] = {spec.kind: spec for spec in map(load_spec, specs)}
+    loaded: dict[str, Spec] = {each.kind: each for each in map(load_spec, spec)}
     judged, worse, flips = 0, False, []
     not_measured: list[str] = []
-    with connected(where, say) as cluster, open_store() as store:
-        for unit in judged_again.judged_again(store, loaded, from_records, cluster):
+    with connected(cluster, say) as workers, open_store() as store:
+        for unit in judged_again.judged_again(store, loaded, records, workers):
             judged += 1
             worse = worse or unit.worse
-            if from_records and unit.basis == judged_again.VALUES:
+            if records and unit.basis == judged_again.VALUES:
                 not_measured.append(unit.serial)
             if unit.flipped:  # what does not change is not held
                 flips.append((unit.serial, unit.was, unit.now, sys.intern(_why(unit)), unit.basis))
@@ -49,7 +57,7 @@ def rejudge(specs: Sequence[str], from_records: bool, outputs: Outputs, where: s
             f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
             f"their folders are gone, cannot be read or no longer hold what was judged ({named})"
         )
-    if not from_records:
+    if not records:
         say("stored values were compared with the new limits; changed settings of a check need --records")
     write(outputs, rows)
     return Exit.INCOMPLETE if worse else Exit.ACCEPTED
@@ -64,7 +72,7 @@ def _why(unit: judged_again.JudgedAgain) -> str:
 
 @clear_errors
 def match(wanted: MatchOptions, outputs: Outputs) -> Exit:
-    """Sets of accepted units that fit together best. Exit 4 where the best could not be proven in time."""
+    """Find units that fit together. Sets whose quantities lie closest, in units of their uncertainty; proven best."""
     check(outputs)
     kind, size, sets = wanted.kind.value, wanted.n, wanted.sets
     with open_store() as store:

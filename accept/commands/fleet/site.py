@@ -1,7 +1,9 @@
 """`accept site`: a page of the fleet that opens from a file."""
 
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
@@ -13,8 +15,11 @@ from accept.store import open_store
 
 
 @clear_errors
-def run(out: Path, units: Sequence[Path]) -> Exit:
-    """Write the page into `out`. units: folders whose curves it shows over each other."""
+def run(
+    out: Annotated[Path, typer.Option(help="Folder for the page.")],
+    units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
+) -> Exit:
+    """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
     panels = {result.serial: result.panels for result in measured(units, None)} if units else {}
     with busy("writing the page"), open_store() as store:
         content = document(store.events(what="unit_judged"), curves(panels))

@@ -12,7 +12,7 @@ WIDTH, INDENT = 80, "    "
 
 @clear_errors
 def run() -> Exit:
-    """Every effect of this installation, those of other packages among them."""
+    """Effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it alone."""
     for effect in EFFECTS.values():
         tell(*_lines(effect))
     return Exit.ACCEPTED

@@ -35,20 +35,20 @@ FADE_S = 0.1  # at both ends of what ends anywhere
 
 
 def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """Write a swept sine."""
+    """A sine of rising frequency."""
     law = "lin" if wanted.law is Law.LINEAR else "log"
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
     return _run(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
 
 
 def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """Write band-limited or low-passed noise."""
+    """Noise in a band."""
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
     return _run(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
 
 
 def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
-    """Write sines of growing amplitude."""
+    """Slow sines of growing amplitude, for the hysteresis."""
 
     def make() -> Excitation:
         return ex.sines(rig_of(playing), wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
@@ -57,7 +57,7 @@ def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
 
 
 def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """Write a random-phase multisine."""
+    """A random-phase multisine. Periodic, so without leakage: the best of the four."""
     at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
 
     def make() -> Excitation:

@@ -11,9 +11,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 from rich.table import Table
 
@@ -61,14 +62,17 @@ class MeasuredResponse:
 
 
 @clear_errors
-def run(paths: Sequence[Path], wanted: ResponseOptions, files: ResponseFiles) -> Exit:
-    """Estimate the responses of every record, or of two merged, and write what is asked for."""
+def run(
+    records: Annotated[list[Path], typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms).")],
+    wanted: ResponseOptions,
+    files: ResponseFiles,
+) -> Exit:
+    """Compute frequency responses of records. With coherence, variance and the largest resonance."""
     as_json, plot, uff, html = files.json, files.plot, files.uff, files.html
     check_places(as_json, plot, uff, html)  # said before the work, not after
     format = None if plot is None else format_of(plot)
     channels = _mapping(files.map or ())
-    records = [read_any(path, wanted.input, channels, files.ts) for path in paths]
-    responses = responses_of(records, wanted)
+    responses = responses_of([read_any(path, wanted.input, channels, files.ts) for path in records], wanted)
     if uff is not None and len(responses) > 1:
         raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
     for response in responses:

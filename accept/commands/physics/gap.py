@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from accept.base.atomic_files import write_atomic
 from accept.base.cluster.connect import connected
@@ -16,6 +18,7 @@ from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.base.worker_process import too_large
 from accept.batch.cluster_jobs import done_far
+from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
 from accept.gap.fleet import SETTLED, common, lines
@@ -39,36 +42,38 @@ class Answer:
 
 @clear_errors
 def run(
-    paths: Sequence[Path],
-    model: str | None,
-    out: Path,
-    fleet: bool,
-    without: Sequence[str],
-    where: str | None = None,
-    empirical: bool = False,
-    html: bool = False,
+    units: Annotated[
+        list[Path], typer.Argument(help="Unit folders with a section [frf], or folders that contain them.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for gap.json, gap.pdf and model.toml.")],
+    model: StartModelName = None,
+    fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
+    without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
+    empirical: Annotated[bool, typer.Option("--empirical", help="Add unidentified effects to the model.")] = False,
+    html: Annotated[bool, typer.Option("--html", help="Also write gap.html, plots to zoom in.")] = False,
+    cluster: ClusterAt = None,
 ) -> Exit:
-    """Files of one unit into `out`, of several into a folder each; with fleet, what they have in common as well.
-    where: a cluster that does the work."""
-    unknown = sorted(set(without) - EFFECTS.keys())
+    """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""
+    left_out = without or []
+    unknown = sorted(set(left_out) - EFFECTS.keys())
     if unknown:
         say(f"accept: --without {', '.join(unknown)}: unknown effect (known: {', '.join(EFFECTS)})")
         return Exit.BAD_INPUT
     if html and find_spec("plotly") is None:
         raise PictureError(MISSING)
-    units = _units(paths)
+    folders = _units(units)
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
-    places = [out / u.serial for u in units] if len(units) > 1 else [out]
+    places = [out / u.serial for u in folders] if len(folders) > 1 else [out]
     jobs = [
-        partial(answer, u, model or DEFAULT_MODEL[u.kind], without, empirical, html, out=place)
-        for u, place in zip(units, places, strict=True)
+        partial(answer, u, model or DEFAULT_MODEL[u.kind], left_out, empirical, html, out=place)
+        for u, place in zip(folders, places, strict=True)
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
-    with connected(where, say) as cluster:
-        for job, given in steps(done_far(jobs, cluster), "gap analysis", len(jobs)):
+    with connected(cluster, say) as workers:
+        for job, given in steps(done_far(jobs, workers), "gap analysis", len(jobs)):
             unit: UnitFolder = job.args[0]
             found[unit.serial] = _said(unit.serial, given, job.keywords["out"], html)
-    done = [document for one in units if (document := found[one.serial]) is not None]
+    done = [document for one in folders if (document := found[one.serial]) is not None]
     if fleet and done:
         shared = common(done)
         write_atomic(out / "fleet.json", json.dumps(shared, indent=1, allow_nan=False).encode())

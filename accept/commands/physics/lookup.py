@@ -2,13 +2,16 @@
 
 import time
 from pathlib import Path
+from typing import Annotated
 
+import typer
 from rich.table import Table as Rows
 
 from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.commands.options import ClusterAt, ModelName
 from accept.commands.physics.model import whole
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table
 from accept.models.model_file import open_model
@@ -17,45 +20,56 @@ from checks.model.model import Model
 
 
 @clear_errors
-def run_build(name: str, nx: int, ny: int, workers: int | None, force: bool, where: str | None = None) -> Exit:
-    """Build the table of a model, or say that it is there. where: a cluster that computes its rows."""
-    model = open_model(name)
-    plan = Plan.of(model, nx, ny)
+def run_build(
+    model: ModelName = "strut-as-built",
+    nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
+    ny: Annotated[int, typer.Option(min=3, max=999, help="Places along dy.")] = 41,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; without it as many as there are cores.")
+    ] = None,
+    cluster: ClusterAt = None,
+    force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
+) -> Exit:
+    """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
+    opened = open_model(model)
+    plan = Plan.of(opened, nx, ny)
     if not force:
         try:
             read_table(plan)
-            tell(f"{plan.path}: there already, of model {model.name} as it is")
+            tell(f"{plan.path}: there already, of model {opened.name} as it is")
             return Exit.ACCEPTED
         except FileNotFoundError:
             pass
         except TableError as e:
             say(f"{e}; rebuilding the table")
     start = time.perf_counter()
-    with connected(where, say) as cluster:
-        table = build(plan, say, workers, cluster)
+    with connected(cluster, say) as far:
+        table = build(plan, say, workers, far)
     say(f"{nx} x {ny} places, {table.f.size} frequencies in {time.perf_counter() - start:.1f} s")
-    tell(str(plan.path), *dz_words(model))
+    tell(str(plan.path), *dz_words(opened))
     return Exit.ACCEPTED
 
 
 @clear_errors
-def run_info(name: str | None) -> Exit:
-    """Every stored table, and whether it is the one of the model named."""
+def run_info(
+    model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
+) -> Exit:
+    """Show the tables that are there, and whether they are whole."""
     folder = home() / "tables"
     files = sorted(folder.glob("*.npz"))
     if not files:
         say(f"{folder}: no table yet; `accept lookup build` makes one")
-        return Exit.INCOMPLETE if name else Exit.ACCEPTED
-    model = None if name is None else open_model(name)
-    rows = Rows(whole("table"), "model", "dx x dy", f"of {model.name} now" if model else "state")
+        return Exit.INCOMPLETE if model else Exit.ACCEPTED
+    opened = None if model is None else open_model(model)
+    rows = Rows(whole("table"), "model", "dx x dy", f"of {opened.name} now" if opened else "state")
     states = []
     for path in files:
-        states.append(_about(path, model))
+        states.append(_about(path, opened))
         rows.add_row(path.name, *states[-1])
     stdout.print(rows)
-    if model is not None:
-        tell(*dz_words(model))
-    return Exit.ACCEPTED if model is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE
+    if opened is not None:
+        tell(*dz_words(opened))
+    return Exit.ACCEPTED if opened is None or any(s[-1] == "yes" for s in states) else Exit.INCOMPLETE
 
 
 def _about(path: Path, model: Model | None) -> tuple[str, str, str]:

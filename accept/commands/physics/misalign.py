@@ -1,13 +1,16 @@
 """`accept misalign`: where the APA sits between its joints, with its uncertainty, or why that cannot be said."""
 
-import json
+from json import dumps
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, cast
+
+import typer
 
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
+from accept.commands.options import Json, Plot
 from accept.commands.physics.model import draw_to
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
@@ -24,9 +27,14 @@ from checks.verdict import Verdict
 
 
 @clear_errors
-def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) -> Exit:
-    """Estimate the misalignment of a strut. Exit 4 where there is no result."""
-    check_places(as_json, plot)  # said before the search, not after
+def run(
+    unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf].")],
+    model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
+    json: Json = None,
+    plot: Plot = None,
+) -> Exit:
+    """Measure how far a strut's APA lies off its axis. dx, dy with U, or why there is no result."""
+    check_places(json, plot)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     folder = read(unit)
@@ -35,8 +43,8 @@ def run(unit: Path, model: str | None, as_json: Path | None, plot: Path | None) 
     with busy(f"{folder.serial}: misalignment"):
         found = _found(folder, model)
     document = as_document(folder.serial, found)
-    if as_json is not None:
-        write_atomic(as_json, json.dumps(document, indent=1, allow_nan=False).encode() + b"\n")
+    if json is not None:
+        write_atomic(json, dumps(document, indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
     tell(*words(folder.serial, found))

@@ -1,16 +1,19 @@
 """`accept model`: the simulation's parameters, modes, responses, its fit to a unit, and sweeps of a parameter."""
 
 import json
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from rich.table import Column, Table
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
+from accept.commands.options import ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened
 from accept.pictures.draw import PictureError, picture
@@ -21,25 +24,35 @@ from checks.model.model import Model, frequency_and_damping
 from checks.model.parameter_sweep import PUBLISHED_SWEEPS, panels, sweep, table
 from checks.picture import Panel
 from hw.records.writers import csv_bytes
+from specs.model import builtin_models
 from specs.units import unit_of
 
 MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 
 
 @clear_errors
-def show(name: str) -> Exit:
+def show_list() -> Exit:
+    """The models that come with the program, and what each is."""
+    for name, path in builtin_models().items():
+        about = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+        tell(*textwrap.wrap(f"{name:<14}  {about}", 80, subsequent_indent=" " * 16))
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def show(model: ModelName = "strut") -> Exit:
     """Every parameter with its value, unit and prior."""
-    it = opened(name)
-    model = it.model
-    stdout.print(f"{model.name}: APA '{it.spec.apa.type}', damping {model.damping}, sha256 {it.spec.sha256}")
+    it = opened(model)
+    built = it.model
+    stdout.print(f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}")
     if it.spec.apa_file is not None:
         stdout.print(f"superelement {it.spec.apa_file}", soft_wrap=True)
     rows = Table(whole("parameter"), "value", "unit", "prior sd")
-    for parameter, value in model.values.items():
-        sd = model.sds.get(parameter)
+    for parameter, value in built.values.items():
+        sd = built.sds.get(parameter)
         rows.add_row(parameter, f"{value:.6g}", unit_of(parameter), "" if sd is None else f"{sd:.3g}")
     stdout.print(rows)
-    stdout.print(f"tolerance {100 * model.tolerance:g} % of |H|; channels {', '.join(model.channels)}")
+    stdout.print(f"tolerance {100 * built.tolerance:g} % of |H|; channels {', '.join(built.channels)}")
     for effect in it.spec.effects:
         given = ", ".join(f"{key} = {value}" for key, value in effect.parameters.items())
         apart = " (not linear: not in the responses)" if effect.name in it.left_out else ""
@@ -49,7 +62,7 @@ def show(name: str) -> Exit:
 
 @clear_errors
 def modes(wanted: ModesOptions) -> Exit:
-    """Poles, and the zeros of every channel, with their damping."""
+    """Poles, and the zeros of Vs, de and da, with their damping."""
     f_max = wanted.f_max
     if not 0.0 < f_max < np.inf:
         raise ModelError(f"--f-max {f_max:g}: expected a frequency above 0 Hz")
@@ -70,7 +83,7 @@ def modes(wanted: ModesOptions) -> Exit:
 
 @clear_errors
 def frf(wanted: FrfOptions) -> Exit:
-    """Responses at frequencies spread evenly over log f; JSON on stdout where no file is named."""
+    """Responses of Vs, de and da to Va. JSON on stdout where no file is named."""
     model = opened(wanted.model).model
     f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
@@ -95,8 +108,11 @@ def frf(wanted: FrfOptions) -> Exit:
 
 
 @clear_errors
-def run_sweep(what: str, wanted: ParameterSweepOptions) -> Exit:
-    """Poles and zeros while a parameter takes a row of values; `what` is a published sweep or a parameter's name."""
+def run_sweep(
+    what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
+    wanted: ParameterSweepOptions,
+) -> Exit:
+    """Poles and zeros over a row of values. Without --value the published ones."""
     model = opened(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))

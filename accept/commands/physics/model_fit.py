@@ -4,8 +4,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from rich.table import Table
 
 from accept.base.atomic_files import check_places, write_atomic
@@ -59,14 +60,18 @@ class FittedModel:
 
 
 @clear_errors
-def run(folder: Path, wanted: FitOptions, outputs: FitOutputs) -> Exit:
-    """Fit, print, and write what was asked for. Exit 4 where the search did not settle."""
+def run(
+    unit: Annotated[Path, typer.Argument(help="Unit folder with a section [frf].")],
+    wanted: FitOptions,
+    outputs: FitOutputs,
+) -> Exit:
+    """Fit uncertain parameters to a unit's responses."""
     write, plot, as_json = outputs.places()
     check_places(write, plot, as_json)  # said before the search, not after
     if plot is not None:
         format_of(plot)
     with busy("fitting the model"):
-        fitted = fit_unit(folder, wanted)
+        fitted = fit_unit(unit, wanted)
     _print(fitted)
     if write is not None:
         write_fitted(write, fitted)

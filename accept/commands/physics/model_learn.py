@@ -1,14 +1,17 @@
 """`accept model learn`: a model file learned from a batch of units."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
+from accept.commands.options import StartModelName
 from accept.commands.physics.model import model_for
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
@@ -20,8 +23,12 @@ MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
 
 
 @clear_errors
-def run(units: Sequence[Path], model: str | None, out: Path) -> Exit:
-    """Learn, print, write. Exit 4 where the units do not hold together."""
+def run(
+    units: Annotated[list[Path], typer.Argument(help="Unit folders of one batch, three or more.")],
+    out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
+    model: StartModelName = None,
+) -> Exit:
+    """Learn a model from a batch. Its mean, its scatter, and which units do not belong."""
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
     kind = read(units[0]).kind

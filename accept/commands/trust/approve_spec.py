@@ -1,21 +1,27 @@
 """`accept spec approve`."""
 
 from datetime import UTC, datetime
-from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.console import clear_errors, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import keys, spec_approval
 from accept.certificate.trust.keys import QA
+from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.judging.judge_unit import load_spec
 
 
 @clear_errors
-def run(file: str, passphrase_file: Path | None) -> Exit:
-    """Approve a spec as quality assurance; certificates of this bench say so from then on."""
+def run(
+    file: Annotated[str, typer.Argument(help="TOML file of the spec.")],
+    passphrase_file: QaPassphrase = None,
+) -> Exit:
+    """Approve a spec with the key of quality assurance."""
     spec = load_spec(file)
     credential = keys.unlock(home(), QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE))
     place = spec_approval.write(home(), spec_approval.approve(spec, credential, datetime.now(UTC)))

@@ -1,7 +1,9 @@
 """`accept countersign`."""
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.console import clear_errors, say
 from accept.base.exit_codes import Exit
@@ -12,40 +14,38 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity
+from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import passphrase_of
 from accept.commands.trust.keys import QA_PASSPHRASE
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
 
 
-@dataclass(frozen=True)
-class CountersignOptions:
-    """records: folder with what was too large to attach. disposition, because: what is to be done with a unit that was
-    not accepted, and why."""
-
-    passphrase_file: Path | None = None
-    records: Path | None = None
-    tsa: str | None = None
-    disposition: str = ""
-    because: str = ""
-
-
 @clear_errors
-def run(path: Path, wanted: CountersignOptions) -> Exit:
-    """Verify, then sign as QA and replace the file; what is not valid and judged again is not signed, and nothing that
-    was not accepted without a disposition."""
-    content = read_certificate(path)
-    before = verify_here(content, VerifyOptions(records=wanted.records))
+def run(
+    certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
+    passphrase_file: QaPassphrase = None,
+    records: LargeRecords = None,
+    tsa: TimeStamping = None,
+    disposition: Annotated[
+        str,
+        typer.Option(help="Of a unit that was not accepted: use-as-is, rework, measure-again, return or scrap."),
+    ] = "",
+    because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")] = "",
+) -> Exit:
+    """Countersign a certificate as QA. It is verified first; a unit that was not accepted needs a disposition."""
+    content = read_certificate(certificate)
+    before = verify_here(content, VerifyOptions(records=records))
     for line in before.details:
         say(f"  {line}")
     if not before.valid:
         say(f"not countersigned: {before.reason}")
         return Exit.INCOMPLETE if before.outcome is Validity.SIGNED else Exit.REJECTED
-    disposition = decided(before.serial, before.verdict, wanted.disposition, wanted.because)
-    passphrase = passphrase_of(wanted.passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
-    credential = keys.stamping(keys.unlock(home(), QA, passphrase), wanted.tsa, home())
+    decision = decided(before.serial, before.verdict, disposition, because)
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
     with open_store() as store:
-        sign_into(path, content, credential, store, before.serial, credential.person, disposition=disposition)
-    tail = f"; disposition: {disposition}" if disposition else ""
+        sign_into(certificate, content, credential, store, before.serial, credential.person, disposition=decision)
+    tail = f"; disposition: {decision}" if decision else ""
     say(f"{before.serial} {before.verdict}: countersigned by {credential.person}{tail}")
     return Exit.ACCEPTED

@@ -1,9 +1,11 @@
 """`accept keys`."""
 
 import os
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Annotated
 
+import typer
 from cryptography.hazmat.primitives.serialization import Encoding
 from rich.table import Table
 
@@ -19,10 +21,22 @@ QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
 CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
 NEW_PASSPHRASE = "ACCEPT_NEW_PASSPHRASE"
 
+Office = Annotated[Path | None, typer.Option("--authority", help="Folder with ca.key.pem, where it is off the bench.")]
+PassphraseFile = Annotated[Path | None, typer.Option("--passphrase-file", help="File with the passphrase.")]
+Who = Annotated[str, typer.Argument(help="Name of the person, or sha256 of the certificate.")]
+
 
 @clear_errors
-def init(technician: str | None, qa: str | None, passphrase_file: Path | None) -> Exit:
-    """Make the authority and the technician's key; a QA key too where a person is named for it."""
+def init(
+    technician: Annotated[
+        str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name on the technician's certificate.")
+    ] = None,
+    qa: Annotated[
+        str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")
+    ] = None,
+    passphrase_file: PassphraseFile = None,
+) -> Exit:
+    """Make the bench's authority and the technician's key."""
     phrase = passphrase_of(passphrase_file, "passphrase of the technician's key: ")
     own = os.environ.get(CA_PASSPHRASE) or terminal_prompt("passphrase of the authority (empty: one is made): ")
     theirs = None
@@ -38,7 +52,7 @@ def init(technician: str | None, qa: str | None, passphrase_file: Path | None) -
 
 @clear_errors
 def show() -> Exit:
-    """Print authority and persons' keys, and warn of what runs out or lies open."""
+    """The authority and every person's key."""
     table = Table("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate")
     now = datetime.now(UTC)
     for key in keys.listing(home()):
@@ -53,8 +67,13 @@ def show() -> Exit:
 
 
 @clear_errors
-def request(role: str, name: str, out: Path | None, passphrase_file: Path | None) -> Exit:
-    """Make a person's key here and the request that the authority answers."""
+def request(
+    role: Annotated[str, typer.Option(help="technician or qa.")],
+    name: Annotated[str, typer.Option(help="The person.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write the request; else beside the key.")] = None,
+    passphrase_file: PassphraseFile = None,
+) -> Exit:
+    """Make a person's key and the request for its certificate."""
     variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
     phrase = passphrase_of(passphrase_file, f"passphrase of the key of {name}: ", variable, only=role == QA)
     made, text = key_changes.request(home(), role, name, phrase)
@@ -66,8 +85,13 @@ def request(role: str, name: str, out: Path | None, passphrase_file: Path | None
 
 
 @clear_errors
-def issue(file: Path, out: Path | None, office: Path | None, passphrase_file: Path | None) -> Exit:
-    """Answer a request with the authority's key; put the certificate beside the key where that is here."""
+def issue(
+    file: Annotated[Path, typer.Argument(help="The request.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write the certificate; else beside the key.")] = None,
+    office: Office = None,
+    passphrase_file: PassphraseFile = None,
+) -> Exit:
+    """Answer a request with the authority's key. Nobody gets both roles."""
     certificate = key_changes.issue_request(_office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file))
     who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
     if out is not None:
@@ -79,15 +103,21 @@ def issue(file: Path, out: Path | None, office: Path | None, passphrase_file: Pa
 
 
 @clear_errors
-def install(file: Path) -> Exit:
-    """Put an issued certificate beside its key."""
+def install(file: Annotated[Path, typer.Argument(help="The certificate that the authority issued.")]) -> Exit:
+    """Put a certificate beside its key at this bench."""
     stdout.print(f"certificate in {key_changes.install(home(), keys.certificate_of(file))}")
     return Exit.ACCEPTED
 
 
 @clear_errors
-def revoke(who: str, reason: str, since: date | None, office: Path | None, passphrase_file: Path | None) -> Exit:
-    """Revoke a person's certificates from a day on."""
+def revoke(
+    who: Who,
+    reason: Annotated[str, typer.Option(help="left, lost or compromised.")] = "left",
+    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="First day; else from now on.")] = None,
+    office: Office = None,
+    passphrase_file: PassphraseFile = None,
+) -> Exit:
+    """Revoke a person's keys. What was signed before stays valid, unless the key was compromised."""
     now = datetime.now(UTC).replace(microsecond=0)
     moment = datetime(since.year, since.month, since.day, tzinfo=UTC) if since else now
     whose = key_changes.revoke(home(), _office(office), who, reason, _ca_passphrase(passphrase_file), moment)
@@ -97,19 +127,24 @@ def revoke(who: str, reason: str, since: date | None, office: Path | None, passp
 
 
 @clear_errors
-def renew(who: str, office: Path | None, passphrase_file: Path | None) -> Exit:
-    """A new certificate for a person's key."""
+def renew(who: Who, office: Office = None, passphrase_file: PassphraseFile = None) -> Exit:
+    """A new certificate for a person's key, for another five years."""
     new = key_changes.renew(home(), _office(office), who, _ca_passphrase(passphrase_file))
     stdout.print(f"{new.subject.rfc4514_string()}: valid to {new.not_valid_after_utc:%Y-%m-%d}")
     return Exit.ACCEPTED
 
 
 @clear_errors
-def passphrase(who: str, office: Path | None, passphrase_file: Path | None, new_file: Path | None) -> Exit:
-    """Another passphrase for a key."""
+def passphrase(
+    who: Annotated[str, typer.Argument(help="Name of the person, or `authority`.")],
+    office: Office = None,
+    passphrase_file: PassphraseFile = None,
+    new_passphrase_file: Annotated[Path | None, typer.Option(help="File with the new passphrase.")] = None,
+) -> Exit:
+    """Change the passphrase of a key."""
     variable = CA_PASSPHRASE if who == "authority" else QA_PASSPHRASE if who == QA else keys.PASSPHRASE
     old = passphrase_of(passphrase_file, f"present passphrase of {who}: ", variable)
-    new = passphrase_of(new_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True)
+    new = passphrase_of(new_passphrase_file, f"new passphrase of {who}: ", NEW_PASSPHRASE, only=True)
     stdout.print(f"{key_changes.change_passphrase(home(), _office(office), who, old, new)} has a new passphrase")
     return Exit.ACCEPTED
 

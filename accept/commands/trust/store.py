@@ -4,7 +4,9 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
@@ -21,8 +23,10 @@ from accept.store.seal import head_problem
 
 
 @clear_errors
-def check(head: Path | None = None) -> Exit:
-    """Walk the whole chain; hold it against an exported head, or against that in a certificate."""
+def check(
+    head: Annotated[Path | None, typer.Option(help="An exported head, or a certificate that states one.")] = None,
+) -> Exit:
+    """Walk the chain of events. Names the first that is altered or missing."""
     kept = _kept_head(head) if head else None
     with open_store(check=False) as store:
         unbroken, lines = check_lines(store, kept)
@@ -50,8 +54,8 @@ def _kept_head(path: Path) -> StoreHead:
 
 
 @clear_errors
-def head(out: Path | None) -> Exit:
-    """Export the signed head; kept elsewhere, it shows later that nothing before it was changed or cut off."""
+def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdout.")] = None) -> Exit:
+    """Export the signed head of the chain, to be kept elsewhere."""
     with open_store() as store:
         signed = store.signed_head()
     if signed is None or signed.head == START:
@@ -66,8 +70,8 @@ def head(out: Path | None) -> Exit:
 
 
 @clear_errors
-def backup(file: Path) -> Exit:
-    """Copy the whole store into one file, with its signed head beside it."""
+def backup(file: Annotated[Path, typer.Argument(help="File to write, with its head beside it.")]) -> Exit:
+    """Copy the whole store into one file."""
     with open_store() as store:
         kept = back_up(store, file)
     stdout.print(f"{kept.seq} events in {file}; its signed head in {file}.head.json")
@@ -75,8 +79,8 @@ def backup(file: Path) -> Exit:
 
 
 @clear_errors
-def take_back(file: Path) -> Exit:
-    """Replace the bench's store by a backup; what was there is set aside."""
+def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept store backup` wrote.")]) -> Exit:
+    """Make a backup the bench's store; what was there is set aside."""
     if os.environ.get("ACCEPT_STORE_URL"):
         raise StoreError("ACCEPT_STORE_URL names another store; restore works on the file in the bench's folder")
     kept, aside = restore(file, home() / "store.sqlite")
@@ -88,7 +92,7 @@ def take_back(file: Path) -> Exit:
 
 @clear_errors
 def copies() -> Exit:
-    """Every unit with a recording that stands elsewhere too, as its last judgement has it."""
+    """Recordings that stand in two places, and whose they are."""
     open_ones = 0
     with open_store() as store:
         for serial, unit in sorted(fold(store.events()).units.items()):
@@ -103,8 +107,13 @@ def copies() -> Exit:
 
 
 @clear_errors
-def resolve_copies(serial: str, measured: list[str], reason: str, operator: str | None) -> Exit:
-    """Say of whom the recordings are that a unit shares with others."""
+def resolve_copies(
+    serial: Annotated[str, typer.Argument(help="A unit that shares a recording with another place.")],
+    measured: Annotated[list[str], typer.Option(help="Whose it is: SERIAL, or SERIAL:section/input. Repeatable.")],
+    reason: Annotated[str, typer.Option(help="How it came to stand in two places.")],
+    operator: Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who says so.")] = None,
+) -> Exit:
+    """Say whose a recording is that stands in two places."""
     with open_store() as store:
         for copy in resolve(store, serial, measured, reason, operator_name(operator)):
             others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
@@ -114,8 +123,11 @@ def resolve_copies(serial: str, measured: list[str], reason: str, operator: str 
 
 
 @clear_errors
-def log(serial: str | None, full: bool = False) -> Exit:
-    """A line an event; with `full` its payload and hash too. What is shown is checked event by event."""
+def log(
+    serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
+    full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
+) -> Exit:
+    """Who did what, when, with which verdict, by which spec and code."""
     found = False
     with open_store(check=False) as store:
         if problem := store.check():

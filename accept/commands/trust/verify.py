@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
@@ -13,6 +16,7 @@ from accept.certificate.trust.revocation import beside, revoked_in
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
 from accept.certificate.verify.verification import Validity, Verification, verify
+from accept.commands.options import LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from specs.errors import AcceptError
 from specs.spec import load
@@ -41,15 +45,25 @@ class VerifyOptions:
 
 
 @clear_errors
-def run(path: Path, options: VerifyOptions) -> Exit:
-    """One line on stdout, valid or not and why; what was looked at on stderr."""
+def run(
+    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
+    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
+    records: LargeRecords = None,
+    require: Annotated[str, typer.Option(help="Also require: accepted,countersigned,serial=SERIAL.")] = "",
+    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
+    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
+) -> Exit:
+    """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
+    required = [word.strip() for word in require.split(",") if word.strip()]
+    options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [])
     unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
         known = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {known}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
-    with busy(f"{path.name}: judging again"):
-        report = verify_here(read_certificate(path), options)
+    with busy(f"{certificate.name}: judging again"):
+        report = verify_here(read_certificate(certificate), options)
     for line in report.details:
         say(f"  {line}")
     missing = _unfulfilled(report, options.require, wanted_spec)

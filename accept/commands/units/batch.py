@@ -2,6 +2,9 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.cluster.connect import connected
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
@@ -22,15 +25,20 @@ from specs.spec import Spec
 
 
 @clear_errors
-def run(wheres: list[str], wanted: BatchOptions) -> Exit:
-    """Judge the units at or below paths, or addresses of fsspec. See `accept.batch.run`."""
+def run(
+    units: Annotated[
+        list[str], typer.Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
+    ],
+    wanted: BatchOptions,
+) -> Exit:
+    """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
     if wanted.model is not None:
         from accept.models.model_file import open_model
 
         open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
     credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
     who = credential.person if credential else operator_name(wanted.operator)
-    paths, refused = fetched(wheres, wanted.out, say)
+    paths, refused = fetched(units, wanted.out, say)
     with connected(wanted.cluster, say) as cluster, open_store() as store:
         request = BatchRequest(
             paths,

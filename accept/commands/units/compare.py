@@ -5,12 +5,13 @@ The JSON: {"fleets": [{"kind", "serials", "too_few": [names], "outliers": {seria
 value is its distance from the fleet's median in dB; its scale is that of the distances.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from json import dumps
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from rich import box
 from rich.table import Table
 from rich.text import Text
@@ -22,6 +23,7 @@ from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet, Member
 from accept.batch.request import spec_for
+from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
@@ -34,11 +36,16 @@ from checks.signals.outliers import CHANCE, MIN_UNITS
 
 
 @clear_errors
-def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Path | None) -> Exit:
-    """Measure the units at or below `paths` as `batch` would, and compare those of a kind."""
-    check_places(as_json, plot)  # said before the work, not after
+def run(
+    units: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
+    spec: SpecName = None,
+    json: Json = None,
+    plot: Plot = None,
+) -> Exit:
+    """Compare units and find which stand out. Robust scores of quantities and curves, overlays of curves."""
+    check_places(json, plot)  # said before the work, not after
     format = None if plot is None else format_of(plot)
-    results = measured(paths, spec)
+    results = measured(units, spec)
     fleets: list[Fleet] = []
     panels: list[Panel] = []
     for kind in dict.fromkeys(r.kind for r in results):
@@ -47,8 +54,8 @@ def run(paths: Sequence[Path], spec: str | None, as_json: Path | None, plot: Pat
         fleets.append(compared)
         panels += fleet_comparison.pictures(same, compared)
         _show(compared)
-    if as_json is not None:
-        write_atomic(as_json, json.dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
+    if json is not None:
+        write_atomic(json, dumps({"fleets": [to_json(f) for f in fleets]}, indent=1, allow_nan=False).encode())
     if plot is not None and format is not None:
         write_atomic(plot, _drawn(panels, format))
     return Exit.ACCEPTED

@@ -1,11 +1,17 @@
-"""`accept demo`: the main job on built-in data."""
+"""`accept demo`: the main job on built-in data.
+
+The seven APAs of [STB], as typed in, and a simulated strut from its raw records are judged, certified and verified;
+what three struts of its batch have in common is learned, and what is hidden in that strut is named. The exit code says
+whether the demo went as it must.
+"""
 
 import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.console import clear_errors, operator_name, say, stdout, tell
@@ -16,6 +22,7 @@ from accept.batch import engines, judge_batch
 from accept.batch.request import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
+from accept.commands.options import Operator
 from accept.commands.physics.model import model_for
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.fleet.population.learn import learn_population, measured_units
@@ -32,10 +39,10 @@ SHOWN = 3  # values that the batch taught most about
 
 
 @clear_errors
-def run(out: Path, operator: str | None) -> Exit:
-    """Judge, certify and verify the seven APAs of [STB], as typed in, and a simulated strut from its raw records; learn
-    from three struts of its batch what they have in common, and name what is hidden in that strut. The exit code says
-    whether the demo went as it must."""
+def run(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("accept-demo"), operator: Operator = None
+) -> Exit:
+    """Run the whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     began = time.monotonic()
     place = home() / DEMO
     with engines.processes(1) as elsewhere:

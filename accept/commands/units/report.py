@@ -3,6 +3,9 @@
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from accept.base.atomic_files import check_place
 from accept.base.console import clear_errors, operator_name, say
@@ -31,10 +34,10 @@ from specs.bench import load_bench
 
 
 @clear_errors
-def run(folder: Path, wanted: ReportOptions) -> Exit:
-    """Judge one unit, write its certificate to `wanted.out`, and store both events."""
+def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> Exit:
+    """Judge one unit and write its signed certificate."""
     check_place(wanted.out)
-    one = unit_folder.read(folder)
+    one = unit_folder.read(unit)
     if wanted.model is not None:
         from accept.models.model_file import open_model
 
@@ -46,7 +49,7 @@ def run(folder: Path, wanted: ReportOptions) -> Exit:
     who = credential.person if credential else operator_name(wanted.operator)
     with open_store() as store:
         if (known := store.other_spelling(one.serial)) is not None:
-            raise unit_folder.UnitError(folder / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
+            raise unit_folder.UnitError(unit / unit_folder.UNIT_FILE, [mistaken_for(one.serial, known)])
         past = list(store.events(one.serial))
         last = fold(past).units.get(one.serial)
         due = last if credential and last and uncertified.is_due(last, one, chosen, who) else None

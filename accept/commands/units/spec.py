@@ -1,7 +1,9 @@
 """`accept spec`. What the checks declare is loaded where it is needed: it takes longer than all the rest."""
 
 from pathlib import Path
+from typing import Annotated
 
+import typer
 from rich.table import Table
 
 from accept.base.atomic_files import write_atomic
@@ -13,7 +15,7 @@ from specs.strict import SpecError
 
 @clear_errors
 def show_list() -> Exit:
-    """Print the built-in specs."""
+    """The specs that come with the program."""
     table = Table("name", "kind", "checks", "title")
     for name in builtin():
         spec = load(name)
@@ -23,8 +25,8 @@ def show_list() -> Exit:
 
 
 @clear_errors
-def show(name: str) -> Exit:
-    """Print every limit of a spec, then what a spec of one's own asks of checks that they do not know."""
+def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> Exit:
+    """Every limit of a spec with its rule and source."""
     spec = load(name)
     for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
         stdout.print(line)
@@ -36,7 +38,7 @@ def show(name: str) -> Exit:
     stdout.print(table)
     if spec.gap is not None:
         stdout.print(f"responses are compared with model '{spec.gap.model}'; this does not affect the verdict")
-    if name not in builtin():
+    if name not in builtin():  # what it asks of checks that they do not know
         from accept.judging.judge_unit import load_spec
 
         load_spec(name)
@@ -57,8 +59,8 @@ def _source(limit: Limit) -> str:
 
 
 @clear_errors
-def validate(names: list[str]) -> Exit:
-    """Print every problem of these specs."""
+def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Exit:
+    """Check specs. One report lists every problem with its file and key path."""
     from accept.judging.judge_unit import load_spec
 
     worst = Exit.ACCEPTED
@@ -73,8 +75,11 @@ def validate(names: list[str]) -> Exit:
 
 
 @clear_errors
-def copy(name: str, file: Path) -> Exit:
-    """A built-in spec as a file to change; it gets a name of its own, so that nobody takes it for the built-in one."""
+def copy(
+    name: Annotated[str, typer.Argument(help="Built-in name.")],
+    file: Annotated[Path, typer.Argument(help="The TOML file to write.")],
+) -> Exit:
+    """Write a built-in spec as TOML, to change it."""
     import tomlkit
 
     if file.exists():
@@ -83,6 +88,7 @@ def copy(name: str, file: Path) -> Exit:
     if name not in known:
         raise SpecError(name, [f"no such built-in spec (there are {', '.join(known)})"])
     document = tomlkit.parse(known[name].read_text("utf-8"))
+    # With another name than the built-in spec has, so that it is not taken for it.
     own = file.stem if file.stem not in known else f"{file.stem}-copy"
     document["name"] = own
     write_atomic(file, tomlkit.dumps(document).encode("utf-8"))
@@ -92,7 +98,7 @@ def copy(name: str, file: Path) -> Exit:
 
 @clear_errors
 def checks() -> Exit:
-    """Print every check that a spec may ask for."""
+    """Every check that a spec may ask for. What it needs, what it measures, what can be set."""
     from accept.judging.check_docs import all_checks
 
     print(all_checks(), end="")

@@ -6,7 +6,9 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from importlib import import_module
 from inspect import signature
 from pathlib import Path
 
@@ -15,8 +17,9 @@ from rich.table import Table
 from typer.testing import CliRunner
 
 from accept.base.console import PlainConsole
-from accept.cli.main import app
-from accept.cli.options import spread
+from accept.cli.lazy_group import Command, Group
+from accept.cli.main import COMMANDS, app
+from accept.cli.options import command_of
 from accept.commands.bench.simulate_options import SimulateOptions
 from accept.judging.judge_unit import load_spec
 from tests.test_docs import command_names
@@ -65,6 +68,35 @@ def test_the_script_that_a_shell_sources(shell: str) -> None:
         assert read.returncode == 0, read.stderr
 
 
+def leaves(table: Mapping[str, Command | Group] = COMMANDS, path: str = "") -> Iterator[tuple[str, Command]]:
+    for name, entry in table.items():
+        if isinstance(entry, Group):
+            yield from leaves(entry.commands, f"{path}{name} ")
+        else:
+            yield path + name, entry
+
+
+@pytest.mark.parametrize(("name", "entry"), [pytest.param(*leaf, id=leaf[0]) for leaf in leaves()])
+def test_the_table_says_what_the_command_says(name: str, entry: Command) -> None:
+    module, _, function = entry.place.partition(":")
+    said = " ".join(getattr(import_module(f"accept.commands.{module}"), function).__doc__.split())
+    assert entry.about == re.match(r".*?\.(?= |$)", said)[0]
+
+
+@pytest.mark.parametrize("asked", [["--help"], ["model", "--help"], ["nonsense"]])
+def test_no_command_is_imported_for_the_list_of_commands(asked: list[str]) -> None:
+    run = f"import sys; sys.argv = ['accept', *{asked}]; from accept.cli.main import main\ntry:\n    main()\nfinally:\n"
+    run += "    print([m for m in sys.modules if m.startswith('accept.commands')])"
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_misspelt_command_is_answered_with_the_one_that_was_meant() -> None:
+    done = CliRunner().invoke(app, ["misaling"])
+    assert done.exit_code == 2
+    assert "'misalign'" in done.output
+
+
 def test_a_copy_of_a_spec_is_one_to_change(tmp_path: Path) -> None:
     copied = CliRunner().invoke(app, ["spec", "copy", "apa-basic", str(tmp_path / "mine.toml")])
     assert copied.exit_code == 0, copied.output
@@ -76,10 +108,11 @@ def test_a_copy_of_a_spec_is_one_to_change(tmp_path: Path) -> None:
 def test_a_group_of_options_stands_as_its_fields() -> None:
     """Names, defaults and order are those of the dataclass: said once."""
 
-    def command(wanted: SimulateOptions) -> None:
+    def command(wanted: SimulateOptions) -> int:
         assert is_dataclass(wanted)
+        return 0
 
-    seen = signature(spread(command)).parameters
+    seen = signature(command_of(command)).parameters
     assert list(seen) == [f.name for f in fields(SimulateOptions)]
     assert all(seen[f.name].default is f.default for f in fields(SimulateOptions) if f.name != "out")
 

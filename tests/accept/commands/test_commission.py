@@ -77,7 +77,7 @@ def said_of(path: Path) -> str:
 
 def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
     assert said_of(bench) == "unproven: never commissioned"
-    assert command.commission(bench, "lcr", "Ann") is Exit.ACCEPTED
+    assert command.commission("lcr", bench, "Ann") is Exit.ACCEPTED
     assert re.fullmatch(r"commissioned on \d{4}-\d\d-\d\d by Ann", said_of(bench))
     file = json.loads((bench.parent / "commissioning" / "lcr.json").read_text())
     outcomes = {outcome["trial"]: outcome["found"] for outcome in file["record"]["outcomes"]}
@@ -96,7 +96,7 @@ def test_a_meter_that_hides_a_change_does_not_pass(bench, peer):
     """One that answers VALU whatever it shows: the value of the trial is wrong, and the record says so."""
     told = peer._told
     peer._told = lambda key: "MAIN:DISP:VALU" if key == "DISP" else told(key)
-    assert command.commission(bench, "lcr", "Ann") is Exit.INSTRUMENT
+    assert command.commission("lcr", bench, "Ann") is Exit.INSTRUMENT
     assert "did not pass" in said_of(bench)
 
 
@@ -110,7 +110,7 @@ def test_a_meter_that_hides_a_change_does_not_pass(bench, peer):
     ],
 )
 def test_a_record_that_was_changed_proves_nothing(bench, peer, change, words):
-    command.commission(bench, "lcr", "Ann")
+    command.commission("lcr", bench, "Ann")
     path = bench.parent / "commissioning" / "lcr.json"
     file = json.loads(path.read_text())
     change(file)
@@ -121,7 +121,7 @@ def test_a_record_that_was_changed_proves_nothing(bench, peer, change, words):
 
 
 def test_other_settings_are_not_commissioned_and_another_port_is(bench, peer):
-    command.commission(bench, "lcr", "Ann")
+    command.commission("lcr", bench, "Ann")
     bench.write_text(BENCH.replace("/dev/x", "/dev/y"))
     assert "by Ann" in said_of(bench)
     bench.write_text(BENCH.replace('serial = "E1"', 'serial = "E2"'))
@@ -130,10 +130,10 @@ def test_other_settings_are_not_commissioned_and_another_port_is(bench, peer):
 
 def test_without_a_passphrase_it_stays_unproven(bench, peer, monkeypatch):
     monkeypatch.delenv("ACCEPT_PASSPHRASE")
-    assert command.commission(bench, "lcr", "Ann") is Exit.ACCEPTED
+    assert command.commission("lcr", bench, "Ann") is Exit.ACCEPTED
     assert said_of(bench) == "unproven: its commissioning record is unsigned"
 
 
 def test_what_is_not_on_a_wire_cannot_be_commissioned(bench):
-    assert command.commission(bench, "scale", "Ann") is Exit.BAD_INPUT
-    assert command.commission(bench, "nothing", "Ann") is Exit.BAD_INPUT
+    assert command.commission("scale", bench, "Ann") is Exit.BAD_INPUT
+    assert command.commission("nothing", bench, "Ann") is Exit.BAD_INPUT

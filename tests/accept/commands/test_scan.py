@@ -30,7 +30,7 @@ def ports(monkeypatch):
 @pytest.mark.slow
 def test_ports_are_listened_to_and_never_written_to(ports, capsys):
     os.set_blocking(ports, False)
-    assert command.scan(()) is Exit.ACCEPTED
+    assert command.scan() is Exit.ACCEPTED
     said = capsys.readouterr()
     assert "FT232R USB UART; free, silent" in said.err
     assert "no such port" in said.err

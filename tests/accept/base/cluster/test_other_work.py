@@ -139,11 +139,11 @@ def test_what_takes_too_much_memory_is_one_line(
     unit = make_strut(tmp_path / "S-1", "S-1", repeats=False)
     for command in (lookup, gap):
         monkeypatch.setattr(command, "connected", outgrown)
-    found = [lookup.run_build("strut-2dof", 5, 3, None, True, "far"), gap.run([unit], None, tmp_path, False, (), "far")]
+    found = [lookup.run_build("strut-2dof", 5, 3, cluster="far", force=True), gap.run([unit], tmp_path, cluster="far")]
     monkeypatch.undo()
     monkeypatch.setattr(analyse_unit, "analyse", full)
     monkeypatch.setattr(selection.judged_again, "judged_again", full)
-    found += [gap.run([unit], None, tmp_path, False, ()), selection.rejudge(["apa"], True, Outputs())]
+    found += [gap.run([unit], tmp_path), selection.rejudge(["apa"], records=True, outputs=Outputs())]
     lines = capsys.readouterr().err.splitlines()
     assert found == [Exit.BAD_INPUT] * 4
     assert sum("takes more than" in line for line in lines) == 4, lines
