@@ -73,6 +73,10 @@ class Link:
         self._pending = bytearray()
         self._traffic: list[Traffic] = []
 
+    @property
+    def is_open(self) -> bool:
+        return self._port is not None
+
     def deadline(self, seconds: float) -> Deadline:
         """A deadline by the line's own clock."""
         return Deadline(seconds, self.clock)

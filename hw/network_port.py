@@ -13,6 +13,7 @@ from hw.serial_port import POLL_S
 
 CONNECT_S = 3.0  # on a local network a device that is there answers in milliseconds
 MAX_READ = 65_536  # of one read; an answer is some hundred bytes
+MORE_MAY_COME = (0x3FFF0006, 0x3FFF007D)  # VISA's VI_SUCCESS_MAX_CNT and VI_SUCCESS_DEV_NPRESENT: warnings to pyvisa
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ def open_tcp(address: Address) -> TcpPort:
 
 
 class VisaPort:
-    """A VISA session as a port. It is read only when a question is out: some buses take a read of nothing amiss."""
+    """A VISA session as a port. It is read only when a question is out: some buses take a read of nothing amiss. One
+    read is one call of the library for at most MAX_READ bytes, so that a link sees its deadline between two."""
 
     def __init__(self, session: Any, no_answer: type[Exception]) -> None:
         self._session, self._no_answer = session, no_answer
@@ -85,7 +87,7 @@ class VisaPort:
     def read(self, size: int = 1, /) -> bytes:
         """What came, within the session's own time where a question is out."""
         if not self._came and self._asked:
-            self._came = self._within(self._session.read_raw)
+            self._came = self._within(self._read_once)
             self._asked = not self._came
         elif not self._came:
             time.sleep(POLL_S)
@@ -101,6 +103,10 @@ class VisaPort:
     def close(self) -> None:
         self._session.close()
 
+    def _read_once(self) -> bytes:
+        with self._session.ignore_warning(*MORE_MAY_COME):
+            return bytes(self._session.visalib.read(self._session.session, MAX_READ)[0])
+
     def _within(self, what: Any) -> bytes:
         try:
             return bytes(what() or b"")
@@ -110,21 +116,28 @@ class VisaPort:
             raise OSError(f"VISA: {e}") from e
 
 
-def visa_opener(library: str, timeout_s: float) -> Any:
-    """What opens VISA resources, by a library such as "@py". Raises SettingsError without the extra `visa`."""
-    try:
-        import pyvisa
-    except ImportError as e:
-        raise SettingsError("this instrument needs pyvisa: pip install 'accept[visa]'") from e
+SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[\da-fA-F:]+\])::(?P<number>\d{1,5})::SOCKET", re.IGNORECASE)
 
-    def opened(address: Address) -> VisaPort:
+
+def visa_opener(library: str, timeout_s: float) -> Any:
+    """Return what opens VISA resources, by a library such as "@py". Raises SettingsError without the extra `visa`.
+
+    `TCPIP::host::number::SOCKET` is a plain connection and opened as one: VISA libraries wait for the end of a line
+    however long the other end sends, and drop half an answer.
+    """
+
+    def opened(address: Address) -> TcpPort | VisaPort:
+        if plain := SOCKET.fullmatch(address.port):
+            return open_tcp(Address(f"{plain['host']}:{plain['number']}"))
+        try:
+            import pyvisa
+        except ImportError as e:
+            raise SettingsError("this instrument needs pyvisa: pip install 'accept[visa]'") from e
         try:
             session = pyvisa.ResourceManager(library).open_resource(address.port)
         except (pyvisa.errors.Error, ValueError) as e:
             raise OSError(f"VISA: {e}") from e
         session.timeout = 1000.0 * timeout_s
-        if hasattr(session, "read_termination"):
-            session.read_termination = "\n" if address.port.endswith("SOCKET") else None
         return VisaPort(session, pyvisa.errors.VisaIOError)
 
     return opened

@@ -173,6 +173,7 @@ class MarkedPort:
 TAKEN = (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK)
 FORBIDDEN = (errno.EACCES, errno.EPERM)
 GONE = (errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO)
+SILENT = (errno.ECONNREFUSED, errno.EHOSTUNREACH, errno.ENETUNREACH, errno.ETIMEDOUT)
 WINDOWS_WORDS = (
     ("PermissionError(13", errno.EBUSY),
     ("FileNotFoundError(2", errno.ENOENT),
@@ -190,6 +191,8 @@ def why_not_opened(port: str, error: Exception) -> str:
             return "another program has the port open: end that program"
         words = "on Linux, join its group (sudo usermod -aG dialout $USER) and log in again"
         return f"you have no right to use the port: {words}"
+    if number in SILENT:
+        return f"nothing answers there ({cause(error)}): is the instrument on, on this network, and is this its port?"
     if number in GONE:
         return f"there is no such port: is the adapter plugged in? {_where_to_look(port)}"
     return f"it cannot be opened ({cause(error)}): is it plugged in and free?"

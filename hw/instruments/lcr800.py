@@ -87,6 +87,22 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             raise Garbled(f"{self.name}: COMU? gave {said!r}, expected 'COMU:ON..'; is it an LCR-800?")
         self._set("COMU:OVER", deadline, STREAMED)
 
+    def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
+        """Return what the meter is set to; the trigger first, and stopped, for results stand before the answers."""
+        found = {"TRIG": self._asked("TRIG", deadline, STREAMED)}
+        self._set("MAIN:TRIG:MANU", deadline, STREAMED)
+        others = [header for header in (*self._choices, *self._numbers) if header != "TRIG"]
+        return found | {header: self._asked(header, deadline) for header in others}
+
+    def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
+        for header, value in reversed(list(found.items())):
+            if header in self._numbers:
+                if not _is_number(value, self._numbers[header][0]):
+                    self._set(f"MAIN:{header} {value}", deadline)
+            elif value != self._choices[header].rstrip("."):
+                self._set(f"MAIN:{header}:{value.ljust(4, '.') if value in ('ON', 'OFF') else value}", deadline)
+        self._set("COMU:OFF.", deadline, STREAMED)
+
     def _set_up(self, deadline: Deadline) -> None:
         for header, choice in self._choices.items():
             self._set(f"MAIN:{header}:{choice}", deadline, STREAMED if header == "TRIG" else 0)
@@ -118,9 +134,9 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
                 f"{self.name}: MAIN:{header} is {found!r}, expected {wanted!r}; was it changed at the meter?"
             )
 
-    def _asked(self, header: str, deadline: Deadline) -> str:
-        """The value of a setting, without the blanks and dots that fill its field."""
-        said = self._command(f"MAIN:{header}?", deadline)
+    def _asked(self, header: str, deadline: Deadline, streamed: int = 0) -> str:
+        """Return the value of a setting, without the blanks and dots that fill its field."""
+        said = self._command(f"MAIN:{header}?", deadline, streamed)
         found = re.fullmatch(rf"MAIN:{re.escape(header)}[: ] *(\S+)", said.rstrip())
         if not found:
             raise Garbled(f"{self.name}: MAIN:{header}? gave {said!r}, expected MAIN:{header} and its value")
@@ -152,6 +168,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
         """Send a setting; its echo acknowledges it, with blanks as the meter writes them."""
         said = self._command(message, deadline, streamed)
         if _header_and_value(said) != _header_and_value(message):
+            if re.search(r"\d,\d", said):
+                raise no_value(self.name, said.encode("ascii"), message)
             raise InstrumentRefused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, streamed: int = 0) -> str:

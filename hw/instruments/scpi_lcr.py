@@ -2,16 +2,20 @@
 
 Known from public drivers of the E4980A and the 4284A, which have the same commands: `*IDN?` gives maker, model, serial
 number, firmware; `FUNC:IMP`, `FUNC:DEV<n>:MODE`, `FREQ`, `VOLT`, `BIAS:STAT`, `APER`, `TRIG:SOUR`, `CORR:LENG`,
-`CORR:OPEN:STAT`, `CORR:SHOR:STAT`, each with its question; `FETC?` -> primary, secondary, status, where only status 0
-is a measurement. A 4284A gives no serial number (0).
+`CORR:OPEN:STAT`, `CORR:SHOR:STAT`, `DISP:PAGE`, `INIT:CONT`, `FORM`, `AMPL:ALC`, `COMP`, each with its question;
+`SYST:ERR?` gives number and words of the oldest error, number 0 for none, and `*CLS` empties the queue. `FETC?` ->
+primary, secondary, status, where only status 0 is a measurement; a comparator that is on adds the bin, the list sweep
+adds in or out: a fourth field is refused, and both are switched off. Without `INIT:CONT ON` the meter ignores the
+trigger (-211) and `FETC?` repeats the measurement before. A 4284A gives no serial number (0).
 Assumed: everything of the profiles `hioki` (IM35xx) and `gwinstek` (LCR-6000, LCR-8000), written from their command
-lists without a page at hand. A command that is none shows at once: what is set is asked before and after every reading.
+lists without a manual's page at hand. A command that does not exist shows at once: what is set is asked before and
+after every reading.
 """
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -26,101 +30,117 @@ from specs.strict import Positive
 
 END = b"\n"
 OVER = 9e37  # what SCPI writes for "no number"
+REMINDER = "The stack is electrically poled: discharge it before connecting; never bias it against its poling."
+BLIND = "The profile {!r} was written without the meter's manual: compare its display with what is read here."
 NUMBER = re.compile(r"[+-]?\d+(\.\d*)?(E[+-]?\d+)?", re.IGNORECASE)
+ERROR = re.compile(r'([+-]?\d+),"?.*')  # an entry of the error queue
 
 
 @dataclass(frozen=True)
 class MeterSetting:
-    """What is set by `command` ("" : only asked) and read back by `question`; wanted may hold {volt}, {average},
-    {cable}."""
+    """A setting: `header` and `wanted` set it, `header` and ? ask for it. sets: False for what is only asked. wanted
+    may hold {volt}, {average}, {cable}, {level_control}."""
 
-    command: str
-    question: str
+    header: str
     wanted: str
+    sets: bool = True
 
 
 @dataclass(frozen=True)
 class Profile:
-    """models: of `*IDN?`. settings: by name, in their order. measure: its answer is C, D and, with a status, 0."""
+    """models: of `*IDN?`. settings: by name, in their order. measure: its answer is C, D and, with a status, 0. errors:
+    whether `SYST:ERR?` is asked. blind: no page of a manual was at hand."""
 
     models: str
     settings: Mapping[str, MeterSetting]
     measure: str
     status: bool
+    errors: bool = False
+    blind: bool = False
 
 
 PROFILES = {
     "keysight": Profile(
         "E4980AL?|4284A",
         {
-            "function": MeterSetting("FUNC:IMP CSD", "FUNC:IMP?", "CSD"),
-            "range": MeterSetting("FUNC:IMP:RANG:AUTO ON", "FUNC:IMP:RANG:AUTO?", "1"),
-            "deviation of C": MeterSetting("FUNC:DEV1:MODE OFF", "FUNC:DEV1:MODE?", "OFF"),
-            "deviation of D": MeterSetting("FUNC:DEV2:MODE OFF", "FUNC:DEV2:MODE?", "OFF"),
-            "bias": MeterSetting("BIAS:STAT OFF", "BIAS:STAT?", "0"),
-            "frequency": MeterSetting("FREQ 1000", "FREQ?", "1000"),
-            "level": MeterSetting("VOLT {volt:g}", "VOLT?", "{volt:g}"),
-            "averaging": MeterSetting("APER LONG,{average}", "APER?", "LONG,{average}"),
-            "cable": MeterSetting("CORR:LENG {cable:g}", "CORR:LENG?", "{cable:g}"),
-            "open correction": MeterSetting("", "CORR:OPEN:STAT?", "1"),
-            "short correction": MeterSetting("", "CORR:SHOR:STAT?", "1"),
-            "load correction": MeterSetting("", "CORR:LOAD:STAT?", "0"),
-            "trigger": MeterSetting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
+            "page": MeterSetting("DISP:PAGE", "MEAS"),
+            "format": MeterSetting("FORM", "ASC"),
+            "function": MeterSetting("FUNC:IMP", "CSD"),
+            "range": MeterSetting("FUNC:IMP:RANG:AUTO", "1"),
+            "deviation of C": MeterSetting("FUNC:DEV1:MODE", "OFF"),
+            "deviation of D": MeterSetting("FUNC:DEV2:MODE", "OFF"),
+            "bias": MeterSetting("BIAS:STAT", "0"),
+            "frequency": MeterSetting("FREQ", "1000"),
+            "level": MeterSetting("VOLT", "{volt:g}"),
+            "level control": MeterSetting("AMPL:ALC", "{level_control}"),
+            "averaging": MeterSetting("APER", "LONG,{average}"),
+            "comparator": MeterSetting("COMP", "0"),
+            "cable": MeterSetting("CORR:LENG", "{cable:g}"),
+            "open correction": MeterSetting("CORR:OPEN:STAT", "1", sets=False),
+            "short correction": MeterSetting("CORR:SHOR:STAT", "1", sets=False),
+            "load correction": MeterSetting("CORR:LOAD:STAT", "0", sets=False),
+            "trigger": MeterSetting("TRIG:SOUR", "BUS"),
+            "continuous initiation": MeterSetting("INIT:CONT", "1"),
         },
         "TRIG:IMM;:FETC?",
-        True,
+        status=True,
+        errors=True,
     ),
     "hioki": Profile(
         r"IM35\d\d.*",
         {
-            "header": MeterSetting(":HEAD OFF", ":HEAD?", "OFF"),
-            "first value": MeterSetting(":PAR1 CS", ":PAR1?", "CS"),
-            "second value": MeterSetting(":PAR2 OFF", ":PAR2?", "OFF"),
-            "third value": MeterSetting(":PAR3 D", ":PAR3?", "D"),
-            "fourth value": MeterSetting(":PAR4 OFF", ":PAR4?", "OFF"),
-            "range": MeterSetting(":RANG:AUTO ON", ":RANG:AUTO?", "ON"),
-            "bias": MeterSetting(":DCB OFF", ":DCB?", "OFF"),
-            "frequency": MeterSetting(":FREQ 1000", ":FREQ?", "1000"),
-            "level mode": MeterSetting(":LEV V", ":LEV?", "V"),
-            "level": MeterSetting(":LEV:VOLT {volt:g}", ":LEV:VOLT?", "{volt:g}"),
-            "speed": MeterSetting(":SPEE SLOW", ":SPEE?", "SLOW"),
-            "averaging": MeterSetting(":AVER {average}", ":AVER?", "{average}"),
-            "cable": MeterSetting(":CABL {cable:g}", ":CABL?", "{cable:g}"),
-            "open correction": MeterSetting("", ":CORR:OPEN?", "ON"),
-            "short correction": MeterSetting("", ":CORR:SHOR?", "ON"),
-            "scaling": MeterSetting(":SCAL OFF", ":SCAL?", "OFF"),
-            "trigger": MeterSetting(":TRIG EXT", ":TRIG?", "EXT"),
+            "header": MeterSetting(":HEAD", "OFF"),
+            "first value": MeterSetting(":PAR1", "CS"),
+            "second value": MeterSetting(":PAR2", "OFF"),
+            "third value": MeterSetting(":PAR3", "D"),
+            "fourth value": MeterSetting(":PAR4", "OFF"),
+            "range": MeterSetting(":RANG:AUTO", "ON"),
+            "bias": MeterSetting(":DCB", "OFF"),
+            "frequency": MeterSetting(":FREQ", "1000"),
+            "level mode": MeterSetting(":LEV", "V"),
+            "level": MeterSetting(":LEV:VOLT", "{volt:g}"),
+            "speed": MeterSetting(":SPEE", "SLOW"),
+            "averaging": MeterSetting(":AVER", "{average}"),
+            "cable": MeterSetting(":CABL", "{cable:g}"),
+            "open correction": MeterSetting(":CORR:OPEN", "ON", sets=False),
+            "short correction": MeterSetting(":CORR:SHOR", "ON", sets=False),
+            "scaling": MeterSetting(":SCAL", "OFF"),
+            "trigger": MeterSetting(":TRIG", "EXT"),
         },
         "*TRG;:MEAS?",
-        False,
+        status=False,
+        blind=True,
     ),
     "gwinstek": Profile(
         r"LCR-?[68]\d\d\d.*",
         {
-            "function": MeterSetting("FUNC Cs-D", "FUNC?", "CS-D"),
-            "range": MeterSetting("FUNC:RANG:AUTO ON", "FUNC:RANG:AUTO?", "ON"),
-            "bias": MeterSetting("BIAS OFF", "BIAS?", "OFF"),
-            "frequency": MeterSetting("FREQ 1000", "FREQ?", "1000"),
-            "level": MeterSetting("LEV:VOLT {volt:g}", "LEV:VOLT?", "{volt:g}"),
-            "averaging": MeterSetting("APER SLOW,{average}", "APER?", "SLOW,{average}"),
-            "open correction": MeterSetting("", "CORR:OPEN:STAT?", "ON"),
-            "short correction": MeterSetting("", "CORR:SHOR:STAT?", "ON"),
-            "trigger": MeterSetting("TRIG:SOUR BUS", "TRIG:SOUR?", "BUS"),
+            "function": MeterSetting("FUNC", "Cs-D"),
+            "range": MeterSetting("FUNC:RANG:AUTO", "ON"),
+            "bias": MeterSetting("BIAS", "OFF"),
+            "frequency": MeterSetting("FREQ", "1000"),
+            "level": MeterSetting("LEV:VOLT", "{volt:g}"),
+            "averaging": MeterSetting("APER", "SLOW,{average}"),
+            "open correction": MeterSetting("CORR:OPEN:STAT", "ON", sets=False),
+            "short correction": MeterSetting("CORR:SHOR:STAT", "ON", sets=False),
+            "trigger": MeterSetting("TRIG:SOUR", "BUS"),
         },
         "TRIG;:FETC?",
-        False,
+        status=False,
+        blind=True,
     ),
 }
 
 
 class ScpiLcrSettings(SerialSettings):
     """Settings of a SCPI meter. average : measurements in one value. cable_m : length of the test leads, as the meter
-    corrects for it. corrections : "require" refuses to measure without open and short correction. library : of VISA."""
+    corrects for it. level_control : whether the meter holds the level at the stack (ALC). corrections : "require"
+    refuses to measure without open and short correction. library : of VISA."""
 
     profile: Literal["keysight", "hioki", "gwinstek"]
     voltage_V: Annotated[float, Field(gt=0, le=2)] = 1.0
     average: Annotated[int, Field(ge=1, le=128)] = 4
     cable_m: Literal[0, 1, 2, 4] = 1
+    level_control: Literal["off", "on"] = "off"
     corrections: Literal["require", "allow"] = "require"
     agreement_percent: Positive = 0.1
     agreement_D: Positive = 0.002
@@ -135,9 +155,10 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
     """Capacitance [F] and dissipation of a stack at 1 kHz, small signal."""
 
     unit = "F"
-    reminders: tuple[str, ...] = (
-        "The stack is electrically poled: discharge it before connecting; never bias it against its poling.",
-    )
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.reminders = (REMINDER, BLIND.format(self.settings.profile)) if self._profile.blind else (REMINDER,)
 
     @property
     def _profile(self) -> Profile:
@@ -151,14 +172,31 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return self.settings.agreement_D
 
     def _start(self, deadline: Deadline) -> None:
-        """On a connection of its own: what was asked before an error answers nothing after it."""
+        """Connect anew, so that no answer to a question from before an error is taken for another."""
         self.link.close()
         super()._start(deadline)
 
+    def _settings_found(self, deadline: Deadline) -> Mapping[str, str]:
+        """Return what the meter was set to, by header; without the bias, which is never switched on from here."""
+        return {
+            setting.header: self._question(f"{setting.header}?", deadline)
+            for name, setting in self._profile.settings.items()
+            if setting.sets and name != "bias"
+        }
+
     def _set_up(self, _: Deadline) -> None:
+        if self._profile.errors:
+            self._say(b"*CLS" + END)
         for setting in self._profile.settings.values():
-            if setting.command:
-                self._say(self._filled(setting.command).encode("ascii") + END)
+            if setting.sets:
+                self._say(f"{setting.header} {self._wanted(setting)}".encode("ascii") + END)
+
+    def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
+        ours = {setting.header: self._wanted(setting) for setting in self._profile.settings.values()}
+        for header, value in reversed(list(found.items())):
+            if not _same(value, ours[header]):
+                self._say(f"{header} {value}".encode("ascii") + END)
+        self._question("*OPC?", deadline)  # it has heard all of it before the line is closed
 
     def _identify(self, deadline: Deadline) -> Identity:
         said = self._question("*IDN?", deadline)
@@ -169,11 +207,11 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
         return Identity(fields[1], None if serial in ("", "0") else serial, ",".join(fields[3:]) or None)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """All settings, as they must be. Raises InstrumentRefused with a bias on or without corrections,
-        Implausible."""
+        """Return all settings, if they are as they must be and the meter reports no error. Raises InstrumentRefused
+        with a bias on, without corrections or with an error in the queue, Implausible."""
         found = {}
         for name, setting in self._profile.settings.items():
-            wanted, said = self._filled(setting.wanted), self._question(setting.question, deadline)
+            wanted, said = self._wanted(setting), self._question(f"{setting.header}?", deadline)
             found[name] = said
             if _same(said, wanted) or ("correction" in name and self.settings.corrections == "allow"):
                 continue
@@ -182,11 +220,27 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
                     f"{self.name}: {name} is {said!r}, expected {wanted!r}: correct it at the meter"
                 )
             raise Implausible(f"{self.name}: {name} is {said!r}, expected {wanted!r}; was it changed at the meter?")
+        if self._profile.errors:
+            self._check_error_queue(deadline)
         return found
 
-    def _filled(self, words: str) -> str:
+    def _check_error_queue(self, deadline: Deadline) -> None:
+        """Raise InstrumentRefused if the meter could not do what it was told, such as -211, trigger ignored."""
+        said = self._question("SYST:ERR?", deadline)
+        number = ERROR.fullmatch(said)
+        if number is None:
+            raise Garbled(f"{self.name}: SYST:ERR? gave {said!r}, expected a number and words")
+        if int(number[1]) != 0:
+            raise InstrumentRefused(f"{self.name}: the meter reports the error {said}; what it shows is not measured")
+
+    def _wanted(self, setting: MeterSetting) -> str:
         settings = self.settings
-        return words.format(volt=settings.voltage_V, average=settings.average, cable=settings.cable_m)
+        return setting.wanted.format(
+            volt=settings.voltage_V,
+            average=settings.average,
+            cable=settings.cable_m,
+            level_control=int(settings.level_control == "on"),
+        )
 
     def _question(self, message: str, deadline: Deadline) -> str:
         return text_of(self.name, self._ask(message.encode("ascii") + END, END, deadline).rstrip(b"\r\n")).strip()
@@ -207,8 +261,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
 def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:
     """C [F] and D of `C,D` or `C,D,status`. Raises Garbled, OverRange, InstrumentRefused."""
     fields = [field.strip() for field in said.split(",")]
-    expected = (3, 4) if status else (2,)
-    if len(fields) not in expected or not all(NUMBER.fullmatch(field) for field in fields):
+    if len(fields) != (3 if status else 2) or not all(NUMBER.fullmatch(field) for field in fields):
         raise Garbled(f"{who}: {said!r}, expected C, D{' and the status' if status else ''}")
     C, D = float(fields[0]), float(fields[1])
     if max(abs(C), abs(D)) >= OVER or (status and float(fields[2]) == 1):
@@ -219,7 +272,7 @@ def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:
 
 
 def _same(said: str, wanted: str) -> bool:
-    """As numbers where they are numbers, field by field."""
+    """Compare field by field, as numbers if both are numbers."""
     one, other = ([field.strip().upper() for field in words.split(",")] for words in (said, wanted))
     if len(one) != len(other):
         return False
@@ -246,6 +299,8 @@ TRIALS = tuple(
         "set the frequency to 120 Hz",
         "set the level to its smallest",
         "switch the open correction off",
+        "change to the page LIST SWEEP, with one point at 120 Hz",
+        "by another program or the panel, stop the trigger (INIT:CONT OFF)",
         "set the cable length to another value",
         "switch the meter off and on again",
     )

@@ -49,6 +49,7 @@ class SerialInstrument(ABC, Generic[S]):
         self.name, self.link, self.settings, self.model, self.serial = name, link, settings, model, serial
         self.asked = {}
         self._session = 0  # value of link.opened when the session began; 0: none
+        self._found: Mapping[str, str] = {}  # what it was set to before anything was set
 
     @property
     def deadline_s(self) -> float:
@@ -89,8 +90,15 @@ class SerialInstrument(ABC, Generic[S]):
             return identity
 
     def close(self) -> None:
-        """Close the line; what was asked is forgotten."""
-        self._session, self.asked = 0, {}
+        """Set the instrument as it was found, as far as it answers, and close the line. What was asked is forgotten."""
+        if self._found and self.link.is_open:
+            deadline = self.link.deadline(self.deadline_s)
+            try:
+                self.link.drop_until_quiet(self.settings.quiet_s, deadline)
+                self._give_back(self._found, deadline)
+            except InstrumentError as e:
+                self.link.note(f"not set back as it was found: {e}")
+        self._session, self.asked, self._found = 0, {}, {}
         self.link.close()
 
     @property
@@ -100,6 +108,7 @@ class SerialInstrument(ABC, Generic[S]):
     def _start(self, deadline: Deadline) -> None:
         self.link.drop_until_quiet(self.settings.quiet_s, deadline)
         self._open(deadline)
+        self._found = self._found or self._settings_found(deadline)
         self._set_up(deadline)
         self._session = self.link.opened
 
@@ -135,6 +144,13 @@ class SerialInstrument(ABC, Generic[S]):
 
     def _open(self, deadline: Deadline) -> None:
         """Make it answer, where it does not by itself; sets nothing that a value depends on."""
+
+    def _settings_found(self, _: Deadline) -> Mapping[str, str]:
+        """Return what the instrument was set to before `_set_up` changes it; nothing if it sets nothing."""
+        return {}
+
+    def _give_back(self, found: Mapping[str, str], deadline: Deadline) -> None:
+        """Set what `_settings_found` returned."""
 
     def _set_up(self, deadline: Deadline) -> None:
         """Set everything that must be set before a value means what it should; by itself it sets nothing."""

@@ -24,6 +24,7 @@ from hw.serial_port import LineSettings
 
 LISTEN_S, ANSWER_S = 0.3, 1.0  # what sends by itself does so more often; for an answer to `*IDN?`
 IDN = "*IDN?\n"
+ASKED = ("TCPIP", "USB", "GPIB")  # VISA interfaces with an instrument at the other end
 ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNORECASE)
 
 
@@ -91,7 +92,9 @@ def _visa(named: Sequence[str]) -> list[Seen]:
     except (pyvisa.errors.Error, OSError, ValueError) as e:
         say(f"VISA: {e}")
         found = ()
-    instruments = [r for r in found if not r.startswith("ASRL")]  # serial ports are only listened to
+    # A list of what is asked and not of what is left out: a library may have names of its own for serial ports, as
+    # PRLGX-ASRL, and would write to them.
+    instruments = [r for r in found if r.partition("::")[0].rstrip("0123456789") in ASKED]
     return [_identified(resource) for resource in (*instruments, *named)]
 
 

@@ -37,7 +37,10 @@ def told(*answers: str) -> tuple[tuple[bytes, bytes], ...]:
 
 
 CHECKED = told()
-START = (*SESSION, *SETTINGS, *CHECKED)
+AS_WANTED = told()[:8]
+FOUND = (AS_WANTED[0], SETTINGS[0], *AS_WANTED[1:])  # before anything else is set: the meter is given back like that
+OPENED = (*SESSION, *FOUND)
+START = (*OPENED, *SETTINGS, *CHECKED)
 GOOD = b"MAIN:PRIM  4.9900\nMAIN:SECO  .0145uF\n"
 
 
@@ -77,14 +80,39 @@ def test_units_come_with_the_second_line(primary, unit, farads):
 
 
 def test_a_meter_that_triggers_itself_is_stopped():
-    """AUTO streams results: they stand before the echo."""
+    """AUTO streams results: they stand before the answer and the echo, and it streams again when it is given back."""
+    asked = (b"MAIN:TRIG?\n\r", GOOD + b"MAIN:TRIG:AUTO\n")
     stop = (b"MAIN:TRIG:MANU\n\r", GOOD + b"MAIN:TRIG:MANU\n")
-    with dialogue(*SESSION, stop, *SETTINGS[1:], *CHECKED, star(GOOD), star(GOOD), *CHECKED) as link:
-        assert lcr(link).read().value == pytest.approx(4.99e-6)
+    off = (b"COMU:OFF.\n\r", GOOD + b"COMU:OFF.\n")
+    again = (echo("MAIN:TRIG:AUTO"), off)
+    start = (*SESSION, asked, stop, *AS_WANTED[1:], *SETTINGS, *CHECKED)
+    with dialogue(*start, star(GOOD), star(GOOD), *CHECKED, *again) as link:
+        meter = lcr(link)
+        assert meter.read().value == pytest.approx(4.99e-6)
+        meter.close()
+
+
+def test_a_meter_is_given_back_as_it_was_found():
+    other = ("MAIN:DISP:DELT", "MAIN:MODE:RQ", "MAIN:R.H.:ON..", "MAIN:SPEE:FAST", "MAIN:FREQ 0.12000")
+    found = told(*other)[:8]
+    start = (*SESSION, found[0], SETTINGS[0], *found[1:], *SETTINGS, *CHECKED)
+    back = [echo(words) for words in reversed(other)]
+    with dialogue(*start, star(GOOD), star(GOOD), *CHECKED, *back, echo("COMU:OFF.")) as link:
+        meter = lcr(link)
+        meter.read()
+        meter.close()
+
+
+def test_a_meter_that_no_longer_answers_is_closed_all_the_same():
+    with dialogue(*START, (b"COMU:OFF.\n\r", b"")) as link:
+        meter = lcr(link)
+        meter.connect()
+        meter.close()
+    assert "not set back as it was found" in str(link.take_transcript())
 
 
 def test_a_meter_that_only_streams():
-    with dialogue(*SESSION, (b"MAIN:TRIG:MANU\n\r", GOOD * 25)) as link:
+    with dialogue(*SESSION, (b"MAIN:TRIG?\n\r", GOOD * 25)) as link:
         with pytest.raises(Garbled, match="results came unasked"):
             lcr(link).read()
         link.drop()
@@ -93,7 +121,7 @@ def test_a_meter_that_only_streams():
 def test_other_settings_and_a_new_session_after_the_voltage():
     words = ("MAIN:CIRC:PARA", "MAIN:SPEE:MEDI", "MAIN:VOLT 0.500")
     settings = [*SETTINGS[:4], *map(echo, words[:2]), SETTINGS[6], echo(words[2])]
-    with dialogue(*SESSION, *settings, echo("COMU:OFF."), *SESSION, *told(*words)[:-2]) as link:
+    with dialogue(*OPENED, *settings, echo("COMU:OFF."), *SESSION, *told(*words)[:-2]) as link:
         lcr(link, circuit="PARA", voltage_V=0.5, speed="MEDI", reopen_after_voltage=True, bias="allow").connect()
 
 
@@ -102,7 +130,7 @@ def test_positive_numbers_with_a_blank_as_the_manual_prints_them():
     blank = ("MAIN:FREQ  1.00000", "MAIN:VOLT  1.000")
     settings = [*SETTINGS[:6], *((SETTINGS[6 + n][0], f"{words}\n".encode()) for n, words in enumerate(blank))]
     asked = told(*blank)
-    with dialogue(*SESSION, *settings, *asked, star(GOOD), star(GOOD), *asked) as link:
+    with dialogue(*OPENED, *settings, *asked, star(GOOD), star(GOOD), *asked) as link:
         assert lcr(link).read().value == pytest.approx(4.99e-6)
 
 
@@ -118,7 +146,7 @@ def test_no_setting_is_taken_for_granted(n):
     message = SETTINGS[n][0]
     for reply, error in ((b"", NoReply), (b"MAIN:XXXX\n", InstrumentRefused)):
         with (
-            dialogue(*SESSION, *SETTINGS[:n], (message, reply)) as link,
+            dialogue(*OPENED, *SETTINGS[:n], (message, reply)) as link,
             pytest.raises(error, match=r"acknowledged|echo"),
         ):
             lcr(link).read()
@@ -127,7 +155,7 @@ def test_no_setting_is_taken_for_granted(n):
 @pytest.mark.parametrize("source", ["INTB", "EXTB"])
 def test_a_bias_that_is_on_is_refused_before_anything_is_measured(source):
     asked = told(f"MAIN:{source}:ON..")[: 9 if source == "INTB" else 10]
-    with dialogue(*SESSION, *SETTINGS, *asked) as link, pytest.raises(InstrumentRefused, match="poled"):
+    with dialogue(*OPENED, *SETTINGS, *asked) as link, pytest.raises(InstrumentRefused, match="poled"):
         lcr(link).read()
 
 
@@ -148,7 +176,7 @@ def test_what_the_keys_change_is_never_measured(changed, moment):
         "during": (*CHECKED, *values, *other),
         "at the end": (*CHECKED, *values, *CHECKED, *other),
     }
-    with dialogue(*SESSION, *SETTINGS, *steps[moment]) as link:
+    with dialogue(*OPENED, *SETTINGS, *steps[moment]) as link:
         meter = lcr(link)
         if moment == "at the end":
             meter.read()
@@ -159,7 +187,7 @@ def test_what_the_keys_change_is_never_measured(changed, moment):
 @pytest.mark.parametrize("answer", ["MAIN:TRIG", "MAIN:TRIG?", "MAIN:FREQ:CD", ""])
 def test_an_answer_to_another_question(answer):
     asked = (b"MAIN:TRIG?\n\r", f"{answer}\n".encode())
-    with dialogue(*SESSION, *SETTINGS, asked) as link, pytest.raises(Garbled, match="expected MAIN:TRIG"):
+    with dialogue(*OPENED, *SETTINGS, asked) as link, pytest.raises(Garbled, match="expected MAIN:TRIG"):
         lcr(link).read()
 
 

@@ -1,5 +1,6 @@
 """SCPI meters and the interferometer against peers on a TCP port, by VISA and by pyvisa-sim."""
 
+import time
 from contextlib import closing
 
 import pytest
@@ -61,8 +62,8 @@ def test_a_meter_by_visa():
     [
         (lambda p: setattr(p, "serial", "MY00000001"), WrongInstrument, "serial number 'MY00000001'"),
         (lambda p: setattr(p, "model", "34465A"), Garbled, "E4980A"),
-        (lambda p: p.set.update({"CORR:OPEN:STAT": "0"}), InstrumentRefused, "open correction"),
-        (lambda p: p.set.update({"CORR:LOAD:STAT": "1"}), InstrumentRefused, "load correction"),
+        (lambda p: p.set.update({"CORR:OPEN": "0"}), InstrumentRefused, "open correction"),
+        (lambda p: p.set.update({"CORR:LOAD": "1"}), InstrumentRefused, "load correction"),
         (lambda p: setattr(p, "status", 1), OverRange, "over range"),
         (lambda p: p.set.pop("FUNC:DEV1:MODE"), NoReply, "nothing"),
     ],
@@ -71,16 +72,91 @@ def test_a_meter_that_is_not_as_it_must_be(change, error, words):
     peer = E4980aPeer()
     peer.truth = 4.99e-6
     change(peer)
-    with served(peer) as where, pytest.raises(error, match=words):
-        meter(where).read()
+    with served(peer) as where, closing(meter(where)) as lcr, pytest.raises(error, match=words):
+        lcr.read()
+
+
+LEFT_BY_OTHERS = {
+    "DISP:PAGE": "LIST", "INIT:CONT": "0", "FORM": "REAL", "AMPL:ALC": "1", "COMP": "1", "TRIG:SOUR": "INT",
+    "CORR:LENG": "0", "FUNC:IMP": "CPD", "FREQ": "+1.20000E+02",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", LEFT_BY_OTHERS)
+def test_what_another_program_left_is_set_measured_and_given_back(key):
+    """A list sweep gives four fields, without continuous initiation FETC? repeats the measurement before."""
+    peer = E4980aPeer()
+    peer.set[key] = LEFT_BY_OTHERS[key]
+    found = dict(peer.set)
+    with served(peer) as where, closing(meter(where)) as lcr:
+        values = []
+        for peer.truth in (5.1e-6, 10.3e-6):
+            values.append(lcr.read().value)
+    assert values == pytest.approx([5.1e-6, 10.3e-6], rel=1e-9)
+    assert peer.set == found
+
+
+@pytest.mark.parametrize(("key", "value"), [("DISP:PAGE", "LIST"), ("INIT:CONT", "0"), ("FORM", "REAL"), ("COMP", "1")])
+def test_what_is_changed_between_two_readings_is_refused_and_mended_by_the_next(key, value):
+    peer = E4980aPeer()
+    with served(peer) as where, closing(meter(where)) as lcr:
+        peer.truth = 5.1e-6
+        lcr.read()
+        peer.truth, peer.set[key] = 10.3e-6, value
+        with pytest.raises(Implausible, match="changed at the meter"):
+            lcr.read()
+        assert lcr.read().value == pytest.approx(10.3e-6)
+
+
+def test_a_trigger_that_is_ignored_is_read_from_the_error_queue():
+    """Of a meter whose settings all read as they must: nothing but the queue tells that FETC? repeats itself."""
+
+    class Ignores(E4980aPeer):
+        def _said(self, message):
+            if message == "TRIG:IMM":
+                return self._wrong(-211, "Trigger ignored")
+            return super()._said(message)
+
+    peer = Ignores()
+    peer._data = "+5.10000E-06,+1.45000E-02,+0"
+    with served(peer) as where, closing(meter(where)) as lcr, pytest.raises(InstrumentRefused, match="-211"):
+        lcr.read()
+
+
+def test_a_bias_that_was_on_stays_off():
+    """Nothing here ever puts a voltage on a poled stack."""
+    peer = E4980aPeer()
+    peer.truth, peer.set["BIAS:STAT"] = 4.99e-6, "1"
+    with served(peer) as where, closing(meter(where)) as lcr:
+        lcr.read()
+    assert peer.set["BIAS:STAT"] == "0"
+
+
+@pytest.mark.parametrize(("count", "bytes_each"), [(400, 4096), (200, 1)])
+def test_a_meter_that_never_ends_its_line_is_left_at_the_deadline(count, bytes_each):
+    """A flood, and a byte every 5 ms: within 0.6 s and half a second for a busy machine; the bytes are kept."""
+
+    class Endless(E4980aPeer):
+        def hear(self, data):
+            return [(0.005, b"7" * bytes_each)] * count
+
+    with served(Endless()) as where:
+        lcr = meter(where, deadline_s=0.6, quiet_s=0.05)
+        began = time.monotonic()
+        with pytest.raises((NoReply, Garbled)):
+            lcr.read()
+        assert time.monotonic() - began < 1.1
+        kept = b"".join(t.data for t in lcr.link.take_transcript() if t.way == "read")
+        lcr.close()
+    assert kept.startswith(b"7")
 
 
 def test_a_correction_that_may_be_off():
     peer = E4980aPeer()
     peer.truth = 4.99e-6
-    peer.set["CORR:SHOR:STAT"] = "0"
-    with served(peer) as where:
-        assert meter(where, corrections="allow").read().settings["short correction"] == "0"
+    peer.set["CORR:SHOR"] = "0"
+    with served(peer) as where, closing(meter(where, corrections="allow")) as lcr:
+        assert lcr.read().settings["short correction"] == "0"
 
 
 def test_a_meter_that_is_not_there():
@@ -94,6 +170,7 @@ def test_a_meter_that_is_not_there():
     ("said", "status", "error"),
     [
         ("+4.99000E-06,+1.45000E-02", True, Garbled),
+        ("+4.99000E-06,+1.45000E-02,+0,+1", True, Garbled),  # a list sweep, or a comparator that is on
         ("+4.99000E-06,+1.45000E-02,-1", True, InstrumentRefused),
         ("+4.99000E-06,+1.45000E-02,+3", True, InstrumentRefused),
         ("+9.90000E+37,+1.45000E-02,+0", True, OverRange),
@@ -111,11 +188,11 @@ def test_what_is_no_measurement(said, status, error):
 def test_the_assumed_profiles_by_pyvisa_sim(profile, model, tmp_path):
     """A meter that answers each question of a profile as it must: session, reading, confirmation, by VISA."""
     trigger, question = PROFILES[profile].measure.split(";")  # which the simulator takes apart
-    answers = {"*IDN?": f"MAKER,{model},123456,V1.0", question: "4.99000E-06,0.01450"}
-    values = {"volt": 1.0, "average": 4, "cable": 1}
+    answers = {"*IDN?": f"MAKER,{model},123456,V1.0", question: "4.99000E-06,0.01450", "*OPC?": "1"}
+    values = {"volt": 1.0, "average": 4, "cable": 1, "level_control": 0}
     settings = PROFILES[profile].settings.values()
-    answers |= {s.question: s.wanted.format(**values) for s in settings}
-    commands = [trigger, *(s.command.format(**values) for s in settings if s.command)]
+    answers |= {f"{s.header}?": s.wanted.format(**values) for s in settings}
+    commands = [trigger, *(f"{s.header} {s.wanted.format(**values)}" for s in settings if s.sets)]
     lines = [
         'spec: "1.1"',
         "devices:",

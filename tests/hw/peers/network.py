@@ -31,9 +31,12 @@ def served(peer) -> Iterator[str]:
                         break
                     if not data:
                         break
-                    for delay, reply in peer.hear(data):
-                        time.sleep(min(delay, 0.005))
-                        connection.sendall(reply)
+                    try:
+                        for delay, reply in peer.hear(data):
+                            time.sleep(min(delay, 0.005))
+                            connection.sendall(reply)
+                    except OSError:  # it was left in the middle of an answer
+                        break
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
