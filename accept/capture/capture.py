@@ -20,6 +20,7 @@ from accept.units.unit_folder import read as read_unit
 from checks.acceptance.flatness import POSITIONS_MM
 from hw import records
 from hw.errors import Implausible, InstrumentError
+from hw.instruments.reading import scaled
 from specs.bench import InstrumentEntry
 
 REPEATS = 3  # rounds over the probe points, so that their scatter is known
@@ -88,7 +89,7 @@ def capacitance(run: Run, take: Take) -> Captured:
         run.hands.leads(group)
         reading = take(name)
         run.say(f"{name} = {reading.value / UF:.4f}" + "".join(f", {k} = {v:g}" for k, v in reading.more.items()))
-        entries[name] = _with_accuracy(reading.value / UF, run.entry)
+        entries[name] = _with_accuracy(scaled(reading.value, 1 / UF), run.entry)
         notes += [f"{name}: {key} = {value:g}" for key, value in reading.more.items()]
     return Captured(entries, notes=tuple(notes))
 
@@ -105,7 +106,7 @@ def flatness(run: Run, take: Take) -> Captured:
     for nth in range(REPEATS):
         for point, (x, y) in enumerate(POINTS_MM, 1):
             run.hands.probe(point, x, y)
-            rounds[point - 1].append(take(f"point {point}, round {nth + 1}").value / UM)
+            rounds[point - 1].append(scaled(take(f"point {point}, round {nth + 1}").value, 1 / UM))
     for point, heights in enumerate(rounds, 1):
         if max(heights) - min(heights) > MAX_SPREAD_UM:
             words = ", ".join(f"{z:.1f}" for z in heights)

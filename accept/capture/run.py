@@ -9,7 +9,7 @@ from typing import Any
 from accept.capture.journal import Journal
 from accept.capture.operator_actions import Hands
 from accept.store import Store
-from hw.errors import InstrumentError, SettingsError
+from hw.errors import Implausible, InstrumentError, SettingsError
 from hw.instruments import Instrument, Reading
 from hw.instruments.driver import Sampling
 from specs.bench import InstrumentEntry
@@ -57,9 +57,12 @@ class Take:
                 time.sleep(pause_s)
         return self._journal.keep(what, self._run.instrument.read())
 
-    def moving(self, what: str, until_s: float, at: Callable[[float], None]) -> list[tuple[float, float]]:
-        """(time since the first [s], value in SI) of something that moves, as quickly as answers come; at: told the
-        time before each. One error ends it: what came before is no record. Raises InstrumentError, OSError."""
+    def moving(
+        self, what: str, until_s: float, most_gap_s: float, at: Callable[[float], None]
+    ) -> list[tuple[float, float]]:
+        """Return (time since the first [s], value in SI) of something that moves, as quickly as answers come; `at` is
+        called with the time before each. One error ends it, and so does the first gap that is too long: what came
+        before is no record. Raises InstrumentError, OSError."""
         instrument, link = self._run.instrument, self._run.instrument.link
         if not isinstance(instrument, Sampling) or link is None:
             words = "cannot follow what moves; an ids3010 can, or the rig records it (accept hw pickup)"
@@ -72,6 +75,9 @@ class Take:
             when = link.clock()
             self._journal.keep(what, reading, sync=(due := when - synced > SYNC_S))
             synced = when if due else synced
+            if came and (gap := when - start - came[-1][0]) > most_gap_s:
+                words = f"at most {most_gap_s:g} s are allowed; is the network or this computer busy?"
+                raise Implausible(f"{what}, {now:.1f} s: {gap:.2g} s went by between two readings, {words}")
             came.append((when - start, reading.value))
         self._journal.sync()
         return came

@@ -28,7 +28,7 @@ class FileState:
 
 class Watched:
     """A folder that is looked at again and again. stable_s: how long a file must not change. Files that are there at
-    the first look are old: they are not offered, unless `old_too`."""
+    the first look are old: they are not offered, unless `old_too`, and stand in `not_offered` by name."""
 
     def __init__(
         self,
@@ -39,9 +39,8 @@ class Watched:
     ) -> None:
         self.folder, self._stable_s, self._clock = folder, stable_s, clock
         self._seen: dict[Path, FileState] = {}
-        self._offered: set[tuple[Path, int, int]] = set()
-        if not old_too:
-            self._offered = {(path, size, mtime) for path, size, mtime in self._files()}
+        self._offered: set[tuple[Path, int, int]] = set() if old_too else set(self._files())
+        self.not_offered = sorted(path.name for path, _, _ in self._offered)
 
     def stable(self) -> list[Path]:
         """Files that stopped changing, each once; one that changes later is offered again. Raises OSError."""

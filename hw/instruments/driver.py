@@ -41,7 +41,7 @@ class Sampling(Protocol):
     """An instrument that can also follow what moves."""
 
     def sample(self) -> Reading:
-        """One answer alone: two of what moves would not agree. A run of them ends with `confirm`."""
+        """Return one answer alone: two of what moves would not agree. A run of them ends with `confirm`."""
         ...
 
 

@@ -4,7 +4,8 @@ Known from the maker's published client libraries: JSON-RPC 2.0 on TCP port 9090
 `params`, `id` and `api`; the result is a list whose first entry is an error number, 0 for none. Of
 `com.attocube.ids`: `displacement.getAxisDisplacement` [axis] gives picometres from where the axis was last reset,
 `displacement.getMeasurementEnabled`, `displacement.getSignalQuality` [axis] the contrast in permille while it measures,
-`axis.getPassMode` 0 for single and 1 for dual pass. Of `com.attocube.system`: `getSerialNumber`, `getDeviceName`.
+`displacement.getReferencePosition` [axis] where the axis was last reset, `axis.getPassMode` 0 for single and 1 for
+dual pass. Of `com.attocube.system`: `getSerialNumber`, `getDeviceName`.
 Assumed: that with `api` 2 every result begins with the error number.
 """
 
@@ -19,7 +20,7 @@ from pydantic import Field
 from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, SettingsError
 from hw.instruments.driver import Ask, Driver, Instrument, Trial, settings_of
 from hw.instruments.length import LengthInstrument, LengthSettings
-from hw.instruments.reading import Identity, Reading, check_unchanged
+from hw.instruments.reading import Identity, Reading, check_identity, check_unchanged
 from hw.link import Deadline, Link
 from hw.network_port import Address, open_tcp
 from specs.bench import InstrumentEntry
@@ -44,6 +45,9 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self._numbers = itertools.count(1)
+        self._next_question = itertools.cycle(
+            (self._measuring, self._pass_mode, self._contrast, self._reference, self._serial)
+        )
 
     def _start(self, deadline: Deadline) -> None:
         """On a connection of its own: what was asked before an error answers nothing after it."""
@@ -55,18 +59,44 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Identity(None, serial, None, name)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Whether it measures, in which pass mode, with enough contrast. Raises InstrumentRefused, Implausible."""
+        """Return pass mode, axis and where the axis was reset, if it measures with enough contrast. Raises
+        InstrumentRefused, Implausible."""
+        said: dict[str, str] = {}
+        for question in (self._measuring, self._pass_mode, self._contrast, self._reference):
+            said |= question(deadline)
+        return said | {"axis": str(self.settings.axis)}
+
+    def _measuring(self, deadline: Deadline) -> Mapping[str, str]:
         if self._call(f"{IDS}.displacement.getMeasurementEnabled", deadline) is not True:
             raise InstrumentRefused(f"{self.name}: its measurement is not running; start it and align the sensor head")
+        return {}
+
+    def _pass_mode(self, deadline: Deadline) -> Mapping[str, str]:
         mode = self._call(f"{IDS}.axis.getPassMode", deadline)
         if type(mode) is not int or mode != self.settings.pass_mode:
             raise Implausible(f"{self.name}: its pass mode is {mode!r}, the bench file has {self.settings.pass_mode}")
+        return {"pass mode": str(mode)}
+
+    def _contrast(self, deadline: Deadline) -> Mapping[str, str]:
         contrast = self._call(f"{IDS}.displacement.getSignalQuality", deadline, self.settings.axis)
         if type(contrast) is not int or contrast < self.settings.contrast_permille:
             raise Implausible(
                 f"{self.name}: the contrast of axis {self.settings.axis} is {contrast!r} permille: align it"
             )
-        return {"pass mode": str(mode), "axis": str(self.settings.axis)}
+        return {}
+
+    def _reference(self, deadline: Deadline) -> Mapping[str, str]:
+        """Return the position at which the axis was last reset: a reset in the middle of a record looks like a step."""
+        try:
+            reference = self._call(f"{IDS}.displacement.getReferencePosition", deadline, self.settings.axis)
+        except InstrumentRefused:  # an older interface: then a reset cannot be asked
+            return {"reference position": "not told"}
+        return {"reference position": f"{reference} pm"}
+
+    def _serial(self, deadline: Deadline) -> Mapping[str, str]:
+        serial = str(self._call(f"{SYSTEM}.getSerialNumber", deadline))
+        check_identity(self.name, Identity(serial=serial), None, self.serial)
+        return {"serial": serial}
 
     def _measure(self, deadline: Deadline) -> Reading:
         said = self._call(f"{IDS}.displacement.getAxisDisplacement", deadline, self.settings.axis)
@@ -77,16 +107,20 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Reading(metres, self.unit, self._now(), (raw,))
 
     def sample(self) -> Reading:
-        """One answer, of what moves; a line of the network is whole or lost, so it needs no second one to be believed.
-        Who answers and what it is set to are asked before it, and must be as they were. Raises InstrumentError."""
+        """Return one answer of what moves; a line of the network is whole or lost, so no second one is needed.
+
+        One question of who answers and how it is set follows each answer, another one each time: all of them at each
+        value would take six round trips, and a slow network would leave gaps. `connect` and `confirm` ask all of them.
+        Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
                 raise NoReply(f"{self.name}: the connection was lost; begin the record again")
-            _, said = self._state(deadline)
+            reading = self._measure(deadline)
+            said = next(self._next_question)(deadline)
             check_unchanged(self.name, self.asked, said)
             self.asked = {**self.asked, **said}
-            return replace(self._measure(deadline), settings=said)
+            return replace(reading, settings=said)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
         """The first value of a method's result. Raises InstrumentRefused for its errors, Garbled for what is no answer

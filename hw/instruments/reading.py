@@ -22,6 +22,15 @@ class Reading:
     settings: Mapping[str, str] = field(default_factory=dict)
 
 
+DIGITS = 10  # as many as any instrument here sends
+
+
+def scaled(value: float, factor: float) -> float:
+    """Return a reading in another unit, in the digits that an instrument sends: 5.1e-06 F is 5.1 uF and not
+    5.1000000000000005."""
+    return float(f"{value * factor:.{DIGITS}g}")
+
+
 @dataclass(frozen=True)
 class Identity:
     """What the instrument says it is; None: its protocol does not tell, or it was not asked. identification: words

@@ -4,6 +4,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -30,6 +31,8 @@ from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2  # between two looks into the folder
+NAMED = 5  # files that were there before, in one line
+SOON_DAYS = 30  # before a calibration ends it is marked
 T = TypeVar("T")
 Bench = Annotated[Path | None, typer.Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
 Measurer = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
@@ -56,14 +59,36 @@ def show_list(bench: Bench = None) -> Exit:
     file = load_bench(bench_path(bench))
     table = _table("name", "driver", "measures", "model", "serial", "port", "calibrated until")
     for name, entry in file.instruments.items():
-        due = entry.calibration.due.isoformat() if entry.calibration else "unknown"
         table.add_row(
-            name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry), due
-        )
+            name, entry.driver, ", ".join(entry.measures), entry.model or "-", entry.serial or "-", _port(entry),
+            _calibrated(entry),
+        )  # fmt: skip
     stdout.print(table)
     ports = [f"{port.device} ({port.description})" for port in comports()]
     say(f"serial ports: {', '.join(ports) or 'none'}")
-    return Exit.ACCEPTED
+    problems = [problem for name, entry in file.instruments.items() if (problem := entry_problem(name, entry))]
+    for words in problems:
+        say(f"accept: {file.path}: {words}")
+    return Exit.BAD_INPUT if problems else Exit.ACCEPTED
+
+
+def entry_problem(name: str, entry: InstrumentEntry) -> str:
+    """Return why no driver takes an entry of the bench file, "" if one does; nothing is opened."""
+    try:
+        if entry.driver != OFFLINE:
+            open_instrument(name, entry, ask_at_terminal).close()
+    except SettingsError as e:
+        return str(e)
+    return ""
+
+
+def _calibrated(entry: InstrumentEntry) -> str:
+    """The last day of the calibration, marked if it is past or within a month."""
+    if entry.calibration is None:
+        return "unknown"
+    days = (entry.calibration.due - datetime.now(UTC).date()).days
+    mark = " (expired)" if days < 0 else f" (in {days} days)" if days <= SOON_DAYS else ""
+    return entry.calibration.due.isoformat() + mark
 
 
 def _port(entry: InstrumentEntry) -> str:
@@ -75,7 +100,7 @@ def _port(entry: InstrumentEntry) -> str:
 def _table(*columns: str) -> Table:
     table = Table(*columns, box=box.SIMPLE_HEAD, padding=0, pad_edge=False)
     for column in table.columns:
-        column.overflow = "fold"  # half a port is none
+        column.overflow, column.no_wrap = "fold", column.header == "port"  # a name to copy stays in one piece
     return table
 
 
@@ -84,17 +109,25 @@ def ask(
     names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
     bench: Bench = None,
 ) -> Exit:
-    """Ask every instrument for one reading. Exit 5 with the reason where one does not answer as it should."""
+    """Ask every instrument for one reading. Exit 5 if one does not answer as it should, 6 for a fault of the file."""
     file = load_bench(bench_path(bench))
     unknown = [name for name in names or () if name not in file.instruments]
     if unknown:
         say(f"accept: {file.path} has no instrument {', '.join(unknown)} (it has: {', '.join(file.instruments)})")
         return Exit.BAD_INPUT
+    chosen = {
+        name: entry
+        for name, entry in file.instruments.items()
+        if (not names or name in names) and entry.driver not in (OFFLINE, "manual")
+    }
+    problems = [problem for name, entry in chosen.items() if (problem := entry_problem(name, entry))]
+    if problems:
+        for words in problems:
+            say(f"accept: {file.path}: {words}")
+        return Exit.BAD_INPUT
     table = _table("name", "connected as", "answered", "connect s", "reading s")
     failed = []
-    for name, entry in file.instruments.items():
-        if (names and name not in names) or entry.driver in (OFFLINE, "manual"):
-            continue
+    for name, entry in chosen.items():
         cells, reason = _tried(name, entry)
         table.add_row(name, *cells)
         if reason:
@@ -112,7 +145,9 @@ def _tried(name: str, entry: InstrumentEntry) -> tuple[tuple[str, str, str, str]
     try:
         with closing(open_instrument(name, entry, ask_at_terminal)) as instrument:
             identity, connect_s = _timed(instrument.connect)
-            said = " ".join(word for word in (identity.model, identity.serial) if word) or "answers, tells no name"
+            said = (
+                " ".join(word for word in (identity.model, identity.serial) if word) or "responds (no identification)"
+            )
             reading, reading_s = _timed(instrument.read)
             answered = _shown(reading)
     except InstrumentError as e:
@@ -148,6 +183,7 @@ def measure(
     file = load_bench(bench_path(bench))
     try:
         name, entry = _serving(file, section)
+        instrument = open_instrument(name, entry, ask_at_terminal)
     except SettingsError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
@@ -155,7 +191,6 @@ def measure(
         toml_edit.begin(unit, begin, "apa")
     try:
         with open_store() as store:
-            instrument = open_instrument(name, entry, ask_at_terminal)
             run = Run(unit, instrument, entry, _hands(file, dwell), store, operator_name(operator), say)
             captured = capture(section, run)
     except InstrumentError as e:
@@ -195,6 +230,9 @@ def pickup(
     declared_file(unit, section, name)
     watch, until = Watched(watched, STABLE_S, old), time.monotonic() + wait
     say(f"waiting for a record in {watched}, at most {wait:g} s")
+    if watch.not_offered:
+        more = "" if len(watch.not_offered) <= NAMED else f" and {len(watch.not_offered) - NAMED} more"
+        say(f"there already, and taken with --old only: {', '.join(watch.not_offered[:NAMED])}{more}")
     for source in _arriving(watch, until):
         try:
             with open_store() as store:

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured
+from hw.instruments.reading import scaled
 
 
 class InstrumentPort(Protocol):
@@ -48,7 +49,7 @@ def reading(instrument: InstrumentPort, unit: str) -> Measured:
     """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
     value, given = instrument.read()
     try:
-        here = value * factor(given, unit)
+        here = scaled(value, factor(given, unit))
     except UnitMismatch as e:
         raise EntryError(f"{instrument.name}: {e}") from e
     return Measured(here, instrument.uncertainty(here))

@@ -72,6 +72,24 @@ def test_names_and_files_that_are_not_there(bench, tmp_path):
     assert run("hw", "list").exit_code == 6
 
 
+def test_a_fault_of_the_file_is_bad_input_before_anything_is_asked(bench):
+    text = bench.bench_file.read_text()
+    bench.bench_file.write_text(text + '[instruments.meter]\ndriver = "multimeter"\nmeasures = ["capacitance"]\n')
+    for command in ("list", "test"):
+        done = run("hw", command, "--bench", bench.bench_file)
+        assert done.exit_code == 6, done.output
+        assert "unknown driver 'multimeter'" in done.output
+    bench.bench_file.write_text(text + '[instruments.meter]\ndriver = "scpi_lcr"\nmeasures = ["capacitance"]\n')
+    done = run("hw", "list", "--bench", bench.bench_file)
+    assert done.exit_code == 6
+    assert "profile" in done.output
+
+
+def test_an_expired_calibration_is_marked(bench):
+    bench.bench_file.write_text(bench.bench_file.read_text().replace("2099-12-31", "2020-12-31"))
+    assert "2020-12-31 (expired)" in run("hw", "list", "--bench", bench.bench_file).output
+
+
 def test_measure_begins_a_unit_and_enters_the_values(bench, tmp_path):
     done = run("hw", "measure", tmp_path / "N", "capacitance", "--bench", bench.bench_file, "--begin", "APA-09")
     assert done.exit_code == 0, done.output
@@ -108,7 +126,9 @@ def test_pickup(tmp_path, monkeypatch):
     (tmp_path / "rig" / "a.mat").write_bytes(stroke_bytes())
     (tmp_path / "rig" / "Half.mat").write_bytes(stroke_bytes()[:3000])
     words = ("hw", "pickup", tmp_path / "rig", tmp_path / "U", "stroke", "one_stack")
-    assert run(*words, "--wait", 0.3).exit_code == 6
+    early = run(*words, "--wait", 0.3)
+    assert early.exit_code == 6
+    assert "--old only: Half.mat, a.mat" in early.output
     done = run(*words, "--wait", 5, "--old")
     assert done.exit_code == 0, done.output
     assert "Half.mat is left where it is" in done.output

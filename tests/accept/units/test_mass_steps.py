@@ -212,6 +212,64 @@ def test_an_instrument_that_is_too_slow_is_said(unit: Path) -> None:
         capture("stiffness", Run(unit, driver, entry, Technician(Moving()), store, "Ann"))
 
 
+class Slow(Line):
+    """A line on which each answer takes a quarter of a tenth of a second, and one of them, once, `once_s`."""
+
+    def __init__(self, peer: Moving, once_s: float = 0.0, after_s: float = 0.0) -> None:
+        super().__init__(peer)
+        self.once_s, self.after_s = once_s, after_s
+
+    def write(self, data: bytes, /) -> int:
+        self.now += 0.025
+        if self.once_s and self.now > self.after_s and b"getAxisDisplacement" in data:
+            self.now, self.once_s = self.now + self.once_s, 0.0
+        return super().write(data)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_round_trip_of_25_ms_makes_a_record(unit: Path) -> None:
+    """Six questions at each value would leave 0.15 s and more between two values."""
+    peer = Moving()
+    peer.enabled = True
+    followed(unit, Slow(peer), peer)
+    assert right(unit)
+
+
+@pytest.mark.usefixtures("short")
+def test_the_first_gap_ends_the_record(unit: Path) -> None:
+    """And not the end of the record, when the mass has been on and off for nothing."""
+    peer = Moving()
+    peer.enabled = True
+    line = Slow(peer, once_s=0.17, after_s=2.0)
+    with pytest.raises(Implausible, match=r"closed_circuit, .* s went by between two readings"):
+        followed(unit, line, peer)
+    assert line.now < 3.0  # the gap is at 2 s of the clock, the record would take 10
+    (journal,) = (unit / "readings").iterdir()
+    assert "stiffness" not in unit_folder.read(unit).sections
+    assert len(journal.read_text().splitlines()) > 10
+
+
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("change", ["reset", "dual pass", "beam lost"])
+def test_what_changes_within_a_record_ends_it(unit: Path, change: str) -> None:
+    """The state is asked one question a value: a change shows within five values."""
+    peer = Moving()
+    peer.enabled = True
+
+    class Changed(Line):
+        def write(self, data: bytes, /) -> int:
+            if change and self.now > 4.0 and not self.log:
+                self.log.append(change)
+                peer.panel[change]()
+            return super().write(data)
+
+    line = Changed(peer)
+    with pytest.raises(InstrumentError):
+        followed(unit, line, peer)
+    assert line.now < 4.5
+    assert "stiffness" not in unit_folder.read(unit).sections
+
+
 @pytest.mark.soak
 @pytest.mark.usefixtures("short")
 def test_by_the_command_over_the_network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
