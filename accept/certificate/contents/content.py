@@ -178,7 +178,7 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
         if manifest["format"] not in (BEFORE, FORMAT):
             raise ContentError(f"{MANIFEST} has format {manifest['format']!r}, this program reads up to {FORMAT}")
         models = _models(manifest.get("models", {}), attachments)
-        return CertificateContent(
+        content = CertificateContent(
             result=json.loads(attachments[RESULTS]),
             spec_name=manifest["spec"]["name"],
             spec_title=manifest["spec"]["title"],
@@ -201,8 +201,40 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
             code_sha256=manifest["accept"]["code_sha256"],
             drawn_with=manifest["drawn_with"],
         )
+        _check_manifest(manifest, content)
     except (KeyError, TypeError, AttributeError, ValueError) as e:
         raise ContentError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
+    return content
+
+
+def _check_manifest(stated: Mapping[str, Any], content: CertificateContent) -> None:
+    """Compare the manifest with the one that the other attachments give: what a script reads in it is what was judged.
+
+    A manifest of format 1 lacks keys; what it has is compared. Raises ContentError naming the field."""
+    derived = content.manifest()
+    if content.format == BEFORE:
+        derived = _keys_of(derived, stated)
+    if field_named := _first_difference(stated, derived, ""):
+        raise ContentError(f"{MANIFEST} does not agree with the other attachments: {field_named}")
+
+
+def _keys_of(derived: Any, stated: Any) -> Any:
+    if not isinstance(derived, Mapping) or not isinstance(stated, Mapping):
+        return derived
+    return {key: _keys_of(derived[key], stated[key]) for key in derived if key in stated}
+
+
+def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
+    """The path of the first field that differs, in type too; None if both are the same."""
+    if isinstance(stated, Mapping) and isinstance(derived, Mapping):
+        for key in sorted({*stated, *derived}):
+            here = f"{path}.{key}" if path else str(key)
+            if key not in stated or key not in derived:
+                return here
+            if found := _first_difference(stated[key], derived[key], here):
+                return found
+        return None
+    return None if _json(stated, 1) == _json(derived, 1) else path
 
 
 def canonical(data: Mapping[str, Any]) -> bytes:

@@ -124,7 +124,7 @@ def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, sin
     ca = keys.certificate_of(office / f"{CA}.pem")
     listed = {r.serial_number: r for r in revocation.revoked_in(office / revocation.FILE, ca)}
     for certificate in meant:
-        listed[certificate.serial_number] = Revoked(certificate.serial_number, since, reason == "compromised")
+        listed[certificate.serial_number] = Revoked(certificate.serial_number, since, reason != "left")
     for place in {office, keys.folder(home)}:
         if (place / f"{CA}.pem").is_file():
             revocation.write(place / revocation.FILE, ca, ca_key, list(listed.values()))

@@ -31,14 +31,17 @@ def provenance(
     gone = () if ca is None or demo else revocation.revoked_in(listed, ca)
     stated = {
         "attempt": attempt or (before.attempts + 1 if before else 1),
-        "replaces": _replaces(before) if before else None,
+        "replaces": replaced_by(before),
         "approval": approval_of(spec, home, ca, gone),
     }
     more = {"head": head and head.to_json(), "crl": revocation.kept(listed), "demo": demo or None}
     return stated | {key: value for key, value in more.items() if value is not None}
 
 
-def _replaces(before: UnitState) -> dict[str, Any]:
+def replaced_by(before: UnitState | None) -> dict[str, Any] | None:
+    """Return what the next judgement of a unit replaces, as its certificate states it; None for a first one."""
+    if before is None:
+        return None
     certificate = before.certificate.sha256 if before.certificate else None
     replaces: dict[str, Any] = {"verdict": before.verdict, "time": before.time, "certificate": certificate}
     if certificate is None and before.handed_out is not None:

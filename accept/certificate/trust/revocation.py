@@ -17,7 +17,7 @@ from specs.files import read_bounded
 FILE = "ca.crl.pem"
 REASONS = {
     "left": x509.ReasonFlags.affiliation_changed,
-    "lost": x509.ReasonFlags.cessation_of_operation,
+    "lost": x509.ReasonFlags.key_compromise,  # whoever finds a lost key may use it
     "compromised": x509.ReasonFlags.key_compromise,
 }
 _LIFE = timedelta(days=365 * 20)  # the list is valid until the next one; nobody fetches it from a network
@@ -29,7 +29,8 @@ class RevocationError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class Revoked:
-    """A revoked certificate: its number, since when, and whether somebody else may hold its key."""
+    """A revoked certificate: its number, since when, and whether somebody else may hold its key: it was compromised, or
+    lost, which is the same to whoever receives its signatures."""
 
     serial_number: int
     since: datetime
@@ -69,6 +70,14 @@ def entries_of(content: bytes, path: str, ca: x509.Certificate) -> list[Revoked]
     if not signed:
         raise RevocationError(f"{path}: is not signed by the authority {ca.subject.rfc4514_string()}")
     return [_entry(one) for one in listed]
+
+
+def is_canonical(text: str) -> bool:
+    """Return whether a list is exactly as `write` writes it: nothing else stands in the text."""
+    try:
+        return x509.load_pem_x509_crl(text.encode()).public_bytes(Encoding.PEM).decode("ascii") == text
+    except ValueError:
+        return False
 
 
 def beside(ca_path: Path) -> Path:

@@ -1,6 +1,7 @@
 """Who approved the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
 
 import json
+import re
 import unicodedata
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
@@ -15,23 +16,46 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base import version
 from accept.base.atomic_files import write_atomic
-from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.content import CertificateContent, canonical
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
+from accept.models.evidence import evidence_of, named_models
+from accept.models.evidence import hashes as model_hashes
 from specs.files import read_bounded
 from specs.spec import Spec, builtin, load
 
-_SIGNED = ("name", "sha256", "person", "time")
+NOT_APPROVED = "spec NOT APPROVED"
+_SIGNED = ("name", "sha256", "models", "person", "time")
+_NOBODY = "nobody of quality assurance signed it"
+_UNREADABLE = "its approval cannot be read"
+_WRONG = (
+    "its approval is not signed with a key of this kind",
+    "its approval is not of the keys that an approval has",
+    "its approval does not hold",
+    "its approval is that of another spec",
+    "its approval is not by quality assurance",
+    "its approval was not made under a trusted CA",
+    "its approval was made when the key was not valid",
+)
+_REVOKED = "its approval was made after the key was revoked on "
+_MODEL = "its approval does not cover the model file "
+_Models = Mapping[str, Mapping[str, str]]  # model file that a spec names -> its files -> sha256
 
 
 def approve(spec: Spec, credential: Credential, when: datetime) -> dict[str, Any]:
-    """Approval of a spec by the owner of a QA key: plain data with a signature over name, hash, person and time."""
+    """Approve a spec and every model file that it names, with the matrices of each, as the owner of a QA key.
+
+    Returns plain data with a signature over name, hashes, person and time. Raises KeysError for a key of another role
+    and for a model file that cannot be read."""
     if credential.role != QA or credential.key is None:
         raise KeysError(f"a spec is approved with a key of quality assurance, not of a {credential.role}")
-    stated = {"name": spec.name, "sha256": spec.sha256, "person": credential.person}
+    models = model_hashes(evidence_of(named_models(spec)))
+    if unread := [name for name, files in models.items() if not files]:
+        raise KeysError(f"spec {spec.name}: its model file {unread[0]} cannot be read, so it cannot be approved")
+    stated = {"name": spec.name, "sha256": spec.sha256, "models": models, "person": credential.person}
     stated["time"] = when.astimezone(UTC).replace(microsecond=0).isoformat()
     signature = credential.key.sign(canonical(stated), ec.ECDSA(hashes.SHA256()))
     certificate = credential.certificate.public_bytes(Encoding.PEM).decode("ascii")
@@ -52,40 +76,87 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
         return {"builtin": True}
     try:
         approval: dict[str, Any] = json.loads(read_bounded(_path(home, spec.sha256)))
-        if ca is not None and (problem := _problem(approval, spec.name, spec.sha256, [ca], revoked)):
-            return {"reason": problem}
-        return approval
     except FileNotFoundError:
-        named = f"it bears the name of the built-in spec '{spec.name}', with other content"
-        return {"reason": named if spec.name in shipped else "nobody of quality assurance signed it"}
-    except (OSError, ValueError) as e:
-        return {"reason": f"its approval cannot be read ({e})"}
+        return {"reason": _other_content(spec.name) if spec.name in shipped else _NOBODY}
+    except (OSError, ValueError):
+        return {"reason": _UNREADABLE}
+    models = model_hashes(evidence_of(named_models(spec)))
+    if problem := _uncovered(approval, models):
+        return {"reason": problem}
+    if ca is not None and (problem := _problem(approval, spec.name, spec.sha256, [ca], revoked)):
+        return {"reason": problem}
+    return approval
 
 
 def check_spec(
     contents: CertificateContent, trust: Sequence[x509.Certificate], revoked: Sequence[Revoked] = ()
 ) -> Step:
-    """Whether the spec is what its name says. revoked: keys that approve nothing since a day. Raises InvalidCertificate
-    for an approval that does not hold, and where a certificate of this program calls a spec built-in that is not."""
+    """Check whether the spec is what its name says, and who approved it, with which model files.
+
+    revoked: keys that approve nothing since a day. Raises InvalidCertificate for an approval that does not hold, and if
+    a certificate of this program states of the approval what the spec and the signatures do not give."""
     name, sha256 = contents.spec_name, contents.spec_sha256
-    approval = contents.provenance.get("approval") or {}
+    approval = contents.provenance.get("approval")
+    own = contents.code_sha256 == version.code_sha256()
     shipped = builtin()
     if name in shipped and load(name).sha256 == sha256:
+        if own and approval not in ({"builtin": True}, None):
+            raise InvalidCertificate(f"spec {name} comes with this program, which provenance.approval does not say")
         return Step(f"spec {name} comes with this program")
+    approval = approval if isinstance(approval, Mapping) else {}
     if approval.get("signature"):
-        if problem := _problem(approval, name, sha256, trust, revoked):
-            raise InvalidCertificate(f"spec {name}: {problem}")
-        words = f"spec {name} was approved by {approval['person']} on {approval['time'][:10]}"
-        if _serial_number(approval) in {entry.serial_number for entry in revoked if entry.compromised}:
-            return Step(f"{words}, with a key that was compromised later: anybody could have dated it so", False)
-        return Step(words)
-    same_program = contents.code_sha256 == version.code_sha256()
-    if approval.get("builtin") and same_program:
+        return _check_approval(approval, contents, trust, revoked)
+    if approval.get("builtin") and own:
         raise InvalidCertificate(f"spec {name} is said to come with the program, which has another of that name")
+    if approval.get("person"):
+        raise InvalidCertificate(f"spec {name} is said to be approved by {approval['person']}, who did not sign that")
+    if own and approval and (approval.keys() != {"reason"} or not _is_reason(approval["reason"], contents)):
+        raise InvalidCertificate("provenance.approval is neither an approval nor a reason why there is none")
     if _letters(name) in map(_letters, shipped):
         return Step(f"spec {name} bears the name of a built-in spec, but is another or of another version", False)
-    said = "" if contents.format == BEFORE else " and says so"
-    return Step(f"spec {name} is not approved by quality assurance{said}", remark="spec NOT APPROVED")
+    said = " and says so" if approval else ""
+    return Step(f"spec {name} is not approved by quality assurance{said}", remark=NOT_APPROVED)
+
+
+def _check_approval(
+    approval: Mapping[str, Any],
+    contents: CertificateContent,
+    trust: Sequence[x509.Certificate],
+    revoked: Sequence[Revoked],
+) -> Step:
+    """Raises InvalidCertificate if a signed approval does not hold."""
+    name = contents.spec_name
+    if problem := _problem(approval, name, contents.spec_sha256, trust, revoked):
+        raise InvalidCertificate(f"spec {name}: {problem}")
+    words = f"spec {name} was approved by {approval['person']} on {approval['time'][:10]}"
+    if problem := _uncovered(approval, contents.result.get("models", {})):
+        return Step(f"{words}, but {problem}", complete=False, remark=NOT_APPROVED)
+    if _serial_number(approval) in {entry.serial_number for entry in revoked if entry.compromised}:
+        return Step(f"{words}, with a key that was lost or compromised later: anybody could have dated it so", False)
+    return Step(words)
+
+
+def _other_content(name: str) -> str:
+    return f"it bears the name of the built-in spec '{name}', with other content"
+
+
+def _is_reason(text: Any, contents: CertificateContent) -> bool:
+    """Return whether this program gives such a reason for a spec that is not approved."""
+    if not isinstance(text, str):
+        return False
+    fixed = {_NOBODY, _UNREADABLE, *_WRONG, _other_content(contents.spec_name)}
+    fixed |= {f"{_MODEL}{name}" for name in contents.result.get("models", {})}
+    return text in fixed or bool(re.fullmatch(re.escape(_REVOKED) + r"\d{4}-\d\d-\d\d", text))
+
+
+def _uncovered(approval: Mapping[str, Any], models: _Models) -> str | None:
+    """Return which model file of a spec is not the one that was approved with it, None if all are. An approval of an
+    earlier program names none."""
+    approved = approval.get("models") or {}
+    for name in sorted({*models, *approved}):
+        if not models.get(name) or models.get(name) != approved.get(name):
+            return f"{_MODEL}{name}"
+    return None
 
 
 def _problem(
@@ -95,27 +166,36 @@ def _problem(
     trust: Sequence[x509.Certificate],
     revoked: Sequence[Revoked],
 ) -> str | None:
-    """Why an approval does not hold, None where it does."""
+    """Return why the signature of an approval does not hold for a spec, None if it does."""
+    kind, keys_of, broken, other_spec, other_role, other_ca, not_valid = _WRONG
     try:
         certificate = x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii"))
-        stated = {key: approval[key] for key in _SIGNED}
+        stated = {key: approval[key] for key in _SIGNED if key in approval}
         key, when = certificate.public_key(), datetime.fromisoformat(stated["time"])
+        signature = bytes.fromhex(approval["signature"])
         if not isinstance(key, ec.EllipticCurvePublicKey) or when.tzinfo is None:
-            return "its approval is not signed with a key of this kind"
-        key.verify(bytes.fromhex(approval["signature"]), canonical(stated), ec.ECDSA(hashes.SHA256()))
-    except (KeyError, TypeError, ValueError, InvalidSignature) as e:
-        return f"its approval does not hold ({type(e).__name__})"
+            return kind
+        same = certificate.public_bytes(Encoding.PEM).decode("ascii") == approval["certificate"]
+        if (
+            set(approval) != {*stated, "certificate", "signature"}
+            or not same
+            or signature.hex() != approval["signature"]
+        ):
+            return keys_of
+        key.verify(signature, canonical(stated), ec.ECDSA(hashes.SHA256()))
+    except (KeyError, TypeError, ValueError, InvalidSignature):
+        return broken
     if (stated["name"], stated["sha256"]) != (name, sha256):
-        return "its approval is that of another spec"
+        return other_spec
     if authority.role_of(certificate) != QA or authority.person_of(certificate) != stated["person"]:
-        return "its approval is not by quality assurance"
+        return other_role
     if not any(authority.issued_by(certificate, ca) for ca in trust):
-        return "its approval was not made under a trusted CA"
+        return other_ca
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
-        return "its approval was made when the key was not valid"
+        return not_valid
     for entry in revoked:
         if entry.serial_number == certificate.serial_number and when >= entry.since:
-            return f"its approval was made after the key was revoked on {entry.since:%Y-%m-%d}"
+            return f"{_REVOKED}{entry.since:%Y-%m-%d}"
     return None
 
 

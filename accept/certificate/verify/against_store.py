@@ -1,37 +1,63 @@
-"""What a bench's own store knows of a certificate: whether it still holds what the certificate states, whether the
-program signed it, and whether its recordings were given for another unit too and its parts are in order."""
+"""What a bench's own store knows of a certificate: whether it holds the judgement and the signature as stated, what was
+judged since then, and whether its recordings were given for another unit too and its parts are in order."""
 
 import hashlib
 import os
+import re
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import PurePath
+from typing import Any
 
 from accept.base.home import home
-from accept.certificate.contents.content import BEFORE, CertificateContent
+from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.step import Step
+from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.provenance import replaced_by
+from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.judging.copies import Copy, copies_of
 from accept.judging.parts import part_doubts
-from accept.store import Store, StoreError, StoreHead, open_store
+from accept.judging.result import UnitResult
+from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
 from accept.store.chain import START
+from accept.store.indexes import JUDGED
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of
 
+_ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
+_STARTED = "attempt_started"
 
-def check_store(signed: bytes, contents: CertificateContent) -> list[Step]:
-    """Ask the bench's store. signed: the bytes up to the technician's signature, it included. Not complete where the
-    store cannot be asked or does not hold, and where this bench made the certificate and its store is gone."""
+
+def check_store(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+    """Compare a certificate with the bench's store.
+
+    signed: the bytes up to the technician's signature, it included; when: its time. again: the unit as it was judged
+    again from the attached records, None if it was not. A step is not complete if the store cannot be asked or does not
+    hold, and if this bench made the certificate and its store is gone."""
     if not _store_is_there():
         stated = (contents.provenance.get("head") or {}).get("bench")
         gone = stated is not None and stated == bench_of(home() / BENCH_KEY)
         return [Step("this bench made it, and its store is gone", complete=False)] if gone else []
     try:
         with open_store() as store:
-            return [_held(store, signed, contents), _copied(store, contents), _built(store, contents)]
+            events = list(store.events(contents.serial))
+            signature = _signature_event(events, signed)
+            held = _held(store, contents, signature)
+            history = _history(events, signature, contents) if signature else _later_than(events, when)
+            return [held, *history, _copied(store, contents, again), _built(store, contents)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
-def _held(store: Store, signed: bytes, contents: CertificateContent) -> Step:
-    """Not complete where the store of the bench that made it holds another event under the stated number, or nothing of
-    this signature; and where neither is known. Of a certificate from before heads were stated nothing is expected."""
+def _signature_event(events: Sequence[Event], signed: bytes) -> Event | None:
+    digest = hashlib.sha256(signed).hexdigest()
+    of_signing = (e for e in events if e.what == "certificate_signed")
+    return next((e for e in of_signing if e.data["sha256"] == digest), None)
+
+
+def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
+    """Not complete if the store of the bench that made it holds another event under the stated number, or nothing of
+    this signature; and if neither is known. Of a certificate from before heads were stated nothing is expected."""
     head = contents.provenance.get("head")
     if head is not None:
         stated, own = StoreHead(int(head["seq"]), str(head["hash"])), store.signed_head()
@@ -41,8 +67,7 @@ def _held(store: Store, signed: bytes, contents: CertificateContent) -> Step:
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
                 return Step(f"{words} (accept store check --head)", complete=False)
-    digest = hashlib.sha256(signed).hexdigest()
-    if any(event.data["sha256"] == digest for event in store.events(contents.serial, "certificate_signed")):
+    if signature is not None:
         return Step("this bench's store holds that it was signed")
     if head is None and contents.format == BEFORE:
         return Step("")
@@ -55,10 +80,61 @@ def _holds(store: Store, head: StoreHead) -> bool:
     return event is not None and StoreHead(event.seq, event.hash) == head
 
 
-def _copied(store: Store, contents: CertificateContent) -> Step:
-    """Not complete where the store has a judgement of another unit by the same samples, nobody has said whose they are,
-    and the certificate counts them."""
-    samples = contents.result.get("samples") or {}
+def _history(events: Sequence[Event], signature: Event, contents: CertificateContent) -> list[Step]:
+    """Compare result, operator, spec, attempt and what was replaced with the judgement that the signature certifies."""
+    result = canonical(contents.result)
+    before = [e for e in events if e.what == JUDGED and e.seq < signature.seq]
+    own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
+    if own is None:
+        return [Step("this bench's store holds no judgement with this result", complete=False)]
+    wrong = [name for name, same in _comparisons(events, own, contents).items() if not same]
+    words = f"this bench's store has another {', another '.join(wrong)} than stated"
+    right = "operator, spec, code, attempt and what it replaces: as in this bench's store"
+    return [
+        Step(words, complete=False) if wrong else Step(right),
+        *_later([e for e in events if e.what == JUDGED and e.seq > own.seq]),
+    ]
+
+
+def _comparisons(events: Sequence[Event], own: Event, contents: CertificateContent) -> dict[str, bool]:
+    """Field -> whether the certificate states it as the store has it."""
+    given = contents.provenance
+    counted = [e for e in events if e.seq < own.seq]
+    started = [e for e in counted if e.what == _STARTED]
+    before = fold(counted).units.get(own.subject)
+    numbers = {1 if before is None else before.attempts + 1}
+    replaced: list[Any] = [replaced_by(before)]
+    if (folder := _ATTEMPT.fullmatch(PurePath(str(own.data["path"])).name)) and started:
+        numbers.add(int(folder[1]))  # in the workflow an attempt may be judged more than once
+        replaced.append(replaced_by(fold(e for e in counted if e.seq < started[-1].seq).units.get(own.subject)))
+    return {
+        "operator": same_person(own.who, contents.operator),
+        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
+        "code": own.data["code_sha256"] == contents.code_sha256,
+        "attempt": given.get("attempt") in numbers,
+        "replaced judgement": given.get("replaces") in replaced,
+    }
+
+
+def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
+    """Of a certificate whose signature this store does not hold, such as one of another bench: what was judged since it
+    was signed."""
+    return _later([e for e in events if e.what == JUDGED and datetime.fromisoformat(e.time) > when + SAME_SECOND])
+
+
+def _later(judged: Sequence[Event]) -> list[Step]:
+    """Newest wins: a certificate of an earlier judgement is never plainly valid."""
+    if not judged:
+        return [Step("this bench's store knows no later attempt", current=True)]
+    last = judged[-1]
+    verdict, when = last.data["result"]["verdict"], last.time[:19].replace("T", " ")
+    return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
+
+
+def _copied(store: Store, contents: CertificateContent, again: UnitResult | None) -> Step:
+    """Not complete if the store has a judgement of another unit by the same samples, no signed decision says whose they
+    are, and the certificate counts them. The samples are those of the attached records, whatever the result states."""
+    samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
     found = copies_of(store, contents.serial, None, samples)
@@ -71,7 +147,7 @@ def _copied(store: Store, contents: CertificateContent) -> Step:
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Not complete where the store knows something against its parts that the certificate does not state."""
+    """Not complete if the store knows something against its parts that the certificate does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
     return Step(f"the bench's store speaks against its parts: {'; '.join(new)}", False) if new else Step("")
@@ -82,5 +158,5 @@ def _others(copy: Copy) -> str:
 
 
 def _store_is_there() -> bool:
-    """Whether there is a store to ask; none is made for it."""
+    """Return whether there is a store to ask; none is made for it."""
     return bool(os.environ.get("ACCEPT_STORE_URL")) or (home() / "store.sqlite").exists()

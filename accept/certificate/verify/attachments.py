@@ -71,35 +71,42 @@ def read(signed: bytes) -> CertificateContent:
     return contents
 
 
-def check_result(contents: CertificateContent, rejudge: Rejudge | None) -> Step:
-    """Judge again from the attached data. Raises InvalidCertificate where the results differ.
+def check_result(contents: CertificateContent, judged: UnitResult | None) -> Step:
+    """Compare the result with the unit as it was `judged` again from the attached data, None if it was not.
 
-    Where a record was too large to attach, the sections whose records are there are judged all the same; the step is
-    then not complete.
-    """
+    If a record was too large to attach, the sections whose records are there are compared; the step is then not
+    complete. Of a certificate of another program it is said which keys it lacks and what it words otherwise; values,
+    limits, causes and verdicts must be the same. Raises InvalidCertificate if the results differ."""
     missing = tuple(name for name in contents.inputs if name not in contents.files)
-    if rejudge is None:
+    if judged is None:
         return Step("not judged again", complete=False)
-    judged = rejudge(contents)
     again = judged.to_json()
+    own = contents.code_sha256 == version.code_sha256()
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
     found = differences(contents.result, again) if found is None else found
     said: list[str] = []
-    if contents.code_sha256 != version.code_sha256():  # another version may say more, and otherwise
-        found = [line for line in found if not line.endswith(ONLY_AGAIN)]
+    absent: list[str] = []
+    if not own:  # it may say less, and otherwise
+        absent = [line.removesuffix(ONLY_AGAIN) for line in found if line.endswith(ONLY_AGAIN)]
         said = [line for line in found if is_said_otherwise(line)]
-        found = [line for line in found if line not in said]
+        found = [line for line in found if line not in said and not line.endswith(ONLY_AGAIN)]
     if found:
         raise InvalidCertificate(f"judged again from the attached data it differs: {_some(found)}{_other(contents)}")
-    if contents.code_sha256 == version.code_sha256():  # another version may draw other pictures: see `check_page`
+    try:
         check_pictures(_pictures(contents.panels, left_out), _pictures(judged.panels, left_out))
+    except InvalidCertificate as e:
+        if own:
+            raise
+        said.append(str(e))  # another program may draw other pictures
     if missing:
         what = f"{', '.join(missing)} not attached; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
-    if said:
+    if said or absent:
+        words = [f"said in other words: {_some(said)}"] if said else []
+        words += [f"it does not state {_some(absent)}"] if absent else []
         same = "judged again from the attached data: the same values, limits and verdicts"
-        return Step(f"{same}, said in other words: {_some(said)}{_other(contents)}", complete=False)
+        return Step(f"{same}, {'; '.join(words)}{_other(contents)}", complete=False)
     searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
     return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
 

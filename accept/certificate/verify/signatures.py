@@ -177,7 +177,7 @@ def _doubt(
         if when >= entry.since:
             raise InvalidCertificate(f"the key of {person} was revoked on {entry.since:%Y-%m-%d}, before it signed")
         if entry.compromised and not (stamped and stamped.trusted and stamped.when < entry.since):
-            return f"the key of {person} was compromised, and only its owner's clock says that it signed before"
+            return f"the key of {person} was lost or compromised, and only a clock says that it signed before"
     return None
 
 

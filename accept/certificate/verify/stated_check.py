@@ -1,18 +1,60 @@
-"""Does the page name the spec and the person as they are? What it states beside the result is the signer's own word."""
+"""What a certificate states beside its result, held against the attached spec, the signatures and its own times.
+
+`accept.certificate.verify.statements` lists every statement and how it is checked.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any
 
 from accept.base import version
-from accept.certificate.contents.content import BEFORE, STATEMENT, CertificateContent
+from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.step import Step
 from accept.certificate.trust.authority import same_person
+from accept.certificate.verify.signatures import Signed
+from accept.certificate.verify.statements import unlisted
+from accept.store.seal import head_problem
 from specs.spec import parse
 from specs.strict import SpecError
 
+EXPECTED = ("attempt", "replaces", "approval", "head")  # in the provenance of every certificate of this program
+_REPLACED = {"verdict": str, "time": str, "certificate": str | None}
+_EARLIER = {"earlier_attempt": int, "earlier_certificate": str}
+_HEAD = {"seq": int, "hash": str, "bench": str, "signature": str}
+_HEX = re.compile(r"[0-9a-f]{64,128}")
+SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the store microseconds
 
-def check_stated(contents: CertificateContent, technician: str | None) -> None:
-    """The spec's name, title and instruments are those in its text; the operator is who signed as technician, None
-    for a demonstration, which signs for everybody; and what the verdicts mean is said as this program says it.
 
-    Raises InvalidCertificate."""
+def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool) -> list[Step]:
+    """Compare spec, operator, statement and provenance with what they are derived from.
+
+    A demonstration signs for every operator. Raises InvalidCertificate for a statement that is wrong; a step is not
+    complete if another program made the certificate or a statement is absent."""
+    _check_spec(contents)
+    technician = None if demo else signatures[0].person
+    if technician and contents.format > BEFORE and not same_person(contents.operator, technician):
+        raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
+    given = contents.provenance
+    _check_form(given)
+    own = contents.code_sha256 == version.code_sha256()
+    if own and contents.format != FORMAT:
+        raise InvalidCertificate(f"it states format {contents.format}, but this program writes format {FORMAT}")
+    if own and contents.accept_version != version.version():
+        raise InvalidCertificate(f"it states version {contents.accept_version} of this program, {version.version()}")
+    if own and contents.statement != STATEMENT:
+        raise InvalidCertificate("the page says of the verdicts what this program does not say")
+    if unknown := unlisted(contents) if own else []:
+        raise InvalidCertificate(f"{unknown[0]} is stated, which this program does not write")
+    steps = [] if own else [_other_program(contents)]
+    if absent := [name for name in EXPECTED if name not in given]:
+        steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
+    return [*steps, *_times(given.get("replaces"), signatures)]
+
+
+def _check_spec(contents: CertificateContent) -> None:
+    """The spec's name, title and instruments are those in its text."""
     try:
         spec = parse(contents.spec_text.encode(), "the attached spec")
     except SpecError as e:
@@ -24,7 +66,59 @@ def check_stated(contents: CertificateContent, technician: str | None) -> None:
     ):
         if stated != there:
             raise InvalidCertificate(f"the page gives the spec another {what} than the attached spec has: '{there}'")
-    if technician and contents.format > BEFORE and not same_person(contents.operator, technician):
-        raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
-    if contents.code_sha256 == version.code_sha256() and contents.statement != STATEMENT:
-        raise InvalidCertificate("the page says of the verdicts what this program does not say")
+
+
+def _check_form(given: Mapping[str, Any]) -> None:
+    """Raises InvalidCertificate if a statement of the provenance is not of the form that it is written in, and if the
+    bench did not sign the head of its store."""
+    if "attempt" in given and (type(given["attempt"]) is not int or given["attempt"] < 1):
+        raise InvalidCertificate(f"provenance.attempt is {given['attempt']!r}, expected a whole number from 1")
+    replaced = given.get("replaces")
+    if replaced is not None:
+        form = _REPLACED | (_EARLIER if isinstance(replaced, Mapping) and "earlier_attempt" in replaced else {})
+        _check_keys("replaces", replaced, form)
+        _time_of(replaced["time"])
+    if "demo" in given and given["demo"] is not True:
+        raise InvalidCertificate(f"provenance.demo is {given['demo']!r}, expected true or no such key")
+    if given.get("head") is not None:
+        _check_keys("head", given["head"], _HEAD)
+        if not all(_HEX.fullmatch(given["head"][key]) for key in ("hash", "bench", "signature")):
+            raise InvalidCertificate("provenance.head is not in lower-case hexadecimal digits")
+        if problem := head_problem(given["head"]):
+            raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
+
+
+def _check_keys(name: str, given: Any, form: Mapping[str, Any]) -> None:
+    if not isinstance(given, Mapping) or given.keys() != form.keys():
+        raise InvalidCertificate(f"provenance.{name} is not of the keys {', '.join(form)}")
+    for key, kind in form.items():
+        if not isinstance(given[key], kind) or isinstance(given[key], bool):
+            raise InvalidCertificate(f"provenance.{name}.{key} is {given[key]!r}, which is not of its kind")
+
+
+def _other_program(contents: CertificateContent) -> Step:
+    """The hash of the code is the certificate's own word: nothing that depends on it makes a certificate valid."""
+    says = "" if contents.statement == STATEMENT else "; it says of the verdicts what this program does not say"
+    program = f"accept {contents.accept_version}, code {contents.code_sha256[:12]}"
+    return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)
+
+
+def _times(replaced: Mapping[str, Any] | None, signatures: Sequence[Signed]) -> list[Step]:
+    """A certificate is signed after the judgement that it replaces."""
+    if replaced is None:
+        return []
+    before, signed = _time_of(replaced["time"]), signatures[0].when
+    if signed >= before - SAME_SECOND:
+        return []
+    words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before what it replaces was judged"
+    return [Step(f"{words} ({before:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)]
+
+
+def _time_of(text: str) -> datetime:
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError as e:
+        raise InvalidCertificate(f"provenance.replaces.time is {text!r}, expected a time") from e
+    if found.tzinfo is None:
+        raise InvalidCertificate(f"provenance.replaces.time is {text!r}, expected a time with its zone")
+    return found

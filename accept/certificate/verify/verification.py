@@ -17,18 +17,18 @@ from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import QA
-from accept.certificate.trust.revocation import RevocationError, Revoked, entries_of
+from accept.certificate.trust.revocation import RevocationError, Revoked, entries_of, is_canonical
 from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
 from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_stated
-from accept.store.seal import head_problem
+from accept.judging.result import UnitResult
 from checks.verdict import UnitVerdict
 
-Known = Callable[[bytes, CertificateContent], Sequence[Step]]
-"""Asks a bench's store about what the technician signed, and its content."""
+Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Sequence[Step]]
+"""Asks a store or a list about what the technician signed, its content, when that was, and the unit as judged again."""
 
 
 class Validity(StrEnum):
@@ -44,6 +44,8 @@ class Verification:
     """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was looked at.
 
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
+    approved: quality assurance signed the spec with its model files, or it comes with the program. current: no later
+    attempt is known, None if neither a store nor a list was asked.
     """
 
     outcome: Validity
@@ -55,6 +57,8 @@ class Verification:
     spec_sha256: str = ""
     head: Mapping[str, Any] | None = None
     demo: bool = False
+    approved: bool = False
+    current: bool | None = None
 
     @property
     def valid(self) -> bool:
@@ -99,16 +103,17 @@ def verify(
             one_line(f"{k.lower()}: {v}") for k, v in guarded("the statements", statements, contents).items() if v
         ]
         guarded("the attached list of revoked keys", _check_attached_list, contents, signatures, roots)
-        guarded("the head of its store", _check_head, contents)
-        guarded("what it states", check_stated, contents, None if demo else signatures[0].person)
+        stated = guarded("what it states", check_stated, contents, signatures, demo)
         judged = contents
         if records is not None:
             judged = guarded("the records", attachments.with_records, contents, records)
+        again = None if rejudge is None else guarded("judging again", rejudge, judged)
         steps = [
+            *stated,
             guarded("the page", check_page, signed, contents),
-            guarded("judging again", attachments.check_result, judged, rejudge),
-            guarded("the spec", check_spec, contents, roots, revoked),
-            *([] if known is None else guarded("the store", known, signed, contents)),
+            guarded("judging again", attachments.check_result, judged, again),
+            spec_step := guarded("the spec", check_spec, contents, roots, revoked),
+            *([] if known is None else guarded("the store", known, signed, contents, signatures[0].when, again)),
         ]
         details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
@@ -124,7 +129,15 @@ def verify(
         contents.spec_sha256,
         contents.provenance.get("head"),
         demo,
+        approved=spec_step.complete and not spec_step.remark,
+        current=_current(steps),
     )
+
+
+def _current(steps: Sequence[Step]) -> bool | None:
+    """Return whether no later attempt is known, None if neither a store nor a list was asked."""
+    known = [step.current for step in steps if step.current is not None]
+    return all(known) if known else None
 
 
 def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
@@ -152,13 +165,6 @@ def _check_persons(signatures: Sequence[Signed]) -> None:
         raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
 
 
-def _check_head(contents: CertificateContent) -> None:
-    """The head of the store that it states is as the bench signed it."""
-    head = contents.provenance.get("head")
-    if head is not None and (problem := head_problem(head)):
-        raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
-
-
 def _check_attached_list(
     contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
 ) -> None:
@@ -166,9 +172,11 @@ def _check_attached_list(
     given = contents.provenance.get("crl")
     if given is None:
         return
+    if not isinstance(given, str) or not is_canonical(given):
+        raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
     for ca in roots:
         try:
-            entries = entries_of(str(given).encode(), "the attached list", ca)
+            entries = entries_of(given.encode(), "the attached list", ca)
         except RevocationError:
             continue  # of another authority among those trusted
         for entry in entries:

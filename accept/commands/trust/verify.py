@@ -1,7 +1,7 @@
 """`accept verify`."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +21,7 @@ from accept.commands.trust.bench_keys import DEMO
 from specs.errors import AcceptError
 from specs.spec import load
 
-REQUIREMENTS = ("accepted", "countersigned")
+REQUIREMENTS = ("accepted", "countersigned", "approved", "current")
 SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
@@ -49,7 +49,9 @@ def run(
     certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
     trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None,
     records: LargeRecords = None,
-    require: Annotated[str, typer.Option(help="Also require: accepted,countersigned,serial=SERIAL.")] = "",
+    require: Annotated[
+        str, typer.Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
+    ] = "",
     spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
     demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
     tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
@@ -83,6 +85,11 @@ def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str 
         missing.append(f"the unit is {report.verdict}, not accepted")
     if "countersigned" in require and not report.countersigned:
         missing.append("it is not countersigned")
+    if "approved" in require and not report.approved:
+        missing.append("its spec is not approved by quality assurance")
+    if "current" in require and not report.current:
+        unknown = "neither a store nor a list was asked for later attempts"
+        missing.append(unknown if report.current is None else "a later attempt is known")
     wanted = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
     if any(serial != report.serial for serial in wanted):
         missing.append(f"it is of {report.serial}, not of {', '.join(wanted)}")
@@ -99,10 +106,13 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
         return Verification(Validity.NOT_VALID, words)
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
+    unlisted = [path for path in paths if not options.demo and not beside(path).is_file()]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
     known = None if options.demo else check_store
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
-    return verify(
+    report = verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
     )
+    said = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
+    return replace(report, details=(*report.details, *said))

@@ -126,7 +126,7 @@ def test_a_copy_of_a_unit_judged_earlier_is_found_in_the_store(tmp_path: Path, s
     copied = accept("report", unit(tmp_path / "B", "B-1", 1), "--spec", spec, "--out", second)
     assert (copied.exit_code, "A-1 was judged with a recording" in copied.stderr) == (4, True), copied.output
     found = accept("verify", first)
-    assert (found.exit_code, "hysteresis/record is also B-1" in found.stdout) == (4, True), found.output
+    assert (found.exit_code, "hysteresis/record is also B-1" in found.output) == (4, True), found.output
     assert accept("countersign", first).exit_code == 4
     with open_store() as store:
         assert store.check() is None

@@ -3,16 +3,21 @@
 import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.certificate.contents.content import CertificateContent, content_of
 from accept.judging.result import UnitResult
+from accept.store import SignedHead, StoreHead
 from checks.picture import Band, Heights, Line, Mark, Panel
 from checks.quantity import Contribution, Quantity
 from checks.verdict import Finding, judge, unit_verdict
 from specs.spec import Limit, Spec, parse
 
+BENCH_KEY = Ed25519PrivateKey.from_private_bytes(bytes(range(32)))
 WHEN = datetime(2026, 3, 4, 9, 30, tzinfo=UTC)
 SPEC_TEXT = """
 name = "basic"
@@ -94,5 +99,18 @@ def folder(path: Path) -> Path:
     return path
 
 
-def certificate_contents(path: Path, unit: UnitResult | None = None, **more: int) -> CertificateContent:
-    return content_of(unit or result(), spec(), folder(path), "M. Keller", **more)
+def stated_head(seq: int = 7, key: Ed25519PrivateKey = BENCH_KEY) -> dict[str, Any]:
+    """Head of a store that a test's bench signed."""
+    head = StoreHead(seq, "ab" * 32)
+    bench = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
+    return SignedHead(head, bench, key.sign(f"accept store head {head}".encode()).hex()).to_json()
+
+
+def stated(**more: Any) -> dict[str, Any]:
+    """Provenance of a first attempt by a spec that quality assurance has not approved."""
+    reason = {"reason": "nobody of quality assurance signed it"}
+    return {"attempt": 1, "replaces": None, "approval": reason, "head": stated_head()} | more
+
+
+def certificate_contents(path: Path, unit: UnitResult | None = None, **more: Any) -> CertificateContent:
+    return content_of(unit or result(), spec(), folder(path), "M. Keller", **({"provenance": stated()} | more))

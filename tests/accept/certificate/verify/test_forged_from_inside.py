@@ -33,7 +33,7 @@ from accept.units import unit_folder
 from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
 from specs.spec import builtin
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, stated
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 from tests.accept.units.units import make_unit
 
@@ -73,7 +73,7 @@ def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> Certi
     chosen = judge_unit.load_spec(spec)
     return content_of(
         judge_unit.judge_unit(unit, chosen), chosen, folder, "M. Keller",
-        provenance={"attempt": 1, "replaces": None, "approval": {"builtin": True}},
+        provenance=stated(approval={"builtin": True}),
     )  # fmt: skip
 
 
@@ -355,7 +355,7 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
     unit = unit_folder.read(written(tmp_path / "u", 1.72))
 
     def verified(since: datetime, compromised: bool) -> Validity:
-        said = {"attempt": 1, "replaces": None, "approval": spec_approval.approve(spec, bench.qa, LATER)}
+        said = stated(approval=spec_approval.approve(spec, bench.qa, LATER))
         contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
         pdf = sign(render(contents), bench.technician, LATER)
@@ -442,7 +442,10 @@ def test_a_certificate_from_before_still_has_an_answer() -> None:
     assert report.outcome is Validity.SIGNED, report.reason
     assert (report.serial, report.verdict) == ("APA-02", "accepted")
     assert "page not compared" in report.reason
-    assert any("judged again from the attached data: the same result" in line for line in report.details)
+    assert "made by another program" in report.reason
+    judged_again_line = next(line for line in report.details if line.startswith("judged again"))
+    assert "the same values, limits and verdicts" in judged_again_line
+    assert "does not state" in judged_again_line
     assert sum("not stated" in line for line in report.details) >= 3
 
 
