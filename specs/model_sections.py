@@ -39,6 +39,14 @@ class NodesSection(Strict):
     actuator: Annotated[list[Annotated[int, Field(ge=1)]], Field(min_length=2, max_length=2)]
 
 
+class ByChannel(Strict):
+    """One number for each channel that has one."""
+
+    Vs: Number | None = None
+    de: Number | None = None
+    da: Number | None = None
+
+
 class ModelSection(Strict):
     """A section whose numbers become parameters."""
 
@@ -49,6 +57,9 @@ class ModelSection(Strict):
                 yield key, held
             elif isinstance(held, list) and held and isinstance(held[0], Value):
                 yield from zip(self.listed(key)[: len(held)], held, strict=True)
+            elif isinstance(held, ByChannel):
+                of_channels = ((c, getattr(held, c)) for c in ByChannel.model_fields)
+                yield from ((_axis_name(key, c), number) for c, number in of_channels if number is not None)
 
     def listed(self, key: str) -> list[str]:
         """Names of the numbers of a list."""
@@ -56,7 +67,7 @@ class ModelSection(Strict):
 
 
 def _axis_name(key: str, axis: str) -> str:
-    """`com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`."""
+    """`com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`, `latency_us` of Vs is `latency_Vs_us`."""
     head, _, unit = key.partition("_")
     return f"{head}_{axis}_{unit}"
 
@@ -182,13 +193,25 @@ class EncoderSection(ModelSection):
 
 
 class BenchSection(ModelSection):
-    """The bench: payload, guide and what it adds."""
+    """The bench: payload, guide and what it adds.
+
+    mode: of the bench, which de and da see alike; support_mode: of a guide or support that gives way, which every
+    channel sees in its own part of its static response. latency_us: of each channel against Va; lowpass_Hz,
+    lowpass_order: Butterworth low-pass before the converter of each channel."""
 
     payload_kg: Number
     guide_damping_N_s_per_m: Number = _number(0.0)
     mode_Hz: Number = _number(100.0)
     mode_ratio: Number = _number(0.0)
     mode_damping_ratio: Number = _number(0.01)
+    support_mode_Hz: Number = _number(400.0)
+    support_mode_damping_ratio: Number = _number(0.01)
+    support_mode_ratio_Vs: Number = _number(0.0)
+    support_mode_ratio_de: Number = _number(0.0)
+    support_mode_ratio_da: Number = _number(0.0)
+    latency_us: ByChannel = Field(default_factory=ByChannel)
+    lowpass_Hz: ByChannel = Field(default_factory=ByChannel)
+    lowpass_order: ByChannel = Field(default_factory=ByChannel)
 
 
 class Constants(ModelSection):
@@ -221,15 +244,20 @@ class DelaySection(ModelSection):
 
 
 class Amplifier(ModelSection):
-    """f_Hz: bandwidth; without it the amplifier is as fast as need be."""
+    """f_Hz: bandwidth of an amplifier of first order; second_order: of one of second order. What is not named is as
+    fast as need be."""
 
     f_Hz: Number | None = None
+    second_order_Hz: Number | None = None
+    second_order_damping_ratio: Number = _number(0.7)
 
 
 class Sensor(ModelSection):
-    """The circuit of the sensor stack."""
+    """The circuit of the sensor stack; charge_highpass: of second order, that of a charge amplifier."""
 
     highpass_Hz: Number = _number(0.0)
+    charge_highpass_Hz: Number = _number(0.0)
+    charge_highpass_damping_ratio: Number = _number(0.7)
     crosstalk_V_per_V: Number = _number(0.0)
 
 

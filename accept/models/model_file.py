@@ -22,7 +22,7 @@ from checks.model.unidentified import NAME as UNIDENTIFIED
 from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
-from specs.model_sections import FitRecord, PopulationRecord
+from specs.model_sections import ByChannel, FitRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
@@ -159,6 +159,9 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
     if flat not in spec.values and not math.isfinite(value):
         return  # an effect that is off: the file says nothing about it
     *sections, key = flat.split(".")
+    quantity, channel, unit = [*key.split("_", 2), "", ""][:3]
+    if channel in ByChannel.model_fields:
+        sections, key = [*sections, f"{quantity}_{unit}"], channel
     table = _section(document, sections)
     number: Any = value
     if sd is not None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from checks.errors import ModelError
+from checks.model.channel_paths import channel_path_off
 from checks.model.free_apa_modes import modal_apa, mode_names
 from checks.model.joint_prior import JointPrior
 from checks.model.model import Model, Values
@@ -105,7 +106,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 def _values(spec: ModelSpec) -> dict[str, float]:
     """All parameters; what a file may leave out altogether is there with the value at which it does nothing."""
-    off = {"amplifier.f_Hz": math.inf}
+    off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
     if spec.encoder is not None:
         off["encoder.bracket_Hz"] = math.inf
     return off | spec.values

@@ -11,7 +11,9 @@ from checks.arrays import Array, Complex
 class Electrical:
     """gain: volts on the stacks per volt of Va; ga [N/V] force pair on the actuator stacks per volt on them;
     gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its bandwidth, infinite for none;
-    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs; tau [s] delay.
+    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs; tau [s] delay;
+    second_order, charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass
+    of second order, off at an infinite corner and at one of zero.
     """
 
     gain: float
@@ -21,17 +23,30 @@ class Electrical:
     highpass_Hz: float = 0.0
     crosstalk: float = 0.0
     tau: float = 0.0
+    second_order: tuple[float, float] = (np.inf, 0.7)
+    charge_highpass: tuple[float, float] = (0.0, 0.7)
 
     def drive(self, f: Array) -> Complex:
-        """(F,) what delay and amplifier do to every output: exp(-s tau) / (1 + s / w)."""
+        """Return what delay and amplifier do to every output (F,): exp(-s tau) / (1 + s / w), and
+        w^2 / (s^2 + 2 z w s + w^2) of one of second order."""
         factor: Complex = np.exp(-2j * np.pi * f * self.tau) / (1.0 + 1j * f / self.amplifier_Hz)
+        corner_Hz, damping_ratio = self.second_order
+        if np.isfinite(corner_Hz):
+            x = 1j * f / corner_Hz
+            factor /= 1.0 + 2.0 * damping_ratio * x + x * x
         return factor
 
     def sensor(self, f: Array) -> Complex:
-        """(F,) high-pass s / (s + w) of the sensor's capacitance and resistor; one without."""
-        if self.highpass_Hz == 0.0:
-            return np.ones(f.shape, dtype=complex)
-        return 1j * f / (1j * f + self.highpass_Hz)
+        """Return the high-pass (F,) of the sensor's capacitance and resistor, s / (s + w), and that of a charge
+        amplifier, s^2 / (s^2 + 2 z w s + w^2); one where neither is."""
+        factor = np.ones(f.shape, dtype=complex)
+        if self.highpass_Hz != 0.0:
+            factor = 1j * f / (1j * f + self.highpass_Hz)
+        corner_Hz, damping_ratio = self.charge_highpass
+        if corner_Hz != 0.0:
+            x = 1j * f
+            factor = factor * x * x / (x * x + 2.0 * damping_ratio * corner_Hz * x + corner_Hz**2)
+        return factor
 
 
 def highpass_corner(resistor_ohm: float, capacitance_F: float) -> float:

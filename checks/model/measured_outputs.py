@@ -7,6 +7,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
+from checks.model.channel_paths import channel_path
 from checks.model.parts import electrical_of
 from checks.model.structure.bench import suspension
 from checks.model.structure.encoder import bracket
@@ -18,11 +19,13 @@ Channels = tuple[str, ...]
 
 @dataclass(frozen=True, eq=False)
 class OutputGains:
-    """gain (F, C) per motion of a channel, with_rest (F, C) per motion of da at rest, alone (F, C) without any motion;
-    picked (C,): which channels of the motion; da: that of the payload."""
+    """gain (F, C) per motion of a channel; with_rest (F, C) per motion of da at rest; with_own_rest (F, C) per motion
+    of the channel itself at rest; alone (F, C) without any motion; picked (C,): which channels of the motion; da: that
+    of the payload."""
 
     gain: Complex
     with_rest: Complex
+    with_own_rest: Complex
     alone: Complex
     picked: tuple[int, ...]
     da: int
@@ -36,6 +39,8 @@ class OutputGains:
         moved = (H if self.picked == tuple(range(H.shape[-1])) else H[..., self.picked]) * self.gain
         if self.with_rest.any():
             moved += static[..., self.da][..., None, None] * self.with_rest
+        if self.with_own_rest.any():
+            moved += static[..., None, self.picked] * self.with_own_rest
         return np.asarray(moved)
 
 
@@ -46,9 +51,9 @@ def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> Outpu
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)
     # A channel lies in one piece, as in the derivatives that are multiplied by it.
-    gain, with_rest, alone = np.zeros((3, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
+    gain, with_rest, with_own_rest, alone = np.zeros((4, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
     for i, channel in enumerate(wanted):
-        seen = factor(v, channel, f)
+        seen = factor(v, channel, f) * channel_path(f, v, channel)
         if channel == "Vs":
             gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
             alone[:, i] = drive * (e.crosstalk * e.gain * seen)
@@ -56,7 +61,11 @@ def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> Outpu
             gain[:, i] = per_volt * seen if channel == "da" else per_volt * seen * _optics(f, v)
             if v["bench.mode_ratio"] != 0.0:
                 with_rest[:, i] = gain[:, i] * _bench_mode(f, v)
-    return OutputGains(gain, with_rest, alone, tuple(_index(have, c) for c in wanted), _index(have, "da"))
+        if v[ratio := f"bench.support_mode_ratio_{channel}"] != 0.0:
+            mode = suspension(f, 1.0, v[ratio], v["bench.support_mode_Hz"], v["bench.support_mode_damping_ratio"])
+            with_own_rest[:, i] = gain[:, i] * mode
+    picked = tuple(_index(have, c) for c in wanted)
+    return OutputGains(gain, with_rest, with_own_rest, alone, picked, _index(have, "da"))
 
 
 def _bench_mode(f: Array, v: Values) -> Complex:

@@ -59,6 +59,13 @@ _RULES = {
     "highpass_Hz": Rule(lo=0.0, step=1e-4),
     "crosstalk_V_per_V": Rule(step=1e-6),
     "mode_ratio": Rule(step=1e-5),
+    "support_mode_damping_ratio": Rule(lo=0.0, hi=1.0),
+    **{f"support_mode_ratio_{c}": Rule(step=1e-5) for c in ("Vs", "de", "da")},
+    **{f"latency_{c}_us": Rule(lo=-1e4, hi=1e5, step=0.01) for c in ("Vs", "de", "da")},
+    **{f"lowpass_{c}_order": Rule(lo=1.0, hi=8.0) for c in ("Vs", "de", "da")},
+    "charge_highpass_Hz": Rule(lo=0.0, step=1e-4),
+    "charge_highpass_damping_ratio": Rule(lo=0.0, hi=0.999, open=True),
+    "second_order_damping_ratio": Rule(lo=0.0, hi=0.999, open=True),
     "gs_V_per_m": Rule(),
     "gs_V_per_N": Rule(),
     "ga_N_per_V": Rule(),
@@ -80,12 +87,21 @@ TURNS_TIES = _OFFSET | {"length_mm", "height_mm"}  # where a rigid direction run
 
 MODE_STIFFNESS, MODE_DAMPING = "apa.mode_stiffness_", "apa.mode_damping_"  # and the number of the mode, from 1
 DAMPING_RATIO = "apa.damping_ratio"
+OFF_AT_INFINITY = frozenset(
+    {
+        *("amplifier.f_Hz", "amplifier.second_order_Hz", "encoder.bracket_Hz"),
+        *("bench.lowpass_Vs_Hz", "bench.lowpass_de_Hz", "bench.lowpass_da_Hz"),
+    }
+)
 _SEEN_ONLY = (
     "constants.",
     "delay.",
     "amplifier.",
     "sensor.",
     "bench.mode_",
+    "bench.support_mode_",
+    "bench.latency_",
+    "bench.lowpass_",
     "encoder.scale",
     "encoder.bracket_",
     "unidentified.",
@@ -166,7 +182,7 @@ def in_range(values: Mapping[str, float]) -> None:
         r = rule(name)
         if r.lo < value < r.hi and math.isfinite(value):
             continue
-        infinite_is_off = name in ("amplifier.f_Hz", "encoder.bracket_Hz") and value == math.inf
+        infinite_is_off = name in OFF_AT_INFINITY and value == math.inf
         below = value <= r.lo if r.open else value < r.lo
         if not infinite_is_off and (not math.isfinite(value) or below or value > r.hi):
             least = f"above {r.lo:g}" if r.open else f"{r.lo:g} or more"

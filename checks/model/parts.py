@@ -87,6 +87,14 @@ def electrical_of(values: Values) -> Electrical:
         highpass_Hz=values["sensor.highpass_Hz"],
         crosstalk=values["sensor.crosstalk_V_per_V"],
         tau=si(values, "delay.tau_us"),
+        second_order=(
+            values.get("amplifier.second_order_Hz", math.inf),
+            values.get("amplifier.second_order_damping_ratio", 0.7),
+        ),
+        charge_highpass=(
+            values.get("sensor.charge_highpass_Hz", 0.0),
+            values.get("sensor.charge_highpass_damping_ratio", 0.7),
+        ),
     )
 
 

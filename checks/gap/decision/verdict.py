@@ -60,7 +60,9 @@ def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds
             swapped = rival.names - names
             if rival.response.stand_ins or names - rival.names != {claim.effect.name} or len(swapped) != 1:
                 continue
-            if 2.0 * (found.best.lnL - rival.lnL) < table.two_delta_lnL:
+            # An explanation with more parameters has to earn them, or whatever is flexible would rival every name.
+            apart = max(found.best.lnL - rival.lnL, found.best.score - rival.score)
+            if 2.0 * apart < table.two_delta_lnL:
                 alike |= swapped
         if len(alike) > 1:
             asked = sharpest(effect_named(name).experiment for name in sorted(alike))

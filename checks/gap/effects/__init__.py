@@ -8,7 +8,11 @@ import numpy as np
 from checks.errors import ModelError
 from checks.gap.effects import (
     amplifier_bandwidth,
+    amplifier_second_order,
     bench_mode,
+    channel_latency,
+    channel_lowpass,
+    charge_highpass,
     creep,
     crosstalk,
     encoder_bracket_mode,
@@ -23,28 +27,34 @@ from checks.gap.effects import (
     payload_mass,
     sensor_highpass,
     sensor_polarity,
+    support_mode,
 )
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.model.model import Model
 from specs import plugins
 
-_OWN = (
-    misalignment,
-    joint_axial_compliance,
-    loop_delay,
-    amplifier_bandwidth,
-    sensor_highpass,
-    crosstalk,
-    bench_mode,
-    encoder_bracket_mode,
-    encoder_scale,
-    encoder_mass,
-    encoder_read_point,
-    sensor_polarity,
-    hysteresis,
-    creep,
-    open_circuit_stiffening,
-    payload_mass,
+_OWN: tuple[Effect, ...] = (
+    misalignment.EFFECT,
+    joint_axial_compliance.EFFECT,
+    loop_delay.EFFECT,
+    amplifier_bandwidth.EFFECT,
+    sensor_highpass.EFFECT,
+    crosstalk.EFFECT,
+    bench_mode.EFFECT,
+    encoder_bracket_mode.EFFECT,
+    encoder_scale.EFFECT,
+    encoder_mass.EFFECT,
+    encoder_read_point.EFFECT,
+    sensor_polarity.EFFECT,
+    hysteresis.EFFECT,
+    creep.EFFECT,
+    open_circuit_stiffening.EFFECT,
+    payload_mass.EFFECT,
+    *channel_latency.EFFECTS,
+    *channel_lowpass.EFFECTS,
+    amplifier_second_order.EFFECT,
+    charge_highpass.EFFECT,
+    support_mode.EFFECT,
 )
 
 
@@ -64,7 +74,7 @@ def effect_problem(effect: Any) -> str:
     return ""
 
 
-EFFECTS: dict[str, Effect] = {module.EFFECT.name: module.EFFECT for module in _OWN}
+EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _OWN}
 
 
 def effect_named(name: str) -> Effect:

@@ -11,6 +11,7 @@ class Experiment(Enum):
     UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"
     TURN = "turn the strut by 180 degrees about its axis: what is the strut's stays what it is, the bench's changes"
     LEVEL = "repeat at half the drive level: what is linear stays, hysteresis and saturation change"
+    LOOP_BACK = "feed Va to each channel's converter in turn: its latency and its filter show without the strut"
     RESISTOR = "repeat with another resistor across the sensor stack: only the sensor's high-pass moves"
     POINT = "read a second point with the interferometer: a mode of the bench shows there, one of the encoder does not"
     DUMMY = "drive a dummy capacitor and read it back: amplifier, converters and delay without the strut"

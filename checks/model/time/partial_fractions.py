@@ -10,6 +10,8 @@ from functools import reduce
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.model.channel_paths import lowpass_poles
 from checks.model.dynamics.complex_modes import FAST, Modal
 from checks.model.model import PRIOR_ONLY, Model, Values
 from checks.model.parts import electrical_of
@@ -77,11 +79,12 @@ def real_pole(w: float, highpass: bool = False) -> Fractions:
     return Fractions(np.array([-w + 0j]), np.array([rate + 0j]), 1.0 if highpass else 0.0)
 
 
-def oscillator(f_Hz: float, damping_ratio: float) -> Fractions:
-    """w^2 / (s^2 + 2 z w s + w^2), z below one."""
+def oscillator(f_Hz: float, damping_ratio: float, highpass: bool = False) -> Fractions:
+    """Return w^2 / (s^2 + 2 z w s + w^2), or s^2 over the same, z below one."""
     w = 2.0 * np.pi * f_Hz
     p = w * complex(-damping_ratio, np.sqrt(1.0 - damping_ratio**2))
-    return Fractions(np.array([p]), np.array([2.0 * w * w / (2j * p.imag)]), 0.0)
+    over = p * p if highpass else w * w
+    return Fractions(np.array([p]), np.array([2.0 * over / (2j * p.imag)]), 1.0 if highpass else 0.0)
 
 
 def pair(pole: Pair, zero: Pair) -> Fractions:
@@ -99,15 +102,36 @@ def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
     forces = {c: _mechanics(form, c).scaled(e.gain * e.ga) for c in form.channels}
     mode = _suspension(values, forces["da"].static())
     out = {}
-    for channel, own in forces.items():
+    for channel, motion in forces.items():
+        own = motion
+        if ratio := values[f"bench.support_mode_ratio_{channel}"]:
+            support = oscillator(values["bench.support_mode_Hz"], values["bench.support_mode_damping_ratio"])
+            own = motion.plus(support.scaled(ratio * motion.static()))
         seen = _sensor(own, values) if channel == "Vs" else own.plus(mode) if mode else own
         seen = _optics(seen, values) if channel == "de" else seen
         if (own_element := element_of(values, channel)) is not None:
             seen = reduce(Fractions.times, map(pair, own_element.poles, own_element.zeros), seen).scaled(
                 own_element.gain
             )
-        out[channel] = seen if np.isinf(e.amplifier_Hz) else seen.times(real_pole(2.0 * np.pi * e.amplifier_Hz))
+        out[channel] = reduce(Fractions.times, _passed(values, channel), seen)
     return out
+
+
+def _passed(values: Values, channel: str) -> list[Fractions]:
+    """Return what a channel's signal passes one after the other: the amplifier, and the low-pass of its converter."""
+    e = electrical_of(values)
+    passed = [] if np.isinf(e.amplifier_Hz) else [real_pole(2.0 * np.pi * e.amplifier_Hz)]
+    if np.isfinite(e.second_order[0]):
+        passed.append(oscillator(*e.second_order))
+    corner_Hz, order = values[f"bench.lowpass_{channel}_Hz"], values[f"bench.lowpass_{channel}_order"]
+    if np.isinf(corner_Hz):
+        return passed
+    if order != round(order):
+        raise ModelError(f"bench.lowpass_{channel}_order is {order:g}: only a filter of a whole order runs in time")
+    for p in (p for p in lowpass_poles(round(order)) if p.imag > -1e-9):
+        is_real = abs(p.imag) < 1e-9
+        passed.append(real_pole(2.0 * np.pi * corner_Hz) if is_real else oscillator(corner_Hz, -p.real))
+    return passed
 
 
 def _mechanics(form: Modal, channel: str) -> Fractions:
@@ -130,6 +154,8 @@ def _sensor(own: Fractions, values: Values) -> Fractions:
     own = own.scaled(e.gs)
     if e.highpass_Hz:
         own = own.times(real_pole(2.0 * np.pi * e.highpass_Hz, highpass=True))
+    if e.charge_highpass[0]:
+        own = own.times(oscillator(*e.charge_highpass, highpass=True))
     return Fractions(own.poles, own.residues, own.direct + e.crosstalk * e.gain)
 
 

@@ -56,10 +56,10 @@ class Held:
 
     paths: dict[str, Fractions]
     fs: float
-    late: float
+    late: dict[str, float]
 
     def __call__(self, Va: Array) -> dict[str, Array]:
-        return {c: path.held(Va, self.fs, self.late) for c, path in self.paths.items()}
+        return {c: path.held(Va, self.fs, self.late[c]) for c, path in self.paths.items()}
 
 
 Answer = Joined | Held
@@ -82,9 +82,11 @@ def answer(
     wanted = model.channels if channels is None else tuple(channels)
     if not hold:
         return _joined(model, samples, fs, wanted, before)
-    late = electrical_of(model.values).tau
-    if late < 0.0:
-        raise ModelError(f"delay.tau_us is {1e6 * late:g}: what is held cannot come before its cause")
+    common = electrical_of(model.values).tau
+    late = {c: common + 1e-6 * model.values[f"bench.latency_{c}_us"] for c in wanted}
+    for c, seconds in late.items():
+        if seconds < 0.0:
+            raise ModelError(f"{c} comes {-1e6 * seconds:g} us early: what is held cannot come before its cause")
     every = paths(model)
     return Held({c: every[c].times(before) if before else every[c] for c in wanted}, fs, late)
 

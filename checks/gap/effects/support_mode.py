@@ -1,0 +1,54 @@
+"""The payload's guide or the support of the strut gives way: a resonance that each channel sees in its own part
+([EWINS00] 3.2: a support that is not rigid adds its own resonance; [STB] 3.2.3). The mode of the bench that de
+and da see alike, and Vs does not, is `bench_mode`."""
+
+from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.experiment import Experiment
+from checks.model.channel_paths import CHANNELS
+
+EFFECT = Effect(
+    name="support_mode",
+    title="Mode of the support",
+    parameters=(
+        Parameter(
+            "f_Hz",
+            lo=10.0,
+            hi=1800.0,
+            off=400.0,
+            start=400.0,
+            scale=1.0,
+            sets=("bench.support_mode_Hz",),
+            grid=spread(15.0, 1500.0, 40),
+            limit_at=400.0,
+        ),
+        *(
+            Parameter(
+                f"ratio_{channel}",
+                lo=-5.0,
+                hi=5.0,
+                off=0.0,
+                start=0.0,
+                scale=0.01,
+                sets=(f"bench.support_mode_ratio_{channel}",),
+            )
+            for channel in CHANNELS
+        ),
+        Parameter(
+            "damping_ratio",
+            lo=5e-4,
+            hi=0.3,
+            off=0.01,
+            start=0.015,
+            scale=0.005,
+            sets=("bench.support_mode_damping_ratio",),
+            grid=(0.006, 0.02),
+            limit_at=0.01,
+        ),
+    ),
+    channels=CHANNELS,
+    sign="one resonance adds to every channel, with a residue of its own in each",
+    sentence="A support gives way at {f_Hz} Hz (damping ratio {damping_ratio}). It adds {ratio_Vs} to Vs, {ratio_de} "
+    "to de and {ratio_da} to da, in parts of each one's static response.",
+    sources=("[EWINS00] 3.2", "[STB] 3.2.3"),
+    experiment=Experiment.TURN,
+)
