@@ -50,10 +50,13 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 
 @dataclass(frozen=True)
 class Trial:
-    """Something that a technician changes at the instrument when it is commissioned; a reading must then be refused, or
-    be the same as before."""
+    """Something that a technician changes at the instrument when it is commissioned. asked: the driver asks for it, so
+    a reading must be refused; otherwise the value may also stay as it was, while the technician sees the change.
+    optional: not every instrument of the kind can do it."""
 
     do: str
+    asked: bool = True
+    optional: bool = False
 
 
 @dataclass(frozen=True)

@@ -125,11 +125,11 @@ def _open(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
 
 
 TRIALS = (
-    Trial("At the readout, set the unit to inch"),
+    Trial("At the readout, set the unit to inch", asked=False),
     Trial("Set the display step to 10 um or more"),
     Trial("Start a series and show MIN, MAX or DIFF"),
-    Trial("Where it has a second axis, show it or the sum of both"),
+    Trial("Show the second axis, or the sum of both", optional=True),
     Trial("Open the readout's menu"),
-    Trial("Switch the readout off and on again"),
+    Trial("Switch the readout off and on again", asked=False),
 )
 DRIVER = Driver(("nd287", "nd281b"), _open, TRIALS)

@@ -291,18 +291,20 @@ def _open(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
     return ScpiLcr(name, link, settings, entry.model, entry.serial)
 
 
-TRIALS = tuple(
-    Trial(f"At the meter, {words}")
-    for words in (
-        "set the function to Cp-D",
-        "set the deviation display to ABS or %",
-        "set the frequency to 120 Hz",
-        "set the level to its smallest",
-        "switch the open correction off",
-        "change to the page LIST SWEEP, with one point at 120 Hz",
-        "by another program or the panel, stop the trigger (INIT:CONT OFF)",
-        "set the cable length to another value",
-        "switch the meter off and on again",
-    )
+TRIALS = (
+    *(
+        Trial(f"At the meter, {words}")
+        for words in (
+            "set the function to Cp-D",
+            "set the deviation display to ABS or %",
+            "set the frequency to 120 Hz",
+            "set the level to its smallest",
+            "switch the open correction off",
+            "change to the page LIST SWEEP, with one point at 120 Hz",
+            "by another program or the panel, stop the trigger (INIT:CONT OFF)",
+            "set the cable length to another value",
+        )
+    ),
+    Trial("Switch the meter off and on again", asked=False),
 )
 DRIVER = Driver(("scpi_lcr",), _open, TRIALS)

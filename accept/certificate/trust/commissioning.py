@@ -70,6 +70,8 @@ def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
         record, certificate = _verified(file, keys.ca(home))
         if record["subject"] != subject(entry):
             return "unproven: commissioned with other settings, or as another instrument"
+        if not all("how" in outcome for outcome in record["outcomes"]):
+            return f"unproven: its commissioning on {record['on']} did not ask whether each change was made; repeat it"
         if not record["passed"]:
             return f"unproven: its commissioning on {record['on']} did not pass"
         return f"commissioned on {record['on']} by {authority.person_of(certificate)}"

@@ -25,11 +25,14 @@ UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
 
 @dataclass(frozen=True)
 class TrialResult:
-    """One trial: what was asked of the technician, what came of it, whether it is as it must be."""
+    """One trial: what was asked of the technician, what came of it, whether it is as it must be. how: "refused", "seen"
+    (the value stayed and the technician saw the change), "absent" (this instrument cannot do it), "not seen", "passed
+    over" (a value although the driver asks for this setting), "wrong", or "read" for a reading without a change."""
 
     trial: str
     found: str
     passed: bool
+    how: str
 
 
 @clear_errors
@@ -104,24 +107,33 @@ def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
         instrument.connect()
         reading = instrument.read()
     except InstrumentError as e:
-        return None, TrialResult("a first reading", str(e), False)
+        return None, TrialResult("a first reading", str(e), False, "read")
     scale, unit = UNITS.get(reading.unit, (1.0, reading.unit))
     shown = f"{reading.value * scale:.4f} {unit}"
     answer = ask_at_terminal(f"The program read {shown}. Does the display show the same? yes or no: ")
-    return reading.value, TrialResult(
-        "the display shows what was read", f"{shown}: {answer}", answer.strip().lower() == "yes"
-    )
+    same = answer.strip().lower() == "yes"
+    return reading.value, TrialResult("the display shows what was read", f"{shown}: {answer}", same, "read")
 
 
 def _tried(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
-    """The change must be refused, or make no difference to the value."""
+    """Return what became of a change: it must be refused, or leave the value and be seen by the technician."""
     try:
         instrument.confirm()
         value = instrument.read().value
     except InstrumentError as e:
-        return TrialResult(trial.do, f"refused: {e}", True)
-    same = abs(value - first) <= REPEATS * abs(first)
-    return TrialResult(trial.do, f"{value:.6g}, {'the same' if same else f'not {first:.6g}'}", same)
+        return TrialResult(trial.do, f"refused: {e}", True, "refused")
+    if abs(value - first) > REPEATS * abs(first):
+        return TrialResult(trial.do, f"{value:.6g}, not {first:.6g}", False, "wrong")
+    absent = ", absent if this instrument cannot do it" if trial.optional else ""
+    answer = ask_at_terminal(f"The value is the same. Did the display change? yes, no{absent}: ").strip().lower()
+    if trial.optional and answer == "absent":
+        return TrialResult(trial.do, "this instrument cannot do it", True, "absent")
+    if answer != "yes":
+        return TrialResult(trial.do, f"{value:.6g}, the same, and no change was seen: not done?", False, "not seen")
+    if trial.asked:
+        words = f"{value:.6g} was read although the display had changed: the instrument does not tell this setting"
+        return TrialResult(trial.do, words, False, "passed over")
+    return TrialResult(trial.do, f"{value:.6g}, the same; the display changed", True, "seen")
 
 
 def _back(instrument: Instrument, first: float) -> TrialResult:
@@ -130,5 +142,5 @@ def _back(instrument: Instrument, first: float) -> TrialResult:
         value = instrument.read().value
         instrument.confirm()
     except InstrumentError as e:
-        return TrialResult("the value is back", str(e), False)
-    return TrialResult("the value is back", f"{value:.6g}", abs(value - first) <= REPEATS * abs(first))
+        return TrialResult("the value is back", str(e), False, "read")
+    return TrialResult("the value is back", f"{value:.6g}", abs(value - first) <= REPEATS * abs(first), "read")

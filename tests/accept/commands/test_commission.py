@@ -6,13 +6,16 @@ from datetime import date
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import commissioning, keys
+from accept.cli.main import app
 from accept.commands.bench import commission as command
 from accept.judging import calibration
 from hw.instruments import open_instrument
+from hw.simulated.replay import replay
 from specs.bench import load_bench
 from tests.hw.peers.lcr800 import Lcr800Peer
 from tests.hw.peers.line import Line
@@ -60,7 +63,7 @@ def peer(monkeypatch: pytest.MonkeyPatch) -> Lcr800Peer:
         if words.startswith("Set it back"):
             for key in BACK:
                 peer.panel[key]()
-        elif "switch the meter off" in words:
+        elif "switch the meter off" in words.lower():
             peer.switch_on()
         elif found := next((key for word, key in PANEL.items() if word in words), None):
             peer.panel[found]()
@@ -82,7 +85,7 @@ def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
     file = json.loads((bench.parent / "commissioning" / "lcr.json").read_text())
     outcomes = {outcome["trial"]: outcome["found"] for outcome in file["record"]["outcomes"]}
     assert len(outcomes) == 11  # a first reading, nine trials, the value back
-    assert sum(found.startswith("refused") for found in outcomes.values()) == 9
+    assert sum(outcome["how"] == "refused" for outcome in file["record"]["outcomes"]) == 9
     stated = calibration.statement(
         load_bench(bench), ["capacitance", "stiffness"], date(2026, 6, 1),
         commissioning.commissioned(load_bench(bench), home()),
@@ -90,6 +93,54 @@ def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
     capacitance, stiffness = calibration.notes(calibration.checked(stated, {}))
     assert capacitance.endswith("by Ann")
     assert "commissioned" not in stiffness  # no program reads it
+
+
+def test_enter_does_not_pass(bench, peer, monkeypatch):
+    """Nothing is changed at the meter: every value is the same, and nobody saw a change."""
+    answers = iter(["", "yes"])  # connected; the display shows what was read
+    monkeypatch.setattr(command, "ask_at_terminal", lambda _: next(answers, ""))
+    assert command.commission("lcr", bench, "Ann") is Exit.INSTRUMENT
+    assert "did not pass" in said_of(bench)
+    file = json.loads((bench.parent / "commissioning" / "lcr.json").read_text())
+    assert {outcome["how"] for outcome in file["record"]["outcomes"]} == {"read", "not seen"}
+
+
+def test_a_setting_that_the_driver_asks_must_be_refused(bench, peer):
+    """A meter that answers SERI when it stands on PARA: 0.02 % at this D, within what a reading may scatter."""
+    told = peer._told
+    peer._told = lambda key: "MAIN:CIRC:SERI" if key == "CIRC" else told(key)
+    assert command.commission("lcr", bench, "Ann") is Exit.INSTRUMENT
+    file = json.loads((bench.parent / "commissioning" / "lcr.json").read_text())
+    (circuit,) = [o for o in file["record"]["outcomes"] if "parallel" in o["trial"]]
+    assert (circuit["passed"], circuit["how"]) == (False, "passed over")
+
+
+def test_a_record_from_before_changes_were_confirmed_proves_nothing(bench, peer):
+    command.commission("lcr", bench, "Ann")
+    path = bench.parent / "commissioning" / "lcr.json"
+    record = json.loads(path.read_text())["record"]
+    for outcome in record["outcomes"]:
+        del outcome["how"]
+    path.write_bytes(commissioning.signed(record, command._credential()))
+    assert said_of(bench).startswith("unproven: its commissioning on")
+
+
+def test_the_record_s_bytes_are_printed_and_play_the_instrument(bench, peer):
+    assert command.commission("lcr", bench, "Ann") is Exit.ACCEPTED
+    path = bench.parent / "commissioning" / "lcr.json"
+    done = CliRunner().invoke(app, ["hw", "transcript", str(path)])
+    assert done.exit_code == 0
+    assert "sent    'COMU?\\n\\r'" in done.stdout
+    assert CliRunner().invoke(app, ["hw", "transcript", str(path), "--instrument", "gauge"]).exit_code == 6
+    entries = json.loads(path.read_text())["record"]["transcript"]
+    first = next(n for n, (_, way, text) in enumerate(entries) if way == "note" and text == "closed")
+    entry = load_bench(bench).instruments["lcr"]
+    instrument = open_instrument("lcr", entry, input)
+    instrument.link, port = replay(entries[:first], instrument.link.settings)
+    instrument.connect()
+    assert instrument.read().value == pytest.approx(4.99e-6, rel=1e-3)
+    assert not port.is_over  # the first trial follows
+    assert CliRunner().invoke(app, ["hw", "transcript", "APA-99"]).exit_code == 6
 
 
 def test_a_meter_that_hides_a_change_does_not_pass(bench, peer):
