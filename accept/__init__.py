@@ -19,7 +19,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 if TYPE_CHECKING:
-    from accept.api import (
+    from accept.analysis.api import (
         AcceptError,
         NoResult,
         Plot,
@@ -56,7 +56,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in __all__:
-        return getattr(import_module("accept.api"), name)
+        return getattr(import_module("accept.analysis.api"), name)
     raise AttributeError(f"module 'accept' has no attribute '{name}'; it offers {', '.join(__all__)}")
 
 

@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from accept.commands.physics.misalign import as_document, estimate_unit
+from accept.analysis.misalignment import as_document, estimate_unit
 from accept.units.unit_folder import read
 from checks.cause import NoResult
 from validation.cases import Case

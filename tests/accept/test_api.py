@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_every_name_is_there_typed_and_documented():
 
 def test_the_page_of_the_interface_names_every_function():
     text = (NOTEBOOK.parents[1] / "reference" / "api.md").read_text(encoding="utf-8")
-    missing = [name for name in accept.__all__ if f"accept.api.{name}" not in text]
+    missing = [name for name in accept.__all__ if f"accept.analysis.api.{name}" not in text]
     assert not missing
 
 
@@ -80,19 +81,23 @@ def test_a_picture_to_zoom_in_holds_its_curves_and_escapes_its_words(tmp_path: P
 
 
 def test_an_estimate_starts_no_process_which_would_run_the_callers_script_again(monkeypatch: pytest.MonkeyPatch):
-    from accept.commands.physics import misalign
+    from accept.analysis import misalignment
     from checks.cause import Cause, NoResult, because
+
+    def failing(*_: object) -> None:
+        raise NoResult(because(Cause.SEARCH_FAILED, record="low", model="strut"))
 
     asked: list[int | None] = []
 
     def table(*_: object, workers: int | None = None) -> None:
         asked.append(workers)
 
-    monkeypatch.setattr(misalign, "table_for", table)
-    monkeypatch.setattr(misalign, "_measured", lambda _: None)
-    monkeypatch.setattr(misalign, "_estimate", lambda *_: because(Cause.SEARCH_FAILED, record="low", model="strut"))
+    monkeypatch.setattr(misalignment, "table_for", table)
+    measured = SimpleNamespace(serial="S-1", payload_kg=None, first=None, second=None)
+    monkeypatch.setattr(misalignment, "_measured", lambda _: measured)
+    monkeypatch.setattr(misalignment, "estimate", failing)
     with pytest.raises(NoResult):
-        misalign.estimate_unit(None, "strut-as-built")
+        misalignment.estimate_unit(None, "strut-as-built")
     assert asked == [1]
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import typer
 from rich.table import Column, Table
 
+from accept.analysis.model_fit import grid
 from accept.base.atomic_files import write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.commands.options import ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
-from accept.models.model_file import DEFAULT_MODEL, Opened, opened
+from accept.models.model_file import opened
 from accept.pictures.draw import PictureError, picture
 from checks.arrays import Array
 from checks.errors import ModelError
@@ -26,8 +27,6 @@ from checks.picture import Panel
 from hw.records.writers import csv_bytes
 from specs.model import builtin_models
 from specs.units import unit_of
-
-MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 
 
 @clear_errors
@@ -146,11 +145,6 @@ def whole(title: str) -> Column:
     return Column(title, no_wrap=True, overflow="ignore")
 
 
-def model_for(name: str | None, kind: str) -> Opened:
-    """The model named, else the built-in one of the unit's kind."""
-    return opened(name if name is not None else DEFAULT_MODEL[kind])
-
-
 def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> None:
     """Draw panels into a file of the format that its ending names."""
     size = None if columns is None else (90.0 * columns, 62.0 * -(-len(drawn) // columns))
@@ -160,15 +154,6 @@ def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> N
         raise ModelError(f"{path}: {e}") from e
     write_atomic(path, content)
     say(f"{path}: written")
-
-
-def grid(f_lo: float, f_hi: float, points: int) -> Array:
-    """(points,) frequencies [Hz] spread evenly over log f. Raises ModelError."""
-    if not 0.0 < f_lo < f_hi < np.inf or not 2 <= points <= MAX_POINTS:
-        raise ModelError(
-            f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected 2 to {MAX_POINTS} of them over a rising range"
-        )
-    return np.geomspace(f_lo, f_hi, points)
 
 
 def _both_joints(model: Model, name: str) -> tuple[str, ...]:

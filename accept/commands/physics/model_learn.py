@@ -12,11 +12,10 @@ from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.options import StartModelName
-from accept.commands.physics.model import model_for
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
 from accept.gap.analyse_unit import run_gap
-from accept.models.model_file import DEFAULT_MODEL
+from accept.models.model_file import DEFAULT_MODEL, opened
 from accept.units.unit_folder import read
 
 MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
@@ -32,10 +31,11 @@ def run(
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
     kind = read(units[0]).kind
-    given = model_for(model, kind)
+    name = model or DEFAULT_MODEL[kind]
+    given = opened(name)
 
     def ask(i: int) -> Mapping[str, Any]:
-        return run_gap(units[i], model or DEFAULT_MODEL[kind])
+        return run_gap(units[i], name)
 
     with busy("learning the batch"):
         found = learn_population(measured_units(units, given), given, say, ask)

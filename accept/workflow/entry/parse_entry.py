@@ -5,10 +5,10 @@ import re
 from collections.abc import Mapping
 
 from accept.units import unit_folder
-from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured, Scalar, Vector
 from specs.errors import AcceptError
 from specs.spec import Limit, Spec
+from specs.units import UnitMismatch, factor
 
 _ATTEMPT = re.compile(r"_(attempt|superseded)-\d+$", re.IGNORECASE)  # accept.workflow names files so
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.entry.units import UnitMismatch, factor
 from checks.declare import Measured
 from hw.instruments.reading import scaled
+from specs.units import UnitMismatch, factor
 
 
 class InstrumentPort(Protocol):

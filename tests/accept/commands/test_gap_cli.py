@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.analysis import misalignment
 from accept.cli.main import app
-from accept.commands.physics import misalign
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.models.lookup_cache import table_for
@@ -149,7 +149,7 @@ class TestImprovedModel:
         simulated = ("simulate", "unit", "--model", model, "--low-s", 3, "--high-s", 3, "--no-repeats")
         assert accept(*simulated, "--out", tmp_path / "again").exit_code == 0
         # the whole table takes 8 s and says no more of this than a coarse one
-        monkeypatch.setattr(misalign, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
+        monkeypatch.setattr(misalignment, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
         done = accept("misalign", crossed.unit, "--model", model, "--json", tmp_path / "m.json")
         assert done.exit_code == 0, done.output
         found = json.loads((tmp_path / "m.json").read_text())
@@ -201,7 +201,7 @@ def test_misalignment_is_estimated_again_on_the_improved_model(
 ) -> None:
     """The effect's values are replaced, not added to: what `gap` named and what `misalign` finds are one thing. On the
     model that the unit is made of: its search is the quicker one."""
-    monkeypatch.setattr(misalign, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
+    monkeypatch.setattr(misalignment, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
     true = {"dx_um": 25.0, "dy_um": -140.0}
     unit = make_strut(tmp_path / "M-1", "M-1", ("misalignment", true), repeats=False)
     assert accept("gap", unit, "--model", model, "--out", tmp_path / "out").exit_code == 0

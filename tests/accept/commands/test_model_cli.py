@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.analysis import model_fit
 from accept.cli.main import app
-from accept.commands.physics import model_fit
-from accept.commands.physics.model_options import FitOptions
 from accept.gap.responses import responses
 from accept.models.model_file import AS_BUILT, open_model, opened, write_model
 from accept.units.unit_folder import UnitError
@@ -233,7 +232,7 @@ def test_a_strut_is_fitted_with_the_modes_of_its_misalignment_as_far_as_they_hol
 @needs_data
 @pytest.mark.soak
 def test_fit_of_a_recorded_strut_holds_the_truth() -> None:
-    fitted = model_fit.fit_unit(DATA / "units" / "S-01", FitOptions())
+    fitted = model_fit.fit_unit(DATA / "units" / "S-01")
     kR = true_values("S-01")["joint.kRy_Nm_per_rad"]
     assert abs(fitted.fit.at["joint.kRy_Nm_per_rad"] - kR) < 2.0 * fitted.fit.sds["joint.kRy_Nm_per_rad"]
     assert max(g.G for g in fitted.held_out.values()) < 1.1

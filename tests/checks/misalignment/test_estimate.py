@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.analysis import misalignment
 from accept.cli.main import app
-from accept.commands.physics import misalign
 from accept.gap.responses import responses
 from accept.judging import judge_unit
 from accept.models.lookup_cache import table_for
@@ -262,7 +262,7 @@ def test_a_model_that_cannot_be_opened_is_no_result() -> None:
 @needs_data
 def test_the_command(own_home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not SOAK:  # the whole table takes some seconds, and a coarse one serves as well as a start
-        monkeypatch.setattr(misalign, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
+        monkeypatch.setattr(misalignment, "table_for", lambda m, say, workers: table_for(m, say, 9, 13, 1))
     run = CliRunner().invoke
     out, picture = tmp_path / "m.json", tmp_path / "m.pdf"
     folder = str(DATA / "units" / "S-05")

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from accept.commands.physics.foreign_structures import Column, vectors
-from accept.workflow.entry.units import UnitMismatch, factor
 from checks.arrays import Array
 from checks.errors import RecordError
 from checks.record import Record
+from hw.records.foreign_structures import Column, vectors
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import SIGNATURE, Source, load_bytes
 from hw.records.vet import vet_channel, vet_time
+from specs.units import UnitMismatch, factor
 
 TIMES = ("t", "time", "time_s", "timestamp", "zeit")
 _HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*)\s*[\])]$")

@@ -8,11 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from accept.commands.physics.frf import MeasuredResponse, read_any, responses_of
-from accept.commands.physics.frf_options import Estimator, ResponseOptions
-from accept.commands.physics.misalign import estimate_unit
-from accept.commands.physics.model_fit import FittedModel, fit_unit, pictures
-from accept.commands.physics.model_options import FitOptions
+from accept.analysis.misalignment import estimate_unit
+from accept.analysis.model_fit import FittedModel, fit_unit, pictures
+from accept.analysis.record_responses import Estimator, EstimatorSettings, MeasuredResponse, read_any, responses_of
 from accept.gap import responses as unit_responses
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.analyse_unit import analyse as _analyse
@@ -88,7 +86,7 @@ def frequency_response(
     if estimator not in list(Estimator):
         raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(Estimator)}")
     read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
-    return responses_of(read, ResponseOptions(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
+    return responses_of(read, EstimatorSettings(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
 
 
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
@@ -113,7 +111,7 @@ def fit_model(
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
     second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
-    return fit_unit(_held(unit), FitOptions(model, f_lo, f_hi, starts))
+    return fit_unit(_held(unit), model, f_lo, f_hi, starts)
 
 
 def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
@@ -181,9 +179,7 @@ def plot(what: Drawable) -> Plot:
         case UnitResult():
             return Plot(what.panels, what.serial)
         case MeasuredResponse():
-            per = what.units.get(what.frf.input, "")
-            units = {c: f"{what.units[c]}/{per}" if what.units[c] and per else "" for c in what.frf.channels}
-            return Plot(bode(what.frf, units), " + ".join(r.name for r in what.records))
+            return Plot(bode(what.frf, what.ratios), what.title)
         case MisalignmentEstimate():
             return Plot(misalignment_panels(what), "misalignment")
         case FittedModel():

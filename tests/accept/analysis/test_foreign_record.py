@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from accept.commands.physics import foreign_record
-from accept.commands.physics.frf import read_any
+from accept.analysis.record_responses import read_any
 from checks.errors import RecordError
+from hw.records import foreign_record
 from hw.records.limits import ReadLimits
 
 FS, N = 1000.0, 400

@@ -1,0 +1,60 @@
+"""The misalignment of a strut from its responses: `accept misalign` and `accept.estimate_misalignment`."""
+
+from typing import Any, cast
+
+from accept.base.console import say
+from accept.gap.responses import Responses, responses
+from accept.models.lookup_cache import table_for
+from accept.models.model_file import AS_BUILT, as_weighed, opened
+from accept.units.unit_folder import UnitFolder
+from checks.cause import NoResult, Reason
+from checks.errors import RecordError
+from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
+from checks.misalignment.estimate_types import Along, MisalignmentEstimate
+from checks.verdict import Verdict
+
+
+def estimate_unit(folder: UnitFolder, model: str | None = None) -> MisalignmentEstimate:
+    """Estimate the misalignment of a strut in this process alone: each process that a caller's script started would run
+    that script again. Raises NoResult if the data cannot tell, UnitError, RecordError, ModelError."""
+    found = estimate_or_reason(folder, model, workers=1)
+    reason = found if isinstance(found, Reason) else found.reason
+    if reason is not None:
+        raise NoResult(reason)
+    return cast(MisalignmentEstimate, found)
+
+
+def estimate_or_reason(
+    folder: UnitFolder, model: str | None = None, workers: int | None = None
+) -> MisalignmentEstimate | Reason:
+    """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
+    of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
+    given = opened(model or AS_BUILT)
+    table = table_for(given.model, say, workers=workers)
+    measured = _measured(folder)
+    try:
+        weighed = as_weighed(given, measured.serial, measured.payload_kg).model
+        return estimate(weighed, measured.first, table, measured.second)
+    except NoResult as e:
+        return e.reason
+
+
+def _measured(unit: UnitFolder) -> Responses:
+    """Estimate the responses, with the sensor stack, which helps, if it was recorded."""
+    try:
+        return responses(unit, channels=WITH_SENSOR)
+    except RecordError:
+        return responses(unit, channels=RATIO)
+
+
+def as_document(serial: str, found: MisalignmentEstimate | Reason) -> dict[str, Any]:
+    """Return what a script reads ([DESIGN] 4): without a result no number stands where a value is expected."""
+    reason = found if isinstance(found, Reason) else found.reason
+
+    def of(along: Along | None) -> dict[str, float | None]:
+        return {"value": None, "U": None} if along is None else {"value": along.value, "U": along.U}
+
+    dx, dy = (None, None) if isinstance(found, Reason) or reason is not None else (found.dx, found.dy)
+    verdict = Verdict.PASS if reason is None else Verdict.NO_RESULT
+    words = None if reason is None else str(reason)
+    return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": words}

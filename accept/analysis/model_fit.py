@@ -1,0 +1,162 @@
+"""A model's uncertain parameters fitted to the responses of a unit: `accept model fit` and `accept.fit_model`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from accept.base.console import say
+from accept.gap.responses import Responses, responses
+from accept.models.model_file import DEFAULT_MODEL, Opened, opened, write_model
+from accept.units.loaded_unit import LoadedUnit, loaded
+from checks.arrays import Array
+from checks.errors import ModelError
+from checks.fitting.calibrate import calibrate
+from checks.fitting.constants import Constant, fit_constants, seed_constants
+from checks.fitting.dataset import F_HI, F_LO, Dataset
+from checks.fitting.fit import Fit, free_of
+from checks.fitting.fit_panels import fit_panels
+from checks.fitting.goodness import Gap, gaps
+from checks.model.model import Model, frequencies
+from specs.model_sections import FitRecord
+from specs.units import unit_of
+
+MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
+
+
+@dataclass(frozen=True, eq=False)
+class FittedModel:
+    """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G
+    of the fitted model on the second realisation, empty without one."""
+
+    base: Opened
+    start: Model
+    model: Model
+    fit: Fit
+    measured: Responses
+    before: Mapping[str, Gap]
+    after: Mapping[str, Gap]
+    held_out: Mapping[str, Gap]
+    seed_constants: Mapping[str, float]
+    constants: Mapping[str, Constant]
+
+    def __repr__(self) -> str:
+        G = ", ".join(f"{c} {self.before[c].G:.2g} -> {gap.G:.2g}" for c, gap in self.after.items())
+        end = "" if self.fit.converged else "; did not converge: do not use the values"
+        return f"FittedModel({self.base.spec.name} to {self.measured.serial}; G, before -> after: {G}{end})"
+
+
+def fit_unit(
+    folder: Path | LoadedUnit, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
+) -> FittedModel:
+    """Fit a model to the first realisation of a unit and compare it with the second.
+
+    model: the built-in one of the unit's kind if None, for a strut with uncertain modes, as for its misalignment, so
+    that the two agree. f_lo, f_hi: band that is fitted [Hz]. starts: of the search.
+    Raises UnitError, RecordError, SpecError, ModelError."""
+    grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
+    frequencies([f_lo, f_hi])
+    unit = loaded(folder)
+    base = opened(model or DEFAULT_MODEL[unit.folder.kind])
+    if base.model.up_to_Hz < f_hi:
+        f_hi = base.model.up_to_Hz
+        say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
+    measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
+    start = base.model
+    if measured.payload_kg is not None:
+        start = start.with_values({"bench.payload_kg": measured.payload_kg})
+    if not start.sds:
+        raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
+    say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
+    found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
+    at = found.model.with_values(found.fit.at)
+    return FittedModel(
+        base=base,
+        start=start,
+        model=at,
+        fit=found.fit,
+        measured=measured,
+        before=_gaps(start, measured.first),
+        after=found.fit.gaps_at(start.tolerance),
+        held_out={} if measured.second is None else _gaps(at, measured.second),
+        **_constants(at, measured.first),
+    )
+
+
+def _gaps(model: Model, data: Dataset) -> dict[str, Gap]:
+    """Return G of a model on data that it was not fitted to."""
+    H = model.frf(data.f, channels=data.channels)
+    return gaps([data.around(H)], [data.H - H])
+
+
+def _constants(model: Model, data: Dataset) -> dict[str, Any]:
+    """Estimate ga and gs by the formulas of [STB] 4.2.1 and by least squares; empty without the bands they need."""
+    H = {c: data.H[:, i] for i, c in enumerate(data.channels)}
+    variance = {c: data.noise[:, i] for i, c in enumerate(data.channels)}
+    de = H.get("de", H["da"])
+    try:
+        by_seed = seed_constants(model, data.f, de, H["Vs"])
+        return {"seed_constants": by_seed, "constants": fit_constants(model, data.f, H, variance)}
+    except ModelError as e:
+        say(f"no constants by the published formulas: {e}")
+        return {"seed_constants": {}, "constants": {}}
+
+
+def write_fitted(path: Path, fitted: FittedModel) -> None:
+    """Write the fitted model as a file, with its covariance and where it came from."""
+    fit, base = fitted.fit, fitted.base
+    record = FitRecord(
+        names=list(fit.names),
+        covariance=[[float(v) for v in row] for row in fit.cov],
+        model=base.spec.name,
+        model_sha256=base.model.sha256,
+        serial=fitted.measured.serial,
+        inputs=fitted.measured.inputs,
+        G={c: g.G for c, g in fitted.after.items()},
+    )
+    moved = {n: v for n, v in fitted.start.values.items() if v != base.model.values[n]}
+    write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)
+
+
+def pictures(fitted: FittedModel) -> dict[str, Any]:
+    """Return panels of every channel: magnitude, phase, residual."""
+    data = fitted.fit.datasets[0]
+    before, after = (m.frf(data.f, channels=data.channels) for m in (fitted.start, fitted.model))
+    return dict(fit_panels(data, before, after))
+
+
+def document(fitted: FittedModel) -> dict[str, Any]:
+    """Return what a script reads."""
+    fit = fitted.fit
+    return {
+        "serial": fitted.measured.serial,
+        "model": fitted.base.spec.name,
+        "damping": fitted.model.damping,
+        "converged": fit.converged,
+        "at_bound": list(fit.at_bound),
+        "parameters": {
+            n: {"value": v, "U": 2.0 * fit.sds[n], "unit": unit_of(n), "prior": p.prior, "prior_sd": p.sd}
+            for (n, v), p in zip(fit.at.items(), fit.free, strict=True)
+        },
+        "gap_before": _plain(fitted.before),
+        "gap_after": _plain(fitted.after),
+        "gap_held_out": _plain(fitted.held_out),
+        "constants_by_the_seed": dict(fitted.seed_constants),
+        "constants": {n: {"value": c.value, "ci95": [c.lo, c.hi]} for n, c in fitted.constants.items()},
+        "inputs": fitted.measured.inputs,
+    }
+
+
+def _plain(found: Mapping[str, Gap]) -> dict[str, float]:
+    return {channel: gap.G for channel, gap in found.items()}
+
+
+def grid(f_lo: float, f_hi: float, points: int) -> Array:
+    """Return (points,) frequencies [Hz] spread evenly over log f. Raises ModelError if there is no such grid."""
+    if not 0.0 < f_lo < f_hi < np.inf or not 2 <= points <= MAX_POINTS:
+        raise ModelError(
+            f"{points} points from {f_lo:g} to {f_hi:g} Hz: expected 2 to {MAX_POINTS} of them over a rising range"
+        )
+    return np.geomspace(f_lo, f_hi, points)

@@ -1,0 +1,230 @@
+"""Responses of record files, with coherence, variance and resonances: `accept frf` and `accept.frequency_response`."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from accept.base.console import say
+from checks.arrays import Array
+from checks.declare import Series
+from checks.errors import RecordError
+from checks.record import Record
+from checks.signals.spectral.frf import Frf, h1_record
+from checks.signals.spectral.lpm import lpm_record
+from checks.signals.spectral.merge import merge
+from checks.signals.spectral.periodic import detect, periodic_frf
+from checks.signals.spectral.poles import Transforms
+from checks.signals.spectral.resonance import Resonance, find
+from hw.records import list_channels, read
+from hw.records.foreign_record import Unreadable, foreign_record
+from hw.records.uff import frf_bytes
+
+UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
+STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
+NEAR = 0.12  # of a peak: where its pole is fitted
+SIGNIFICANT = 4.0  # standard deviations: where nothing drives, a response is large by chance
+U_CLOCK = 2e-4  # relative, k = 2, as the specs state it: the converters' clock has not been compared with another
+
+
+class Estimator(StrEnum):
+    """Estimators of responses."""
+
+    AUTO = "auto"
+    H1 = "h1"
+    LPM = "lpm"
+
+
+@dataclass(frozen=True)
+class EstimatorSettings:
+    """How to estimate. segment_s: length of the Hann segments of h1 [s]; f_lo, f_hi: the band kept [Hz], up to half the
+    sampling frequency if f_hi is None; input: the channel that drives; merge_Hz: two records become one response, the
+    first up to here and the second above."""
+
+    estimator: Estimator = Estimator.AUTO
+    segment_s: float = 0.5
+    f_lo: float = 0.0
+    f_hi: float | None = None
+    input: str = "Va"
+    merge_Hz: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResponse:
+    """A response and the records behind it; units of its channels, and the input's under its name."""
+
+    records: tuple[Record, ...]
+    frf: Frf
+    units: dict[str, str]
+    resonances: dict[str, Resonance]
+
+    @property
+    def title(self) -> str:
+        """Names of the records."""
+        return " + ".join(r.name for r in self.records)
+
+    @property
+    def ratios(self) -> dict[str, str]:
+        """Unit of each channel over that of the input, "" if one of them is not known."""
+        per = self.units.get(self.frf.input, "")
+        return {c: f"{self.units[c]}/{per}" if self.units[c] and per else "" for c in self.frf.channels}
+
+    def __repr__(self) -> str:
+        f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())
+        of = f"{', '.join(self.frf.channels)} over {self.frf.input}"
+        return f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'})"
+
+
+def read_any(path: Path, input: str, channels: Mapping[str, str], step_s: float | None) -> Record:
+    """Read a record as this bench writes it; else as other tools do, and say how its columns were mapped. Raises
+    RecordError."""
+    if not path.is_file():
+        raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
+    if not channels and step_s is None:
+        try:
+            return _read(path, input)
+        except RecordError as e:
+            first = e
+        try:
+            record, words = foreign_record(path, input, channels, step_s, UNITS)
+        except Unreadable as e:
+            raise first from e
+    else:
+        record, words = foreign_record(path, input, channels, step_s, UNITS)
+    say(words)
+    return record
+
+
+def _read(path: Path, input: str) -> Record:
+    """Read every vector of a file that is as long as its input."""
+    shapes = list_channels(path)
+    length = math.prod(shapes.get(input, (0,)))
+    names = [n for n, s in shapes.items() if math.prod(s) == length and n not in ("t", STEP)]
+    if input not in shapes or len(names) < 2:
+        raise RecordError(f"{path.name}: needs the input '{input}' and an output; it has {', '.join(shapes)}")
+    series = Series("record", "any record", {n: UNITS.get(n, "") for n in names}, step=STEP)
+    return read(path, series)
+
+
+def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[MeasuredResponse]:
+    """Estimate the response of each record, or one of two records merged.
+
+    Raises RecordError if it cannot be estimated."""
+    found = [_estimate(record, wanted) for record in records]
+    if wanted.merge_Hz is None:
+        return [_response((r,), f, wanted) for r, f in zip(records, found, strict=True)]
+    if len(records) != 2:
+        raise RecordError(f"--merge-Hz joins two records, low and high; {len(records)} given")
+    try:
+        both = merge(found[0], found[1], wanted.merge_Hz)
+    except ValueError as e:
+        raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
+    return [_response(tuple(records), _cut(both, wanted), wanted)]
+
+
+def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:
+    outputs = [name for name in record.channels if name != wanted.input]
+    f_hi = record.fs / 2 if wanted.f_hi is None else wanted.f_hi
+    try:
+        if wanted.estimator is Estimator.LPM:
+            return lpm_record(record, wanted.input, outputs, wanted.f_lo, f_hi)
+        period = (
+            detect(record[wanted.input]) if wanted.estimator is Estimator.AUTO and wanted.merge_Hz is None else None
+        )
+        if period is not None and period.count > 2:
+            columns = {name: record[name] for name in outputs}
+            return _cut(periodic_frf(record[wanted.input], columns, record.fs, period, input=wanted.input), wanted)
+        frf = h1_record(record, wanted.input, outputs, wanted.segment_s)
+        return frf if wanted.merge_Hz is not None else _cut(frf, wanted)
+    except ValueError as e:
+        raise RecordError(f"{record.name}: {e}") from e
+
+
+def _cut(frf: Frf, wanted: EstimatorSettings) -> Frf:
+    part = frf.band(wanted.f_lo, math.inf if wanted.f_hi is None else wanted.f_hi)
+    if part.f.size < 2:
+        raise RecordError(f"no two frequencies lie in {wanted.f_lo:g}..{wanted.f_hi or frf.f[-1]:g} Hz")
+    return part
+
+
+def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> MeasuredResponse:
+    units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
+    return MeasuredResponse(records, frf, units, {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))})
+
+
+def _pole(records: tuple[Record, ...], frf: Frf, channel: str, wanted: EstimatorSettings) -> Resonance | None:
+    """Estimate the pole at the largest response of a channel, None if it does not decay."""
+    part = frf.select(channel)
+    good = part.usable & (part.f > 0)
+    good[good] &= np.abs(part.H[good, 0]) ** 2 > SIGNIFICANT**2 * part.var[good, 0]
+    if not good.any():
+        return None
+    at = float(part.f[good][np.argmax(np.abs(part.H[good, 0]))])
+    high = len(records) > 1 and wanted.merge_Hz is not None and at > wanted.merge_Hz
+    transforms = Transforms.of(records[-1] if high else records[0], wanted.input, (channel,))
+    try:
+        return find(transforms.window((1 - NEAR) * at, (1 + NEAR) * at), (1 - NEAR) * at, (1 + NEAR) * at)
+    except ValueError:
+        return None  # too short a record or too narrow a band to place a pole
+
+
+def U_Hz(mode: Resonance) -> float:
+    """Return U of a resonance [Hz] (k = 2) from scatter, model, and the clock by which the record was sampled."""
+    return math.hypot(_U(mode.u_Hz, mode.u_Hz_model), U_CLOCK * mode.f_Hz)
+
+
+def _U(u: float, u_model: float) -> float:
+    return 2.0 * math.hypot(u, u_model)
+
+
+def to_json(response: MeasuredResponse) -> dict[str, Any]:
+    """Return what a script reads.
+
+    {"files": [names], "sha256": [hashes], "input", "estimator", "segments", "notes", "units": {channel: unit},
+    "f_Hz": [F], "nu": [F], "correlation": [of neighbouring bins' errors], "H": {channel: {"re": [F], "im": [F]}},
+    "coherence": {channel: [F]}, "var": {channel: [F]} (total complex variance of H, null if the input had no power),
+    "resonances": [{"channel", "f_Hz", "U_Hz", "damping_ratio", "U_damping"}]}."""
+    frf, columns = response.frf, list(enumerate(response.frf.channels))
+    return {
+        "files": [r.name for r in response.records],
+        "sha256": [r.sha256 for r in response.records],
+        "input": frf.input,
+        "estimator": frf.estimator,
+        "segments": frf.segments,
+        "notes": list(frf.notes),
+        "units": response.units,
+        "f_Hz": frf.f.tolist(),
+        "nu": frf.nu.tolist(),
+        "correlation": list(frf.correlation),
+        "H": {c: {"re": frf.H[:, i].real.tolist(), "im": frf.H[:, i].imag.tolist()} for i, c in columns},
+        "coherence": {c: frf.coherence[:, i].tolist() for i, c in columns},
+        "var": {c: _finite(frf.var[:, i]) for i, c in columns},
+        "resonances": [_resonance_json(c, mode) for c, mode in response.resonances.items()],
+    }
+
+
+def _resonance_json(channel: str, mode: Resonance) -> dict[str, Any]:
+    return {
+        "channel": channel,
+        "f_Hz": mode.f_Hz,
+        "U_Hz": U_Hz(mode),
+        "damping_ratio": mode.damping_ratio,
+        "U_damping": _U(mode.u_damping, mode.u_damping_model),
+    }
+
+
+def _finite(values: Array) -> list[float | None]:
+    return [v if math.isfinite(v) else None for v in values.tolist()]
+
+
+def universal_file(response: MeasuredResponse) -> bytes:
+    """Return the response as a universal file, data set 58. Raises RecordError if it has no usable bin."""
+    frf, good = response.frf, response.frf.usable
+    try:
+        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units)
+    except ValueError as e:
+        raise RecordError(f"{response.title}: {e}") from e
