@@ -10,35 +10,47 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from accept.store import Event, Store
+from checks.cause import Cause
 
-COLUMNS = [
-    "seq", "time", "operator", "bench", "serial", "kind", "attempt", "unit_verdict", "spec", "check", "quantity",
-    "value", "unit", "U", "lower", "upper", "verdict", "reason",
+OF_A_JUDGEMENT = [
+    "seq", "time", "batch", "place", "operator", "bench", "serial", "kind", "attempt", "unit_verdict", "spec",
 ]  # fmt: skip
+OF_A_FINDING = [
+    "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
+]  # fmt: skip
+COLUMNS = [*OF_A_JUDGEMENT, *OF_A_FINDING]
 NOT_STATED = "not stated"
+NOT_MEASURED = Cause.NOT_MEASURED.value
 
 
 def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
-    """One row per finding of every judgement, columns `COLUMNS`, in the order of the store. Raises StoreError.
+    """Return one row per finding of every judgement, columns `COLUMNS`, in the order of the store. Raises StoreError.
 
-    attempt: how often the serial was judged up to then. bench: name of the bench file, where one was used.
+    attempt: how often the serial was judged up to then. bench: name of the bench file, where one was used. batch, place:
+    the batch in which it was judged and the unit's place in it. measured: the day stated for the check, NaT without one.
     """
     frame = pd.DataFrame(rows(store.events(serial, "unit_judged")), columns=COLUMNS)
     frame["time"] = pd.to_datetime(frame["time"], utc=True, format="ISO8601")
+    frame["measured"] = pd.to_datetime(frame["measured"], utc=True, format="ISO8601")
+    frame["required"] = frame["required"].fillna(True).astype(bool)
     numbers = ["value", "U", "lower", "upper"]
     frame[numbers] = frame[numbers].astype(float)
     return frame
 
 
 def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
-    """The findings of each event of a judgement."""
+    """Yield the findings of each event of a judgement."""
     attempts: Counter[str] = Counter()
     for event in events:
         result = event.data["result"]
         attempts[event.subject] += 1
+        batch = event.data.get("batch") or {}
+        days = result.get("measured") or {}
         common = {
             "seq": event.seq,
             "time": event.time,
+            "batch": batch.get("seq", event.seq),
+            "place": batch.get("place", 0),
             "operator": event.who,
             "bench": bench_of(result),
             "serial": event.subject,
@@ -48,31 +60,52 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
             "spec": event.spec.split("@")[0],
         }
         for finding in result["findings"]:
-            yield common | {name: finding.get(name) for name in COLUMNS[9:]}
+            own = {name: finding.get(name) for name in OF_A_FINDING}
+            yield common | own | {"measured": days.get(finding["check"])}
+
+
+def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows by the day of measurement (of judging, if none is stated), then as they stood in their batch.
+
+    The order in which judgements were stored is no part of it: that depends on which worker was done first.
+    """
+    day = frame["measured"].fillna(frame["time"]).dt.floor("D")
+    return frame.assign(day=day).sort_values(["day", "batch", "place", "seq"], kind="stable")
+
+
+def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the first attempt at every quantity of every unit: one row for each, of the whole history in frame.
+
+    A quantity that was not measured has not been attempted: a unit that was judged by a short spec first is attempted
+    again only for what that spec asked.
+    """
+    attempted = frame[(frame["verdict"] != "no_result") | (frame["reason"] != NOT_MEASURED)]
+    return attempted.sort_values("seq", kind="stable").drop_duplicates(["serial", "quantity"])
 
 
 def bench_of(result: Mapping[str, Any]) -> str:
-    """Name of the bench file that a result was judged with."""
+    """Return the name of the bench file that a result was judged with."""
     calibration = result.get("calibration") or {}
     return str(calibration.get("bench") or NOT_STATED)
 
 
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row per judgement: seq, time, operator, bench, serial, kind, attempt, unit_verdict, spec and its causes."""
-    common = COLUMNS[:9]
+    """Return one row per judgement: seq, time, operator, bench, serial, kind, attempt, unit_verdict, spec and its causes."""
     bad = frame[frame["verdict"] != "pass"]
     causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
-    return frame.drop_duplicates("seq")[common].assign(causes=lambda f: [causes.get(seq, "") for seq in f["seq"]])
+    return frame.drop_duplicates("seq")[OF_A_JUDGEMENT].assign(
+        causes=lambda f: [causes.get(seq, "") for seq in f["seq"]]
+    )
 
 
 def latest(frame: pd.DataFrame) -> pd.DataFrame:
-    """Only the rows of the last judgement of every serial."""
+    """Return the rows of the last judgement of every serial."""
     return frame[frame["seq"] == frame.groupby("serial")["seq"].transform("max")]
 
 
 def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
-    """Judgements of these days, both included (UTC)."""
-    days = frame["time"].dt.date
+    """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
+    days = frame["measured"].fillna(frame["time"]).dt.date
     keep = pd.Series(True, index=frame.index)
     if since is not None:
         keep &= days >= since
@@ -82,7 +115,7 @@ def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.da
 
 
 def day(text: str | None, *, last: bool = False) -> datetime.date | None:
-    """A day as people write it: 2026-10-05, or a month 2026-10, its first day or its last. Raises FleetError."""
+    """Return a day as people write it: 2026-10-05, or a month 2026-10: its first or last day. Raises FleetError."""
     if text is None:
         return None
     try:
@@ -95,7 +128,7 @@ def day(text: str | None, *, last: bool = False) -> datetime.date | None:
 
 
 def of_quantity(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
-    """Rows of one quantity that have a value. Raises FleetError naming what the store holds instead."""
+    """Return the rows of one quantity that have a value. Raises FleetError naming what the store holds instead."""
     found = frame[frame["quantity"] == quantity]
     if found.empty:
         held = ", ".join(sorted(frame["quantity"].unique())) or "none"

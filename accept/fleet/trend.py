@@ -1,23 +1,55 @@
-"""One quantity over time: control charts of every group, alarms in words, capability against its limits."""
+"""One quantity over time: control charts of every group against a baseline, alarms in words, capability."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import of_quantity
+from accept.fleet.measurements import NOT_STATED, first_attempts, in_order_of_measurement, of_quantity
 from accept.pictures.labels import label_of
 from checks.picture import Line, Mark, Panel
-from checks.process_control.capability import Capability, capability
-from checks.process_control.control_chart import LEAST, ROUTINE, RULES, Chart, chart
+from checks.process_control.capability import Capability, Index, capability
+from checks.process_control.control_chart import (
+    DRIFT,
+    LEAST,
+    NELSON,
+    SHIFT,
+    SHORTEST,
+    VALUE,
+    Alarm,
+    Baseline,
+    Chart,
+    chart,
+    estimate_baseline,
+    false_alarm_rate,
+)
+from checks.rounding import with_U
+
+PLACES = ("bench", "operator")  # what a shift may be confined to
+ONLY_THERE = 3.0  # standard errors that a shift must show at one place, and must not at any other
+
+
+@dataclass(frozen=True)
+class StoredBaseline:
+    """A baseline that was stored: of which quantity and group, from which days, by whom, when and why."""
+
+    quantity: str
+    group: str
+    since: str
+    until: str
+    process: Baseline
+    who: str
+    time: str
+    reason: str
 
 
 @dataclass(frozen=True, eq=False)
 class Trend:
-    """One group. rows: of the first attempts, in order; chart, capability: None where there are too few values or the
-    limits differ, and `why` then."""
+    """One group. rows: first attempts in the order of measurement, those that the chart compares; chart, capability:
+    None if there are too few values or the limits differ, and `why` then; baseline: the stored one, if there is one."""
 
     name: str
     quantity: str
@@ -25,101 +57,223 @@ class Trend:
     rows: pd.DataFrame
     chart: Chart | None
     capability: Capability | None
+    baseline: StoredBaseline | None
+    false_alarms: float
     why: tuple[str, ...]
 
 
-def trends(frame: pd.DataFrame, quantity: str, by: str) -> list[Trend]:
-    """Trends of a quantity, a group each. First attempts only: what was repaired says nothing of the process.
+def trends(
+    frame: pd.DataFrame,
+    quantity: str,
+    by: str,
+    baselines: Mapping[str, StoredBaseline] | None = None,
+    nelson_rules: Collection[int] = (),
+    chosen: pd.Series | None = None,
+) -> list[Trend]:
+    """Return the trends of a quantity, one for each group. First attempts only: a repair says nothing of the process.
 
-    Raises FleetError where the store holds no value of it or a group of units mixes units of measure."""
-    known = of_quantity(frame, quantity)
-    first = known[known["attempt"] == 1].sort_values("seq")
+    frame: the whole history; chosen (rows of frame): which of it is shown. baselines: group -> its baseline.
+    Raises FleetError if the store holds no value of it or a group mixes units of measure.
+    """
+    first = first_attempts(of_quantity(frame, quantity))
+    if chosen is not None:
+        first = first[chosen.reindex(first.index, fill_value=False)]
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
-    groups = [("all", first)] if by == "all" else [(str(name), rows) for name, rows in first.groupby(by)]
-    return [_trend(name, quantity, rows) for name, rows in groups]
+    ordered = in_order_of_measurement(first)
+    groups = [("all", ordered)] if by == "all" else [(str(name), rows) for name, rows in ordered.groupby(by)]
+    known = baselines or {}
+    return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules))) for name, rows in groups]
 
 
-def _trend(name: str, quantity: str, rows: pd.DataFrame) -> Trend:
+def _trend(
+    name: str, quantity: str, rows: pd.DataFrame, baseline: StoredBaseline | None, nelson_rules: tuple[int, ...]
+) -> Trend:
     units = rows["unit"].unique()
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
+    if baseline is not None:
+        rows = rows[rows["day"].dt.strftime("%Y-%m-%d") > baseline.until]
     values, why = rows["value"].to_numpy(), []
-    made: Chart | None = None
-    if values.size >= LEAST:
-        made = chart(values)
+    made, cap, rate = None, None, 0.0
+    if values.size >= LEAST or (baseline is not None and values.size):
+        made = chart(values, baseline.process if baseline else None, nelson_rules)
+        rate = false_alarm_rate(values.size, baseline.process.n if baseline else None, nelson_rules)
     else:
         why.append(f"{values.size} values: a control chart needs {LEAST}")
     limits = rows[["lower", "upper"]].drop_duplicates()
-    cap: Capability | None = None
     if len(limits) > 1:
         why.append("the limits changed: no capability over both")
-    else:
+    elif len(limits):
         lower, upper = (None if np.isnan(v) else float(v) for v in limits.iloc[0])
         try:
             cap = capability(values, lower, upper)
         except ValueError as e:
             why.append(f"no capability: {e}")
-    return Trend(name, quantity, str(units[0]), rows, made, cap, tuple(why))
+    if cap is not None:
+        why += _cautions(cap, made)
+    return Trend(name, quantity, str(units[0]), rows, made, cap, baseline, rate, tuple(why))
 
 
-def alarms(trend: Trend) -> Iterator[tuple[str, str]]:
-    """(serial, words) of every alarm, in the order of the units: Nelson's routine rules, and the weighted mean where it
-    leaves its limits."""
-    if trend.chart is None:
-        return
-    serials = trend.rows["serial"].to_numpy()
-    routine = {rule: at for rule, at in trend.chart.alarms.items() if rule in ROUTINE}
-    found = [(int(i), f"rule {rule}: {RULES[rule]}") for rule, at in routine.items() for i in at]
-    inside = np.zeros(serials.size + 1, dtype=bool)
-    inside[1:] = np.isin(np.arange(serials.size), trend.chart.ewma_alarms)
-    entered = np.flatnonzero(inside[1:] & ~inside[:-1])
-    found += [(int(i), "the weighted mean (EWMA) leaves its limits") for i in entered]
-    for i, words in sorted(found):
-        yield str(serials[i]), words
-
-
-def alarmed(trend: Trend) -> Iterator[tuple[str, str]]:
-    """(which units, words): as `alarms`, a rule that rings at unit after unit told once for all of them."""
-    place = {str(serial): i for i, serial in enumerate(trend.rows["serial"])}
-    runs: dict[str, list[list[str]]] = {}
-    for serial, words in alarms(trend):
-        known = runs.setdefault(words, [])
-        if known and place[known[-1][-1]] == place[serial] - 1:
-            known[-1].append(serial)
+def _cautions(cap: Capability, made: Chart | None) -> list[str]:
+    """Return what to know before the indices are used."""
+    out = []
+    if made is not None and any(alarm.rule in (VALUE, SHIFT, DRIFT) for alarm in made.alarms):
+        out.append("not in control: Cp and Cpk describe no stable process; Pp and Ppk describe what was delivered")
+    if not cap.normal:
+        words = f"not normal (Anderson-Darling, p {cap.p_normal:.2g})"
+        if cap.percentiles is None:
+            out.append(f"{words}, and no distribution fits: the indices say little")
         else:
-            known.append([serial])
-    told = [(place[run[0]], _which(run), words) for words, found in runs.items() for run in found]
-    yield from ((which, words) for _, which, words in sorted(told))
+            fit = cap.percentiles
+            out.append(f"{words}: Ppk by the percentiles of a fitted {fit.distribution} distribution is {fit.Ppk:.2f}")
+    return out
 
 
-def _which(serials: list[str]) -> str:
-    return serials[0] if len(serials) == 1 else f"{serials[0]} to {serials[-1]} ({len(serials)} units)"
+def alarm_words(trend: Trend, alarm: Alarm) -> str:
+    """Return an alarm in words: which units, since when, direction, size and where."""
+    first, last = (trend.rows.iloc[i] for i in (alarm.first, alarm.last))
+    units = str(first["serial"]) if alarm.first == alarm.last else f"{first['serial']} to {last['serial']}"
+    count = alarm.last - alarm.first + 1
+    size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
+    since = f"{first['day']:%Y-%m-%d}"
+    match alarm.rule:
+        case "value":
+            return f"{units} ({since}): {size} from the mean"
+        case "shift":
+            return f"{units} ({count} units, since {since}): the mean moved {alarm.direction} by {size}{place(trend, alarm)}"
+        case "drift":
+            return f"{units} ({count} units, since {since}): drifts {alarm.direction}, by {size} over these units"
+        case _:
+            return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
-def hints(trend: Trend) -> dict[str, int]:
-    """How often the rules rang that are no alarm by themselves."""
-    if trend.chart is None:
-        return {}
-    return {f"rule {r}: {RULES[r]}": at.size for r, at in trend.chart.alarms.items() if r not in ROUTINE}
+def place(trend: Trend, alarm: Alarm) -> str:
+    """Return ", only at bench B2" if a shift shows at one bench or operator and at no other, else nothing."""
+    made = trend.chart
+    if made is None:
+        return ""
+    within = np.arange(alarm.first, alarm.last + 1)
+    for column in PLACES:
+        names = trend.rows[column].to_numpy()[within]
+        values = made.values[within]
+        mean = made.baseline.mean if trend.baseline is not None else float(made.values[: alarm.first].mean())
+        seen = {
+            str(name): (values[names == name].mean() - mean) * np.sqrt((names == name).sum()) / made.baseline.sigma
+            for name in np.unique(names)
+            if name != NOT_STATED and (names == name).sum() >= SHORTEST
+        }
+        there = [name for name, sigmas in seen.items() if abs(sigmas) > ONLY_THERE]
+        if len(seen) > 1 and len(there) == 1:
+            return f", only at {column} {there[0]}" if column != "operator" else f", only by operator {there[0]}"
+    return ""
+
+
+def make_baseline(trend: Trend) -> Baseline:
+    """Return the process of a trend's values as a baseline. Raises FleetError for too few or equal values."""
+    try:
+        made = estimate_baseline(trend.rows["value"].to_numpy())
+    except ValueError as e:
+        raise FleetError(f"{trend.quantity}, {trend.name}: no baseline: {e}") from e
+    if made.sigma == 0.0:
+        raise FleetError(f"{trend.quantity}, {trend.name}: no baseline: all {made.n} values are {made.mean:g}")
+    return made
+
+
+def summary(t: Trend) -> dict[str, Any]:
+    """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and points in order."""
+    cap = t.capability
+    indices: dict[str, Any] = {}
+    for name in ("Cp", "Cpk", "Pp", "Ppk"):
+        index: Index | None = getattr(cap, name) if cap else None
+        indices |= {
+            name: index.value if index else None,
+            f"{name}_lo": index.lo if index else None,
+            f"{name}_hi": index.hi if index else None,
+        }
+    serials = t.rows["serial"].tolist()
+    base = t.chart.baseline if t.chart else None
+    stored = t.baseline
+    return {
+        "group": t.name,
+        "unit": t.unit,
+        "n": len(t.rows),
+        "mean": float(t.rows["value"].mean()) if len(t.rows) else None,
+        "sigma_within": cap.sigma_within if cap else None,
+        "sigma_overall": cap.sigma_overall if cap else None,
+        **indices,
+        "in_control": t.chart is not None and not t.chart.alarms,
+        "normal": cap.normal if cap else None,
+        "p_normal": cap.p_normal if cap else None,
+        "Ppk_percentiles": cap.percentiles.Ppk if cap and cap.percentiles else None,
+        "distribution": cap.percentiles.distribution if cap and cap.percentiles else None,
+        "baseline": None
+        if base is None
+        else {
+            "mean": base.mean,
+            "sigma": base.sigma,
+            "n": base.n,
+            "left_out": base.left_out,
+            "since": stored.since if stored else None,
+            "until": stored.until if stored else None,
+            "stored_by": stored.who if stored else None,
+            "stored_at": stored.time if stored else None,
+            "reason": stored.reason if stored else None,
+        },
+        "limits": None if t.chart is None else {"lower": t.chart.lower, "upper": t.chart.upper},
+        "false_alarm_rate": t.false_alarms if t.chart else None,
+        "alarms": [
+            {
+                "rule": alarm.rule,
+                "first": serials[alarm.first],
+                "last": serials[alarm.last],
+                "direction": alarm.direction,
+                "size": alarm.size,
+                "U": alarm.U,
+                "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
+                "words": alarm_words(t, alarm),
+            }
+            for alarm in (t.chart.alarms if t.chart else ())
+        ],
+        "cautions": list(t.why),
+        "points": [
+            {
+                "serial": row.serial,
+                "time": row.day.strftime("%Y-%m-%d"),
+                "value": row.value,
+                "U": None if np.isnan(row.U) else row.U,
+                "bench": row.bench,
+                "operator": row.operator,
+            }
+            for row in t.rows.itertuples()
+        ],
+    }
 
 
 def panel(trend: Trend) -> Panel:
-    """The chart: values in order, weighted mean, mean and limits."""
+    """Return the chart: values in order, those that ring marked, weighted mean with its limits, mean and limits."""
     x = np.arange(1.0, len(trend.rows) + 1)
     values = trend.rows["value"].to_numpy()
     items: list[Line | Mark] = [Line(x, values, "value", "points", "data")]
-    if trend.chart is not None:
+    if (made := trend.chart) is not None:
+        rang = [a.first for a in made.alarms if a.rule == VALUE]
+        begun = [a.first for a in made.alarms if a.rule in (SHIFT, DRIFT)]
         items += [
-            Line(x, trend.chart.ewma, "weighted mean", role="model"),
-            Mark(trend.chart.mean, "y", "mean", "quiet"),
-            Mark(trend.chart.lower, "y", "mean - 3 sigma", "bad"),
-            Mark(trend.chart.upper, "y", "mean + 3 sigma", "bad"),
+            Line(x[rang], values[rang], "beyond the limits", "points", "bad"),
+            Line(x, made.weighted, "weighted mean", role="model"),
+            Line(x, made.weighted_lo, role="quiet"),
+            Line(x, made.weighted_hi, "its limits", role="quiet"),
+            Mark(made.baseline.mean, "y", "mean of the baseline", "quiet"),
+            Mark(made.lower, "y", "limits of one value", "bad"),
+            Mark(made.upper, "y", "", "bad"),
+            *(Mark(float(x[i]), "x", "a shift begins", "bad") for i in begun),
         ]
     for bound in ("lower", "upper"):
         limit = trend.rows[bound].to_numpy()
-        if np.isfinite(limit).all() and np.ptp(limit) == 0.0:
+        if limit.size and np.isfinite(limit).all() and np.ptp(limit) == 0.0:
             items.append(Mark(float(limit[0]), "y", f"{bound} limit", "limit"))
     label = label_of(trend.quantity)
+    days = trend.rows["day"]
+    span = f", {days.iloc[0]:%Y-%m-%d} to {days.iloc[-1]:%Y-%m-%d}" if len(days) else ""
     title = label if trend.name == "all" else f"{label}, {trend.name}"
-    return Panel(title, "unit, in order of judging", f"{label} [{trend.unit}]", tuple(items))
+    return Panel(title, f"unit, in order of measurement{span}", f"{label} [{trend.unit}]", tuple(items))

@@ -4,24 +4,36 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from accept.fleet.measurements import attempts
+from accept.fleet.measurements import first_attempts
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
-GROUPS = ("month", "bench", "operator", "kind", "spec")
 CONFIDENCE = 0.95  # of the interval of a yield, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
 
 
-def yields(frame: pd.DataFrame, by: str) -> pd.DataFrame:
-    """Per group: units, passed at the first attempt, passed in the end, and the share of the first with its interval.
+def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.DataFrame:
+    """Return per group: units, passed at the first attempt, passed in the end, and the share of the first with interval.
 
-    A unit counts in the group of its first attempt. Wilson intervals: they hold for few units and for all passing.
+    frame: the whole history. chosen (rows of frame): which of the units are counted: those whose first judgement is
+    among them, so a re-test is never a first attempt. A unit counts in the group of its first judgement; it passed at
+    its first attempt if the first attempt at each of its quantities did. Wilson's interval holds for few units too.
     """
-    judged = attempts(frame).assign(month=lambda f: f["time"].dt.strftime("%Y-%m"))
-    first = judged.sort_values("seq").drop_duplicates("serial")
-    last = judged.sort_values("seq").drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"]
-    units = first.assign(first=first["unit_verdict"] == "accepted", finally_=first["serial"].map(last).eq("accepted"))
+    judged = frame.drop_duplicates("seq").sort_values("seq", kind="stable")
+    first = judged.drop_duplicates("serial").assign(
+        month=lambda f: _day(f).dt.strftime("%Y-%m"),
+        day=lambda f: _day(f).dt.strftime("%Y-%m-%d"),
+        week=lambda f: _day(f).dt.strftime("%G-W%V"),
+    )
+    if chosen is not None:
+        first = first[chosen.reindex(first.index, fill_value=False)]
+    attempted = first_attempts(frame)
+    stopped = set(attempted.loc[attempted["required"] & (attempted["verdict"] != "pass"), "serial"])
+    tried = set(attempted["serial"])
+    last = judged.drop_duplicates("serial", keep="last").set_index("serial")["unit_verdict"].eq("accepted")
+    missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
+    passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
+    units = first.assign(first=passed, finally_=first["serial"].map(last))
     grouped = units.groupby(by, sort=True).agg(
         units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum")
     )
@@ -30,17 +42,27 @@ def yields(frame: pd.DataFrame, by: str) -> pd.DataFrame:
     return grouped.assign(first_pass=share, lo=lo, hi=hi).reset_index()
 
 
-def pareto(frame: pd.DataFrame) -> pd.DataFrame:
-    """What stopped units at their first attempt: check, quantity, verdict, number of units; the most frequent first."""
-    first = frame[frame["attempt"] == 1]
-    bad = first[first["verdict"] != "pass"]
+def _day(frame: pd.DataFrame) -> pd.Series:
+    return frame["measured"].fillna(frame["time"])
+
+
+def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
+    """Return what stopped units at the first attempt: check, quantity, verdict, number of units; most frequent first.
+
+    frame, chosen: as in `yields`, so that both count the same units.
+    """
+    first = frame.sort_values("seq", kind="stable").drop_duplicates("serial")
+    if chosen is not None:
+        first = first[chosen.reindex(first.index, fill_value=False)]
+    attempted = first_attempts(frame[frame["serial"].isin(first["serial"])])
+    bad = attempted[attempted["verdict"] != "pass"]
     counted = bad.groupby(["check", "quantity", "verdict"])["serial"].nunique().rename("units").reset_index()
     ordered = counted.sort_values(["units", "check", "quantity"], ascending=[False, True, True], ignore_index=True)
-    return ordered.assign(share=ordered["units"] / max(1, first["serial"].nunique()))
+    return ordered.assign(share=ordered["units"] / max(1, len(first)))
 
 
 def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Interval of a share by Wilson's score ([Wilson])."""
+    """Return the interval of a share by Wilson's score ([Wilson])."""
     z = float(ndtri(0.5 + CONFIDENCE / 2.0))
     n = np.maximum(of, 1).astype(float)
     p = hits / n
@@ -50,7 +72,7 @@ def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
-    """Two pictures: the yield of every group with its interval, and what stopped the others, the most frequent above.
+    """Return two pictures: the yield of every group with its interval, and what stopped the others, the most frequent above.
 
     made : as `yields` gives it. causes : as `pareto`."""
     share, lo, hi = (100.0 * made[name].to_numpy(dtype=float) for name in ("first_pass", "lo", "hi"))

@@ -29,8 +29,9 @@ _STYLE = (
     "table{border-collapse:collapse;font-size:.85rem}"
     "th{text-align:left;color:#666}td,th{padding:.15rem .9rem .15rem 0;border-bottom:1px solid #ddd;vertical-align:top}"
 )
-_DRAW = (
-    "for(const[id,f]of Object.entries(FIGURES))Plotly.newPlot(id,f.data,f.layout,{responsive:true,displaylogo:false})"
+_DRAW = (  # without the button that uploads a chart
+    "for(const[id,f]of Object.entries(FIGURES))Plotly.newPlot(id,f.data,f.layout,"
+    '{responsive:true,displaylogo:false,showSendToCloud:false,plotlyServerURL:""})'
 )
 
 

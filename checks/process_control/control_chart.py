@@ -1,22 +1,31 @@
-"""Control charts of single values: individuals and moving range with Nelson's rules, and EWMA.
+"""Control charts of single values against a baseline: gross values, lasting shifts, and where a shift began.
 
-Limits from the moving range, not from the standard deviation of all: a drift would widen the limits that are to show it
-([Montgomery] 6.4; [Nelson]; EWMA: [Montgomery] 9.2).
+Phase I estimates mean and spread within the process from a baseline, gross values left out; phase II compares what
+follows with it ([Montgomery] 6.4 and 9.2; [AIAG-SPC] chapter II). The limits depend on how many values are compared:
+each of the tests below rings in a process that is in control with a chance of at most `FALSE_ALARM` in the whole chart,
+the uncertainty of a short baseline included, not with a chance at every value. Nelson's rules ([Nelson]) may be added;
+`false_alarm_rate` says what the chosen set costs.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from checks.arrays import Array
+from checks.process_control.spread import D2, D4, moving_range_degrees, moving_range_sigma, robust_sigma
 
-D2, D4 = 1.128379167095513, 3.2665  # of ranges of two normal values: mean range / sigma (2 / sqrt(pi)), upper limit
-SIGMAS = 3.0  # Shewhart's limits: one false alarm in 370 points
-EWMA_WEIGHT, EWMA_SIGMAS = 0.2, 2.962  # in-control run length 500 ([Montgomery] table 9.11)
-ROUTINE = (1, 2, 3, 4)  # the others ring early and often: hints, no alarms ([Nelson])
 LEAST = 8  # values below which limits are not worth drawing
-RULES = {
+FALSE_ALARM = 0.02  # chance that a test rings anywhere in a chart of a process in control; two tests: below 1 in 20
+GROSS_SIGMAS = 5.0  # a value so far from the median is no part of the spread of the process
+WEIGHT = 0.2  # of the newest value in the weighted mean: sees a shift of one sigma soonest ([Montgomery] 9.2)
+BACK = 1.0 / 3.0  # of its limits: so far a weighted mean must come back before a shift is over
+SHORTEST = 3  # values that a shift must last to be a shift, not single values
+VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
+NELSON = {
     1: "one value beyond 3 sigma",
     2: "nine in a row on one side of the mean",
     3: "six in a row rising or falling",
@@ -26,67 +35,225 @@ RULES = {
     7: "fifteen in a row within 1 sigma",
     8: "eight in a row beyond 1 sigma on both sides",
 }
+_SIMULATED = 1000  # charts in control behind a stated rate: 5 % +- 1.4 %
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """The process as it was: mean, standard deviation within, from n values; left_out: gross values among them."""
+
+    mean: float
+    sigma: float
+    n: int
+    left_out: int = 0
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A test that rings. rule: "value", "shift", "drift" or a number of `NELSON`; first, last: indices of its values;
+    direction: "up" or "down", None for a pattern on both sides; size: distance of their mean from that of the baseline,
+    or, without one, from the mean before; U: its expanded uncertainty (k = 2)."""
+
+    rule: str
+    first: int
+    last: int
+    direction: str | None
+    size: float
+    U: float
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """mean, sigma: of the process, from `of` values. values (N,); moving_range (N - 1,), range_limit its upper limit;
-    ewma (N,) with its limits ewma_lo, ewma_hi (N,); alarms: rule number -> indices (k,) of the values that end one."""
+    """values (N,) against a baseline: lower, upper limits of a single value; weighted (N,) the weighted mean, gross
+    values left out, with its limits weighted_lo, weighted_hi (N,); moving_range (N - 1,) with its upper limit."""
 
     values: Array
-    mean: float
-    sigma: float
+    baseline: Baseline
+    lower: float
+    upper: float
+    weighted: Array
+    weighted_lo: Array
+    weighted_hi: Array
     moving_range: Array
     range_limit: float
-    ewma: Array
-    ewma_lo: Array
-    ewma_hi: Array
-    alarms: dict[int, NDArray[np.intp]]
-
-    @property
-    def ewma_alarms(self) -> NDArray[np.intp]:
-        """Indices where the weighted mean has left its limits: a small, lasting shift."""
-        return np.flatnonzero((self.ewma < self.ewma_lo) | (self.ewma > self.ewma_hi))
-
-    @property
-    def lower(self) -> float:
-        return self.mean - SIGMAS * self.sigma
-
-    @property
-    def upper(self) -> float:
-        return self.mean + SIGMAS * self.sigma
+    alarms: tuple[Alarm, ...]
 
 
-def chart(values: Array) -> Chart:
-    """Chart of values (N,) in the order in which they were measured.
+def estimate_baseline(values: Array) -> Baseline:
+    """Return mean and spread within a process from values (n,) in the order of measurement, gross values left out.
 
     Raises ValueError for fewer than `LEAST` values or one that is not finite.
     """
     x = np.asarray(values, dtype=float)
     if x.ndim != 1 or x.size < LEAST or not np.isfinite(x).all():
         raise ValueError(f"{x.size} values, expected {LEAST} or more, all finite")
-    ranges = np.abs(np.diff(x))
-    mean, sigma = float(x.mean()), float(ranges.mean()) / D2
-    smooth, half = _ewma(x, mean, sigma)
-    z = (x - mean) / sigma if sigma > 0 else np.zeros_like(x)
-    limit = D4 * float(ranges.mean())
-    return Chart(x, mean, sigma, ranges, limit, smooth, mean - half, mean + half, nelson(z))
+    apart = np.abs(x - np.median(x))
+    kept = x[apart <= GROSS_SIGMAS * robust_sigma(x)] if robust_sigma(x) > 0.0 else x
+    if kept.size < LEAST:
+        kept = x
+    return Baseline(float(kept.mean()), moving_range_sigma(kept), kept.size, x.size - kept.size)
 
 
-def _ewma(x: Array, mean: float, sigma: float) -> tuple[Array, Array]:
-    out, last = np.empty_like(x), mean
+def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collection[int] = ()) -> Chart:
+    """Return the chart of values (N,) in the order of measurement, with its alarms by their first value.
+
+    baseline: of values before these; None: estimated from these values, and a shift is then a place where their own
+    mean changes. Raises ValueError for fewer than `LEAST` values without a baseline, for no value, or one that is not
+    finite.
+    """
+    x = np.asarray(values, dtype=float)
+    if x.ndim != 1 or not x.size or not np.isfinite(x).all():
+        raise ValueError(f"{x.size} values, expected one or more, all finite")
+    base = baseline or estimate_baseline(x)
+    half = _quantile(x.size, base) * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
+    gross = np.abs(x - base.mean) > half
+    weighted, spread = _weighted_mean(x, gross, base)
+    alarms = [_single(x, int(i), base) for i in np.flatnonzero(gross)]
+    kept = np.flatnonzero(~gross)
+    if base.sigma > 0.0 and baseline is None:
+        alarms += _changes(x, kept, base)
+    elif base.sigma > 0.0:
+        alarms += _departures(x, kept, base, (np.abs(weighted - base.mean) / spread)[kept])
+    return Chart(
+        values=x,
+        baseline=base,
+        lower=base.mean - half,
+        upper=base.mean + half,
+        weighted=weighted,
+        weighted_lo=base.mean - spread,
+        weighted_hi=base.mean + spread,
+        moving_range=np.abs(np.diff(x)),
+        range_limit=D4 * D2 * base.sigma,
+        alarms=tuple(sorted(alarms + _patterns(x, base, nelson_rules), key=lambda a: (a.first, a.rule))),
+    )
+
+
+def _quantile(tests: int, base: Baseline) -> float:
+    """Return how many estimated sigmas one of so many tests may be off, both ways, for `FALSE_ALARM` in all of them.
+
+    Bonferroni's bound, of the t distribution because sigma is estimated: it holds for tests that depend on each other.
+    """
+    return float(stdtrit(moving_range_degrees(base.n), 1.0 - FALSE_ALARM / (2.0 * tests)))
+
+
+def _weighted_mean(x: Array, gross: NDArray[np.bool_], base: Baseline) -> tuple[Array, Array]:
+    """Return the exponentially weighted mean (N,) of x, gross values left out, and half the width of its limits (N,).
+
+    Its variance holds that of the values that it weighs and of the baseline's mean ([Montgomery] eq. 9.24).
+    """
+    mean, last, count = np.empty_like(x), base.mean, np.cumsum(~gross)
     for i, value in enumerate(x):
-        last = EWMA_WEIGHT * value + (1.0 - EWMA_WEIGHT) * last
-        out[i] = last
-    grown = 1.0 - (1.0 - EWMA_WEIGHT) ** (2.0 * np.arange(1, x.size + 1))
-    return out, EWMA_SIGMAS * sigma * np.sqrt(EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * grown)
+        if not gross[i]:
+            last = WEIGHT * value + (1.0 - WEIGHT) * last
+        mean[i] = last
+    forgotten = (1.0 - WEIGHT) ** count
+    variance = WEIGHT / (2.0 - WEIGHT) * (1.0 - forgotten**2) + (1.0 - forgotten) ** 2 / base.n
+    return mean, _quantile(x.size, base) * base.sigma * np.sqrt(variance)
+
+
+def _single(x: Array, i: int, base: Baseline) -> Alarm:
+    U = 2.0 * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
+    return Alarm(VALUE, i, i, _direction(x[i] - base.mean), float(x[i] - base.mean), U)
+
+
+def _direction(size: float) -> str:
+    return "up" if size > 0 else "down"
+
+
+def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) -> list[Alarm]:
+    """Return the shifts away from the baseline that the weighted mean shows, each from where it most likely began.
+
+    off (K,): distance of the weighted mean from the baseline at x[kept], in units of its limits. A shift lasts until it
+    is back within a third of them. The beginning is the maximum-likelihood one of a step, the values before it counted
+    with the baseline.
+    """
+    out: list[Alarm] = []
+    done = 0
+    for start in np.flatnonzero(off > 1.0):
+        if start < done:
+            continue
+        back = np.flatnonzero(off[start:] < BACK)
+        end = start + int(back[0]) if back.size else kept.size
+        y = x[kept[done:end]]
+        of = np.arange(start - done + 1)  # values before the shift, beside those of the baseline
+        before = (base.n * base.mean + np.concatenate([[0.0], np.cumsum(y)])[of]) / (base.n + of)
+        after = np.cumsum(y[::-1])[::-1][of] / (y.size - of)
+        contrast = np.abs(after - before) / np.sqrt(1.0 / (base.n + of) + 1.0 / (y.size - of))
+        begin = done + int(np.argmax(contrast))
+        size = float(x[kept[begin:end]].mean() - base.mean)
+        U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - begin) + 1.0 / base.n))
+        if end - begin >= SHORTEST:
+            out.append(Alarm(SHIFT, int(kept[begin]), int(kept[end - 1]), _direction(size), size, U))
+        done = end
+    return out
+
+
+def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> list[Alarm]:
+    """Return the places where the mean of x[kept] changes, the most significant first found, then in both parts.
+
+    The size of a change is that from the part before to the part after it, in units of sigma within ([Hawkins]).
+    """
+    places = _split(x[kept], 0, base)
+    if places and (drift := _drift(x, kept, base, places)):
+        return [drift]
+    edges = [0, *places, kept.size]
+    out = []
+    for before, first, end in zip(edges, edges[1:], edges[2:], strict=False):
+        size = float(x[kept[first:end]].mean() - x[kept[before:first]].mean())
+        U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - first) + 1.0 / (first - before)))
+        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
+    return out
+
+
+def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) -> Alarm | None:
+    """Return a drift of x[kept] over the whole chart if a line describes it better than steps at these places."""
+    y, at = x[kept], kept - kept.mean()
+    slope = float(at @ y / (at @ at))
+    line = float(((y - y.mean() - slope * at) ** 2).sum())
+    steps = sum(float(((part - part.mean()) ** 2).sum()) for part in np.split(y, places))
+    if line > steps + 2.0 * (len(places) - 1) * base.sigma**2 * np.log(y.size):  # a step has two parameters ([Schwarz])
+        return None
+    span = float(kept[-1] - kept[0])
+    U = 2.0 * base.sigma * span / float(np.sqrt(at @ at))
+    return Alarm(DRIFT, int(kept[0]), int(kept[-1]), _direction(slope), slope * span, U)
+
+
+def _split(x: Array, offset: int, base: Baseline) -> list[int]:
+    """Return the indices at which the mean of x (n,) changes, counted from offset."""
+    n = x.size
+    if n < 2 * SHORTEST:
+        return []
+    size = np.arange(SHORTEST, n - SHORTEST + 1)
+    before = np.cumsum(x)[size - 1] / size
+    after = (x.sum() - np.cumsum(x)[size - 1]) / (n - size)
+    sigmas = np.abs(after - before) / (base.sigma * np.sqrt(1.0 / size + 1.0 / (n - size)))
+    best = int(np.argmax(sigmas))
+    if sigmas[best] <= _quantile(size.size, base):
+        return []
+    at = int(size[best])
+    return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
+
+
+def _patterns(x: Array, base: Baseline, rules: Collection[int]) -> list[Alarm]:
+    """Return the alarms of Nelson's rules, one for each run of values at which a rule rings."""
+    if base.sigma == 0.0:
+        return []
+    out = []
+    for rule, at in nelson((x - base.mean) / base.sigma).items():
+        if rule in rules:
+            for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
+                size = float(x[run].mean() - base.mean)
+                side = None if rule in (4, 7, 8) else _direction(size)
+                U = 2.0 * base.sigma / float(np.sqrt(run.size))
+                out.append(Alarm(str(rule), int(run[0]), int(run[-1]), side, size, U))
+    return out
 
 
 def nelson(z: Array) -> dict[int, NDArray[np.intp]]:
-    """Rule -> indices of the values that complete its pattern. z (N,): distance from the mean in sigmas."""
+    """Return rule -> indices of the values that complete its pattern. z (N,): distance from the mean in sigmas."""
     step = np.sign(np.diff(z))
     turning = step[1:] * step[:-1] < 0
-    found = {
+    hits = {
         1: np.abs(z) > 3.0,
         2: _run(z > 0, 9, 9) | _run(z < 0, 9, 9),
         3: _shifted(_run(step > 0, 5, 5) | _run(step < 0, 5, 5), 1, z.size),
@@ -96,17 +263,31 @@ def nelson(z: Array) -> dict[int, NDArray[np.intp]]:
         7: _run(np.abs(z) < 1.0, 15, 15),
         8: _run(np.abs(z) > 1.0, 8, 8) & ~(_run(z > 1.0, 8, 8) | _run(z < -1.0, 8, 8)),
     }
-    return {rule: at for rule, hit in found.items() if (at := np.flatnonzero(hit)).size}
+    return {rule: at for rule, hit in hits.items() if (at := np.flatnonzero(hit)).size}
 
 
 def _run(hit: NDArray[np.bool_], wanted: int, window: int) -> NDArray[np.bool_]:
-    """(N,) where a window that ends here, with a hit at its end, holds at least `wanted` hits."""
+    """Return (N,) whether a window that ends here, with a hit at its end, holds at least `wanted` hits."""
     counts = np.convolve(hit.astype(int), np.ones(window, dtype=int))[: hit.size] if hit.size else hit.astype(int)
     return np.asarray(hit & (counts >= wanted))
 
 
 def _shifted(hit: NDArray[np.bool_], by: int, size: int) -> NDArray[np.bool_]:
-    """A pattern of differences is complete at the value behind the last of them."""
+    """Return hit moved by so many values: a pattern of differences is complete at the value behind the last of them."""
     out = np.zeros(size, dtype=bool)
     out[by : by + hit.size] = hit
     return out
+
+
+@cache
+def false_alarm_rate(n: int, baseline_n: int | None = None, nelson_rules: tuple[int, ...] = ()) -> float:
+    """Return the share of charts of n normal values in control that hold any alarm, by simulation (seeded).
+
+    baseline_n: values of the baseline before them; None: estimated from the values themselves.
+    """
+    rng = np.random.default_rng(20_261_101)
+    rang = 0
+    for _ in range(_SIMULATED):
+        before = None if baseline_n is None else estimate_baseline(rng.standard_normal(baseline_n))
+        rang += bool(chart(rng.standard_normal(n), before, nelson_rules).alarms)
+    return rang / _SIMULATED

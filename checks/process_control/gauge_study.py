@@ -2,8 +2,11 @@
 
 Every operator measures every part several times. Mean squares of parts, operators, their interaction and repeats give
 the variance of each source; an interaction that is not significant is pooled with the repeats ([AIAG-MSA] chapter III).
+Intervals of the components are generalised confidence intervals: every mean square divided by a drawn chi-square
+([Burdick] chapter 3), because a component of three operators has two degrees of freedom and no normal interval.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,40 +16,71 @@ from checks.arrays import Array
 
 POOLED_ABOVE = 0.25  # p of the interaction above which it is taken for repeatability ([AIAG-MSA]: alpha to remove)
 STUDY_SIGMAS = 6.0  # width that holds 99.73 % of the readings ([AIAG-MSA] chapter II)
+GOOD, USABLE = 10.0, 30.0  # percent of the study or of the tolerance ([AIAG-MSA] chapter II)
+CATEGORIES = 5  # groups of parts that a gauge should tell apart ([AIAG-MSA] chapter II)
+_DRAWS = 20_000  # of the intervals: their ends are known to some 1 %
+
+
+@dataclass(frozen=True)
+class Source:
+    """A row of the analysis of variance; F and p are None for the row that others are compared with."""
+
+    degrees: int
+    squares: float
+    mean_square: float
+    F: float | None
+    p: float | None
+
+
+@dataclass(frozen=True)
+class Component:
+    """A standard deviation in the unit of the values, with its two-sided 95 % interval."""
+
+    sigma: float
+    lo: float
+    hi: float
 
 
 @dataclass(frozen=True)
 class GaugeStudy:
-    """Standard deviations in the unit of the values. repeatability: equipment; reproducibility: operators and, where it
-    is significant, their interaction with parts; gauge: both; parts; total. degrees: of freedom of repeatability."""
+    """A study of values (parts, operators, repeats).
 
-    parts: float
-    operators: float
-    interaction: float
-    repeatability: float
-    reproducibility: float
-    gauge: float
-    total: float
+    table: "parts", "operators", "interaction", "repeats" -> its row. components: "repeatability" (equipment),
+    "operators", "interaction" (0 if pooled), "reproducibility" (operators and interaction), "gauge" (both), "parts" and
+    "total" -> standard deviation. degrees: of freedom of the repeatability.
+    """
+
+    table: Mapping[str, Source]
+    components: Mapping[str, Component]
+    pooled: bool
     degrees: int
-    p_interaction: float
 
     @property
     def percent_of_study(self) -> float:
-        """Gauge R&R as a share of the total spread [%]: below 10 good, above 30 not usable ([AIAG-MSA])."""
-        return 100.0 * self.gauge / self.total
+        """Return gauge R&R as a share of the total spread [%]."""
+        return 100.0 * self.components["gauge"].sigma / self.components["total"].sigma
 
     @property
     def distinct_categories(self) -> int:
-        """How many groups of parts the gauge tells apart; five or more are wanted."""
-        return max(1, int(np.sqrt(2.0) * self.parts / self.gauge)) if self.gauge > 0 else 10**6
+        """Return how many groups of parts the gauge tells apart."""
+        gauge, parts = self.components["gauge"].sigma, self.components["parts"].sigma
+        return max(1, int(np.sqrt(2.0) * parts / gauge)) if gauge > 0 else 10**6
 
     def percent_of_tolerance(self, width: float) -> float:
-        """Gauge R&R (6 sigma) as a share [%] of the distance between the limits."""
-        return 100.0 * STUDY_SIGMAS * self.gauge / width
+        """Return gauge R&R (6 sigma) as a share [%] of the distance between the limits."""
+        return 100.0 * STUDY_SIGMAS * self.components["gauge"].sigma / width
+
+    def verdict(self, tolerance: float | None = None) -> str:
+        """Return "good", "conditional" or "not usable", the worst of the shares of the study and of the tolerance, and
+        of the categories. tolerance: distance between the limits, if there is one to compare with."""
+        share = max(self.percent_of_study, 0.0 if tolerance is None else self.percent_of_tolerance(tolerance))
+        if share > USABLE:
+            return "not usable"
+        return "conditional" if share > GOOD or self.distinct_categories < CATEGORIES else "good"
 
 
 def gauge_study(values: Array) -> GaugeStudy:
-    """Variance components of values (parts, operators, repeats).
+    """Return the variance components of values (parts, operators, repeats).
 
     Raises ValueError for fewer than two parts, operators or repeats, or a value that is not finite.
     """
@@ -55,44 +89,57 @@ def gauge_study(values: Array) -> GaugeStudy:
         raise ValueError(
             f"values of shape {x.shape}: expected (parts, operators, repeats), two or more each, all finite"
         )
-    p, o, r = x.shape
-    squares = _mean_squares(x)
-    within, degrees = squares["repeats"], p * o * (r - 1)
-    f_ratio = squares["interaction"] / within if within > 0 else np.inf
-    chance = float(fdtrc((p - 1) * (o - 1), degrees, f_ratio)) if np.isfinite(f_ratio) else 0.0
-    pooled = chance > POOLED_ABOVE
+    table = _analysis_of_variance(x)
+    interaction = table["interaction"].p
+    pooled = interaction is not None and interaction > POOLED_ABOVE
+    names = ("parts", "operators", "interaction", "repeats")
+    squares = np.array([table[name].mean_square for name in names])
+    degrees = np.array([table[name].degrees for name in names], dtype=float)
+    drawn = squares * degrees / np.random.default_rng(20_261_101).chisquare(degrees, (_DRAWS, 4))
+    made, spread = _sigmas(squares, x.shape, pooled), _sigmas(drawn, x.shape, pooled)
+    lo, hi = ({name: float(np.quantile(of, q)) for name, of in spread.items()} for q in (0.025, 0.975))
+    components = {name: Component(float(sigma), lo[name], hi[name]) for name, sigma in made.items()}
+    return GaugeStudy(table, components, pooled, int(degrees[3] + (degrees[2] if pooled else 0)))
+
+
+def _sigmas(mean_squares: Array, shape: tuple[int, ...], pooled: bool) -> dict[str, Array]:
+    """Return component -> standard deviation (...) from mean squares (..., 4): parts, operators, interaction, repeats."""
+    p, o, r = shape
+    parts, operators, interaction, repeats = np.moveaxis(mean_squares, -1, 0)
     if pooled:
-        more = (p - 1) * (o - 1)
-        within = (squares["interaction"] * more + within * degrees) / (more + degrees)
-        degrees += more
-    beside = within if pooled else squares["interaction"]
-    interaction = 0.0 if pooled else max(0.0, (squares["interaction"] - within) / r)
-    operators = max(0.0, (squares["operators"] - beside) / (p * r))
-    parts = max(0.0, (squares["parts"] - beside) / (o * r))
-    between = operators + interaction
-    sigma = {k: float(np.sqrt(v)) for k, v in {"p": parts, "o": operators, "i": interaction, "w": within}.items()}
-    gauge, total = float(np.sqrt(within + between)), float(np.sqrt(within + between + parts))
-    return GaugeStudy(
-        parts=sigma["p"],
-        operators=sigma["o"],
-        interaction=sigma["i"],
-        repeatability=sigma["w"],
-        reproducibility=float(np.sqrt(between)),
-        gauge=gauge,
-        total=total,
-        degrees=degrees,
-        p_interaction=chance,
-    )
+        more, own = (p - 1) * (o - 1), p * o * (r - 1)
+        repeats = interaction = (interaction * more + repeats * own) / (more + own)
+    variance = {
+        "repeatability": repeats,
+        "operators": np.maximum(0.0, (operators - interaction) / (p * r)),
+        "interaction": np.maximum(0.0, (interaction - repeats) / r),
+        "parts": np.maximum(0.0, (parts - interaction) / (o * r)),
+    }
+    variance["reproducibility"] = variance["operators"] + variance["interaction"]
+    variance["gauge"] = variance["repeatability"] + variance["reproducibility"]
+    variance["total"] = variance["gauge"] + variance["parts"]
+    return {name: np.sqrt(v) for name, v in variance.items()}
 
 
-def _mean_squares(x: Array) -> dict[str, float]:
+def _analysis_of_variance(x: Array) -> dict[str, Source]:
+    """Return the table of x (parts, operators, repeats), both factors random: compared with the interaction."""
     p, o, r = x.shape
     mean, cells = x.mean(), x.mean(axis=2)
     by_part, by_operator = x.mean(axis=(1, 2)), x.mean(axis=(0, 2))
-    left = cells - by_part[:, None] - by_operator[None, :] + mean
-    return {
-        "parts": float(o * r * ((by_part - mean) ** 2).sum() / (p - 1)),
-        "operators": float(p * r * ((by_operator - mean) ** 2).sum() / (o - 1)),
-        "interaction": float(r * (left**2).sum() / ((p - 1) * (o - 1))),
-        "repeats": float(((x - cells[:, :, None]) ** 2).sum() / (p * o * (r - 1))),
+    both = cells - by_part[:, None] - by_operator[None, :] + mean
+    rows = {
+        "parts": (o * r * ((by_part - mean) ** 2).sum(), p - 1),
+        "operators": (p * r * ((by_operator - mean) ** 2).sum(), o - 1),
+        "interaction": (r * (both**2).sum(), (p - 1) * (o - 1)),
+        "repeats": (((x - cells[:, :, None]) ** 2).sum(), p * o * (r - 1)),
     }
+    beside = {"parts": "interaction", "operators": "interaction", "interaction": "repeats"}
+    table = {}
+    for name, (squares, degrees) in rows.items():
+        F = p_value = None
+        if name in beside:
+            other, of = rows[beside[name]]
+            F = float((squares / degrees) / (other / of)) if other > 0 else float("inf")
+            p_value = float(fdtrc(degrees, of, F)) if np.isfinite(F) else 0.0
+        table[name] = Source(degrees, float(squares), float(squares / degrees), F, p_value)
+    return table

@@ -55,7 +55,7 @@ function plot(id, traces, more) {
   const at = $(id);
   if (!traces.length) { Plotly.purge(at); at.replaceChildren(node("p", "Nothing to show for this choice.", "empty")); return; }
   if (at.querySelector(".empty")) at.replaceChildren();
-  Plotly.react(at, traces, layout(more), { responsive: true, displaylogo: false });
+  Plotly.react(at, traces, layout(more), { responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "" });
 }
 function drawYield(first) {
   const months = new Map();

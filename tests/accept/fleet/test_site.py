@@ -93,6 +93,24 @@ def test_more_units_than_a_table_shows_at_once(page, tmp_path):
 
 @pytest.mark.browser
 @pytest.mark.slow
+def test_no_button_of_a_plot_sends_anything(page, tmp_path):
+    """Every button of every plot is clicked; the fixture holds that no request left the page."""
+    opened = []
+    fill(30)
+    page.goto(written(tmp_path).as_uri())
+    drawn(page, 30)
+    page.context.on("page", opened.append)
+    buttons = page.locator(".modebar-btn")
+    titles = [buttons.nth(i).get_attribute("data-title") for i in range(buttons.count())]
+    assert any("Zoom" in title for title in titles)
+    assert not [title for title in titles if "share" in title.lower() or "cloud" in title.lower()]
+    for i in range(buttons.count()):
+        buttons.nth(i).dispatch_event("click")
+    assert opened == []
+
+
+@pytest.mark.browser
+@pytest.mark.slow
 def test_filters_search_and_keys(page, tmp_path):
     fill(60)
     with open_store() as store:

@@ -1,21 +1,116 @@
-"""Control charts against textbook data, closed forms and run lengths."""
+"""Control charts against textbook data, closed forms, and the rates at which they ring."""
 
 import numpy as np
 import pytest
 
-from checks.process_control.control_chart import LEAST, RULES, chart, nelson
+from checks.process_control.control_chart import (
+    FALSE_ALARM,
+    LEAST,
+    NELSON,
+    chart,
+    estimate_baseline,
+    false_alarm_rate,
+    nelson,
+)
+from checks.process_control.spread import moving_range_degrees, moving_range_sigma
+
+COSTS = [310, 288, 297, 298, 307, 303, 294, 297, 308, 306, 294, 299, 297, 299, 314, 295, 293, 306, 301, 304]
 
 
-def test_limits_are_those_of_the_textbook():
-    """Loan processing costs of 20 weeks ([Montgomery] example 6.5): mean 300.5,
-    mean moving range 7.79, limits 279.78 and 321.22 (the book rounds)."""
-    costs = [310, 288, 297, 298, 307, 303, 294, 297, 308, 306, 294, 299, 297, 299, 314, 295, 293, 306, 301, 304]
-    made = chart(np.array(costs, dtype=float))
-    assert made.mean == pytest.approx(300.5)
+def test_the_spread_is_that_of_the_textbook():
+    """Loan processing costs of 20 weeks ([Montgomery] example 6.5): mean 300.5, mean moving range 7.79, limits of three
+    sigma 279.78 and 321.22 (the book rounds), of the range 25.45; in control."""
+    made = chart(np.array(COSTS, dtype=float))
+    assert made.baseline.mean == pytest.approx(300.5)
     assert made.moving_range.mean() == pytest.approx(7.79, abs=0.005)
-    assert (made.lower, made.upper) == (pytest.approx(279.78, abs=0.02), pytest.approx(321.22, abs=0.02))
+    assert 300.5 - 3.0 * made.baseline.sigma == pytest.approx(279.78, abs=0.02)
     assert made.range_limit == pytest.approx(25.45, abs=0.02)
     assert not made.alarms
+
+
+def test_degrees_of_freedom_of_the_moving_range():
+    """By simulation: 1 / (2 nu) is the relative variance of the estimate; 20,000 draws know it to 1 % (2 % allowed)."""
+    rng = np.random.default_rng(3)
+    sigmas = [moving_range_sigma(row) for row in rng.standard_normal((20_000, 25))]
+    assert 1.0 / (2.0 * np.var(sigmas)) == pytest.approx(moving_range_degrees(25), rel=0.03)
+
+
+def test_gross_values_do_not_widen_a_baseline():
+    rng = np.random.default_rng(4)
+    x = 360.0 + 4.0 * rng.standard_normal(100)
+    x[[20, 60]] = 181.0
+    base = estimate_baseline(x)
+    assert (base.n, base.left_out) == (98, 2)
+    assert base.sigma == pytest.approx(4.0, rel=0.2)  # 100 values know it to 9 % (1 sd)
+    assert base.mean == pytest.approx(360.0, abs=1.6)  # 4 standard errors
+
+
+@pytest.mark.parametrize(("n", "before"), [(30, None), (200, None), (200, 20), (200, 60)])
+def test_a_process_in_control_rings_in_fewer_than_one_chart_of_twenty(n, before):
+    """Two tests, each at most `FALSE_ALARM` in the whole chart; 1000 charts, so 0.04 + 3 sd = 0.059 at most."""
+    assert false_alarm_rate(n, before) <= 2.0 * FALSE_ALARM + 0.019
+
+
+def test_rules_of_runs_cost_false_alarms_and_the_rate_says_so():
+    assert false_alarm_rate(200, 60, (1, 2, 3, 4)) > 0.5
+
+
+def test_a_drift_that_gross_values_would_hide_is_seen_with_direction_and_size():
+    """Two sigma over 200 units, two units grossly off: the whole month that a chart of 3 sigma of all values misses."""
+    rng = np.random.default_rng(6)
+    named = 0
+    for _ in range(50):
+        x = rng.standard_normal(200) - np.linspace(0.0, 2.0, 200)
+        x[[31, 150]] = -45.0
+        alarms = chart(x).alarms
+        gross = [a for a in alarms if a.rule == "value"]
+        lasting = [a for a in alarms if a.rule in ("shift", "drift")]
+        assert {31, 150} <= {a.first for a in gross}
+        assert all(a.direction == "down" for a in lasting)
+        named += bool(lasting)
+        for a in lasting:
+            if a.rule == "drift":
+                assert abs(a.size + 2.0) < 2.0 * a.U  # U is 0.5; a drift is named only in some, so 4 sd of those
+    assert named >= 48  # a change of one sigma between the halves is 7 standard errors, 3.9 are needed
+
+
+def test_a_step_is_placed_where_it_began_and_not_before():
+    """1.5 sigma at unit 100 of 200, with and without a baseline of 60: median of the first unit named within one of
+    it, 9 of 10 within 8 (the step's place is known to some (sigma / size)^2 units)."""
+    rng = np.random.default_rng(7)
+    for before in (None, 60):
+        first = []
+        for _ in range(60):
+            x = rng.standard_normal(200)
+            x[100:] += 1.5
+            made = chart(x) if before is None else chart(x[before:], estimate_baseline(x[:before]))
+            steps = [a for a in made.alarms if a.rule == "shift" and a.direction == "up"]
+            first += [steps[0].first + (before or 0)] if steps else []
+        assert len(first) >= 55
+        assert np.median(first) == pytest.approx(100, abs=1)
+        assert np.mean(np.abs(np.array(first) - 100) <= 8) >= 0.9
+        assert np.mean(np.array(first) < 80) <= 0.05  # `FALSE_ALARM` of the charts ring before the step
+
+
+def test_the_size_of_a_step_lies_within_its_uncertainty():
+    """U is twice the standard deviation; the beginning is chosen so that the step is largest, so 85 % instead of 95."""
+    rng = np.random.default_rng(8)
+    hits = 0
+    for _ in range(100):
+        x = rng.standard_normal(120)
+        x[60:] -= 2.0
+        step = next(a for a in chart(x).alarms if a.rule == "shift")
+        hits += abs(step.size + 2.0) <= step.U
+    assert hits >= 85
+
+
+def test_a_shift_that_ends_is_one_alarm_with_its_end():
+    rng = np.random.default_rng(9)
+    x = rng.standard_normal(150)
+    x[50:80] += 2.5
+    (alarm,) = [a for a in chart(x, estimate_baseline(rng.standard_normal(100))).alarms if a.rule == "shift"]
+    assert alarm.first == pytest.approx(50, abs=3)
+    assert alarm.last == pytest.approx(80, abs=8)  # the weighted mean needs some units to come back
 
 
 PATTERNS = {
@@ -30,7 +125,7 @@ PATTERNS = {
 }
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", NELSON)
 def test_each_rule_rings_at_the_value_that_completes_it(rule):
     z = np.array(PATTERNS[rule])
     assert z.size - 1 in nelson(z)[rule]
@@ -39,26 +134,9 @@ def test_each_rule_rings_at_the_value_that_completes_it(rule):
     assert rule not in nelson(z[:-1])
 
 
-def test_a_process_in_control_rarely_rings_and_a_shift_is_seen():
-    """Rule 1: 0.27 % of normal values, binomial band of 20,000. EWMA: a shift of one sigma is seen after about ten
-    values on average ([Montgomery] table 9.11), so after thirty it is unseen in about (1 - 1/9)^27 = 4 %; the 99.9 %
-    band of 100 such shifts reaches to 11."""
-    rng = np.random.default_rng(5)
-    z = rng.standard_normal(20_000)
-    assert 30 < nelson(z)[1].size < 80  # 54 expected, sd 7.3
-    late = 0
-    for _ in range(100):
-        made = chart(np.concatenate([rng.standard_normal(200), 1.0 + rng.standard_normal(30)]))
-        late += not (made.ewma_alarms >= 200).any()
-    assert late <= 11
-
-
-def test_false_alarms_of_the_weighted_mean_are_as_rare_as_stated():
-    """Run length 500: the mean of 60 runs until their first alarm; limits that are wrong by 5 % halve or double it."""
-    rng = np.random.default_rng(6)
-    first = [chart(rng.standard_normal(3000)).ewma_alarms for _ in range(60)]
-    lengths = [a[0] if a.size else 3000 for a in first]
-    assert 350 < np.mean(lengths) < 700  # exponential with mean 500: its mean over 60 has an sd of 65; cut at 3000
+def test_rule_one_rings_as_often_as_normal_values_do():
+    """0.27 % of normal values: 54 of 20,000 expected, sd 7.3."""
+    assert 30 < nelson(np.random.default_rng(5).standard_normal(20_000))[1].size < 80
 
 
 @pytest.mark.parametrize("values", [np.ones(LEAST - 1), np.array([1.0] * 9 + [np.nan]), np.ones((4, 4))])
@@ -68,4 +146,6 @@ def test_too_few_or_missing_values_are_refused(values):
 
 
 def test_values_that_never_change_ring_nothing():
-    assert chart(np.full(20, 3.0)).alarms == {} or 7 in chart(np.full(20, 3.0)).alarms
+    assert chart(np.full(20, 3.0)).alarms == ()
+    (alarm,) = chart(np.array([3.0] * 19 + [4.0])).alarms
+    assert (alarm.rule, alarm.first, alarm.direction) == ("value", 19, "up")

@@ -28,13 +28,52 @@ def test_the_published_example():
     """As printed: repeatability 0.199933, reproducibility 0.226838, gauge 0.302373, parts 1.042327, total 1.085;
     27.86 % of the study, the interaction not significant (p 0.974), four categories."""
     study = gauge_study(AIAG)
-    assert study.repeatability == pytest.approx(0.199933, abs=5e-6)
-    assert study.reproducibility == pytest.approx(0.226838, abs=5e-6)
-    assert study.gauge == pytest.approx(0.302373, abs=5e-6)
-    assert study.parts == pytest.approx(1.042327, abs=5e-6)
+    sigma = {name: component.sigma for name, component in study.components.items()}
+    assert sigma["repeatability"] == pytest.approx(0.199933, abs=5e-6)
+    assert sigma["reproducibility"] == pytest.approx(0.226838, abs=5e-6)
+    assert sigma["gauge"] == pytest.approx(0.302373, abs=5e-6)
+    assert sigma["parts"] == pytest.approx(1.042327, abs=5e-6)
     assert study.percent_of_study == pytest.approx(27.86, abs=0.005)
-    assert study.p_interaction == pytest.approx(0.974, abs=0.001)
+    assert study.table["interaction"].p == pytest.approx(0.974, abs=0.001)
     assert study.distinct_categories == 4
+    assert study.pooled
+
+
+def test_the_published_table_of_variances():
+    """[AIAG-MSA] table III-B 7, as printed: sums of squares, degrees, mean squares."""
+    rows = gauge_study(AIAG).table
+    assert {name: row.degrees for name, row in rows.items()} == {
+        "parts": 9, "operators": 2, "interaction": 18, "repeats": 60,
+    }  # fmt: skip
+    assert rows["parts"].squares == pytest.approx(88.3619, abs=5e-5)
+    assert rows["operators"].mean_square == pytest.approx(1.58363, abs=5e-6)
+    assert rows["interaction"].squares == pytest.approx(0.3590, abs=5e-5)
+    assert rows["repeats"].squares == pytest.approx(2.7589, abs=5e-5)
+    assert rows["interaction"].F == pytest.approx(0.434, abs=5e-4)
+
+
+def test_the_worst_of_study_tolerance_and_categories_decides():
+    study = gauge_study(AIAG)
+    assert study.verdict() == "conditional"  # 27.9 % of the study, four categories
+    assert study.verdict(tolerance=8.0) == "conditional"  # 22.7 % of the tolerance
+    assert study.verdict(tolerance=1.0) == "not usable"  # 181 % of the tolerance
+    fine = gauge_study(AIAG.mean(axis=(1, 2), keepdims=True) + 0.01 * AIAG)
+    assert fine.verdict(tolerance=8.0) == "good"
+    assert fine.verdict(tolerance=0.05) == "not usable"
+
+
+def test_intervals_of_the_components_cover():
+    """Operators 0.3 of three, repeats 0.1, parts 1.0; 200 studies of ten parts: 95 % within the 99.9 % binomial band
+    (180 to 199); generalised intervals of a component near zero cover more, never less ([Burdick])."""
+    rng = np.random.default_rng(11)
+    truth = {"repeatability": 0.1, "operators": 0.3, "parts": 1.0, "gauge": np.hypot(0.1, 0.3)}
+    hits = dict.fromkeys(truth, 0)
+    for _ in range(200):
+        x = rng.standard_normal((10, 1, 1)) + 0.3 * rng.standard_normal((1, 3, 1))
+        found = gauge_study(x + 0.1 * rng.standard_normal((10, 3, 3))).components
+        for name, sigma in truth.items():
+            hits[name] += found[name].lo <= sigma <= found[name].hi
+    assert all(count >= 180 for count in hits.values()), hits
 
 
 def test_a_known_library_finds_the_same_mean_squares():
@@ -49,11 +88,12 @@ def test_a_known_library_finds_the_same_mean_squares():
         6.428982222222 / 18,
         2.758933333333 / 60,
     )
-    assert study.repeatability**2 == pytest.approx(repeats, rel=1e-11)
-    assert study.interaction**2 == pytest.approx((interaction - repeats) / 3, rel=1e-11)
-    assert study.operators**2 == pytest.approx((operators - interaction) / 30, rel=1e-11)
-    assert study.parts**2 == pytest.approx((parts - interaction) / 9, rel=1e-11)
-    assert study.p_interaction == pytest.approx(6.675189503383e-10, rel=1e-9)
+    sigma = {name: component.sigma for name, component in study.components.items()}
+    assert sigma["repeatability"] ** 2 == pytest.approx(repeats, rel=1e-11)
+    assert sigma["interaction"] ** 2 == pytest.approx((interaction - repeats) / 3, rel=1e-11)
+    assert sigma["operators"] ** 2 == pytest.approx((operators - interaction) / 30, rel=1e-11)
+    assert sigma["parts"] ** 2 == pytest.approx((parts - interaction) / 9, rel=1e-11)
+    assert study.table["interaction"].p == pytest.approx(6.675189503383e-10, rel=1e-9)
     assert study.degrees == 60
 
 
@@ -65,8 +105,8 @@ def test_the_components_that_were_put_in_are_found():
     for _ in range(40):
         x = rng.standard_normal((60, 1, 1)) + 0.3 * rng.standard_normal((1, 12, 1))
         x = x + 0.2 * rng.standard_normal((60, 12, 1)) + 0.1 * rng.standard_normal((60, 12, 3))
-        s = gauge_study(x)
-        found.append([s.parts**2, s.operators**2, s.interaction**2, s.repeatability**2])
+        s = gauge_study(x).components
+        found.append([s[name].sigma ** 2 for name in ("parts", "operators", "interaction", "repeatability")])
     mean, error = np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / np.sqrt(40)
     assert (np.abs(mean - [1.0, 0.09, 0.04, 0.01]) < 4 * error).all()
 
