@@ -24,14 +24,15 @@ NOT_MEASURED = Cause.NOT_MEASURED.value
 
 
 def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
-    """Return one row per finding of every judgement, columns `COLUMNS`, in the order of the store. Raises StoreError.
+    """Return one row per finding of every judgement, columns `COLUMNS`, in the order of the store.
 
-    attempt: how often the serial was judged up to then. bench: name of the bench file, where one was used. batch, place:
-    the batch in which it was judged and the unit's place in it. measured: the day stated for the check, NaT without one.
+    attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
+    the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
+    Raises StoreError.
     """
     frame = pd.DataFrame(rows(store.events(serial, "unit_judged")), columns=COLUMNS)
-    frame["time"] = pd.to_datetime(frame["time"], utc=True, format="ISO8601")
-    frame["measured"] = pd.to_datetime(frame["measured"], utc=True, format="ISO8601")
+    for name in ("time", "measured"):
+        frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
     numbers = ["value", "U", "lower", "upper"]
     frame[numbers] = frame[numbers].astype(float)
@@ -64,13 +65,17 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
             yield common | own | {"measured": days.get(finding["check"])}
 
 
+def when(frame: pd.DataFrame) -> pd.Series:
+    """Return when each row was measured: the stated day, or, if there is none, the time of judging."""
+    return frame["measured"].fillna(frame["time"])
+
+
 def in_order_of_measurement(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the rows by the day of measurement (of judging, if none is stated), then as they stood in their batch.
 
     The order in which judgements were stored is no part of it: that depends on which worker was done first.
     """
-    day = frame["measured"].fillna(frame["time"]).dt.floor("D")
-    return frame.assign(day=day).sort_values(["day", "batch", "place", "seq"], kind="stable")
+    return frame.assign(day=when(frame).dt.floor("D")).sort_values(["day", "batch", "place", "seq"], kind="stable")
 
 
 def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
@@ -90,7 +95,7 @@ def bench_of(result: Mapping[str, Any]) -> str:
 
 
 def attempts(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per judgement: seq, time, operator, bench, serial, kind, attempt, unit_verdict, spec and its causes."""
+    """Return one row per judgement: seq, time, operator, bench, serial, kind, attempt, verdict, spec, causes."""
     bad = frame[frame["verdict"] != "pass"]
     causes = {seq: ", ".join(dict.fromkeys(names)) for seq, names in bad.groupby("seq")["quantity"]}
     return frame.drop_duplicates("seq")[OF_A_JUDGEMENT].assign(
@@ -105,7 +110,7 @@ def latest(frame: pd.DataFrame) -> pd.DataFrame:
 
 def between(frame: pd.DataFrame, since: datetime.date | None, until: datetime.date | None) -> pd.DataFrame:
     """Return the rows of these days, both included (UTC): of measurement if it is stated, else of judging."""
-    days = frame["measured"].fillna(frame["time"]).dt.date
+    days = when(frame).dt.date
     keep = pd.Series(True, index=frame.index)
     if since is not None:
         keep &= days >= since

@@ -141,7 +141,8 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
         case "value":
             return f"{units} ({since}): {size} from the mean"
         case "shift":
-            return f"{units} ({count} units, since {since}): the mean moved {alarm.direction} by {size}{place(trend, alarm)}"
+            where = place(trend, alarm)
+            return f"{units} ({count} units, since {since}): the mean moved {alarm.direction} by {size}{where}"
         case "drift":
             return f"{units} ({count} units, since {since}): drifts {alarm.direction}, by {size} over these units"
         case _:

@@ -4,27 +4,25 @@ import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from accept.fleet.measurements import first_attempts
+from accept.fleet.measurements import first_attempts, when
 from accept.pictures.labels import label_of
 from checks.picture import Band, Line, Panel, Text
 
+PERIODS = {"month": "%Y-%m", "week": "%G-W%V", "day": "%Y-%m-%d"}
 CONFIDENCE = 0.95  # of the interval of a yield, two-sided
 MOST_CAUSES = 12  # of a picture: the others are in the table
 
 
 def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.DataFrame:
-    """Return per group: units, passed at the first attempt, passed in the end, and the share of the first with interval.
+    """Return per group: units, passed at the first attempt, passed in the end, share of the first with its interval.
 
     frame: the whole history. chosen (rows of frame): which of the units are counted: those whose first judgement is
     among them, so a re-test is never a first attempt. A unit counts in the group of its first judgement; it passed at
     its first attempt if the first attempt at each of its quantities did. Wilson's interval holds for few units too.
     """
     judged = frame.drop_duplicates("seq").sort_values("seq", kind="stable")
-    first = judged.drop_duplicates("serial").assign(
-        month=lambda f: _day(f).dt.strftime("%Y-%m"),
-        day=lambda f: _day(f).dt.strftime("%Y-%m-%d"),
-        week=lambda f: _day(f).dt.strftime("%G-W%V"),
-    )
+    first = judged.drop_duplicates("serial")
+    first = first.assign(**{name: when(first).dt.strftime(text) for name, text in PERIODS.items()})
     if chosen is not None:
         first = first[chosen.reindex(first.index, fill_value=False)]
     attempted = first_attempts(frame)
@@ -40,10 +38,6 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     lo, hi = wilson(grouped["first"].to_numpy(), grouped["units"].to_numpy())
     share = grouped["first"] / grouped["units"]
     return grouped.assign(first_pass=share, lo=lo, hi=hi).reset_index()
-
-
-def _day(frame: pd.DataFrame) -> pd.Series:
-    return frame["measured"].fillna(frame["time"])
 
 
 def pareto(frame: pd.DataFrame, chosen: pd.Series | None = None) -> pd.DataFrame:
@@ -72,7 +66,7 @@ def wilson(hits: np.ndarray, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
-    """Return two pictures: the yield of every group with its interval, and what stopped the others, the most frequent above.
+    """Return two pictures: the yield of every group with its interval, and what stopped the others in order.
 
     made : as `yields` gives it. causes : as `pareto`."""
     share, lo, hi = (100.0 * made[name].to_numpy(dtype=float) for name in ("first_pass", "lo", "hi"))

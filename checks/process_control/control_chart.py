@@ -10,9 +10,11 @@ the uncertainty of a short baseline included, not with a chance at every value. 
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.special import stdtrit
 
 from checks.arrays import Array
@@ -22,6 +24,7 @@ LEAST = 8  # values below which limits are not worth drawing
 FALSE_ALARM = 0.02  # chance that a test rings anywhere in a chart of a process in control; two tests: below 1 in 20
 GROSS_SIGMAS = 5.0  # a value so far from the median is no part of the spread of the process
 WEIGHT = 0.2  # of the newest value in the weighted mean: sees a shift of one sigma soonest ([Montgomery] 9.2)
+NEIGHBOURS = 9  # values whose median is the level around one of them
 BACK = 1.0 / 3.0  # of its limits: so far a weighted mean must come back before a shift is over
 SHORTEST = 3  # values that a shift must last to be a shift, not single values
 VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
@@ -106,14 +109,18 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         raise ValueError(f"{x.size} values, expected one or more, all finite")
     base = baseline or estimate_baseline(x)
     half = _quantile(x.size, base) * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
-    gross = np.abs(x - base.mean) > half
+    if baseline is None:  # a single value is compared with the level around it, which may change
+        local = median_filter(x, NEIGHBOURS, mode="mirror")
+        kept = np.flatnonzero(np.abs(x - local) <= max(half, GROSS_SIGMAS * base.sigma))
+        lasting, level = _changes(x, kept, base)
+    else:
+        lasting, level = [], np.full_like(x, base.mean)
+    gross = np.abs(x - level) > half
     weighted, spread = _weighted_mean(x, gross, base)
-    alarms = [_single(x, int(i), base) for i in np.flatnonzero(gross)]
-    kept = np.flatnonzero(~gross)
-    if base.sigma > 0.0 and baseline is None:
-        alarms += _changes(x, kept, base)
-    elif base.sigma > 0.0:
-        alarms += _departures(x, kept, base, (np.abs(weighted - base.mean) / spread)[kept])
+    if baseline is not None and base.sigma > 0.0:
+        kept = np.flatnonzero(~gross)
+        lasting = _departures(x, kept, base, (np.abs(weighted - base.mean) / spread)[kept])
+    alarms = [_single(i, float(x[i] - level[i]), base) for i in map(int, np.flatnonzero(gross))]
     return Chart(
         values=x,
         baseline=base,
@@ -124,7 +131,7 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         weighted_hi=base.mean + spread,
         moving_range=np.abs(np.diff(x)),
         range_limit=D4 * D2 * base.sigma,
-        alarms=tuple(sorted(alarms + _patterns(x, base, nelson_rules), key=lambda a: (a.first, a.rule))),
+        alarms=tuple(sorted([*alarms, *lasting, *_patterns(x, base, nelson_rules)], key=lambda a: (a.first, a.rule))),
     )
 
 
@@ -151,9 +158,9 @@ def _weighted_mean(x: Array, gross: NDArray[np.bool_], base: Baseline) -> tuple[
     return mean, _quantile(x.size, base) * base.sigma * np.sqrt(variance)
 
 
-def _single(x: Array, i: int, base: Baseline) -> Alarm:
+def _single(i: int, size: float, base: Baseline) -> Alarm:
     U = 2.0 * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
-    return Alarm(VALUE, i, i, _direction(x[i] - base.mean), float(x[i] - base.mean), U)
+    return Alarm(VALUE, i, i, _direction(size), size, U)
 
 
 def _direction(size: float) -> str:
@@ -188,21 +195,27 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
     return out
 
 
-def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> list[Alarm]:
-    """Return the places where the mean of x[kept] changes, the most significant first found, then in both parts.
+def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Alarm], Array]:
+    """Return the places where the mean of x[kept] changes, and the level (N,) that this gives every value.
 
-    The size of a change is that from the part before to the part after it, in units of sigma within ([Hawkins]).
+    The most significant change is sought first, then both parts ([Hawkins]). Its size is that from the part before to
+    the part after it.
     """
-    places = _split(x[kept], 0, base)
-    if places and (drift := _drift(x, kept, base, places)):
-        return [drift]
+    level = np.full_like(x, base.mean)
+    places = _split(x[kept], 0, base) if base.sigma > 0.0 else []
+    if not places:
+        return [], level
+    if drift := _drift(x, kept, base, places):
+        at = np.arange(x.size) - kept.mean()
+        return [drift], x[kept].mean() + drift.size / (drift.last - drift.first) * at
     edges = [0, *places, kept.size]
+    means = [float(x[kept[i:k]].mean()) for i, k in pairwise(edges)]
+    level = np.repeat(means, np.diff([0, *kept[places], x.size]))
     out = []
-    for before, first, end in zip(edges, edges[1:], edges[2:], strict=False):
-        size = float(x[kept[first:end]].mean() - x[kept[before:first]].mean())
+    for before, first, end, size in zip(edges, edges[1:], edges[2:], np.diff(means), strict=False):
         U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - first) + 1.0 / (first - before)))
-        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
-    return out
+        out.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), float(size), U))
+    return out, level
 
 
 def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) -> Alarm | None:

@@ -103,7 +103,7 @@ def gauge_study(values: Array) -> GaugeStudy:
 
 
 def _sigmas(mean_squares: Array, shape: tuple[int, ...], pooled: bool) -> dict[str, Array]:
-    """Return component -> standard deviation (...) from mean squares (..., 4): parts, operators, interaction, repeats."""
+    """Return component -> standard deviation (...) from mean squares (..., 4) in the order of the table."""
     p, o, r = shape
     parts, operators, interaction, repeats = np.moveaxis(mean_squares, -1, 0)
     if pooled:

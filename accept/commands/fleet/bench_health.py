@@ -11,15 +11,15 @@ from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
-from accept.commands.fleet.tables import check, show, write
+from accept.commands.fleet.tables import check, show, write_documents
 from accept.fleet import gauge, golden
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements, of_quantity
 from accept.store import open_store
+from checks.process_control.gauge_study import CATEGORIES
 
 AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
-GOOD, USABLE = 10.0, 30.0  # percent of the study ([AIAG-MSA] chapter II)
 
 
 @clear_errors
@@ -29,7 +29,7 @@ def gauge_study(
     outputs: Outputs,
     table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
 ) -> Exit:
-    """Evaluate a gauge study. Repeatability and reproducibility by analysis of variance; states the U for a spec."""
+    """Evaluate a gauge study. Repeatability, reproducibility, U for a spec; exit 4 if conditional, 3 if not usable."""
     check(outputs)
     if (table is None) == (wanted.quantity is None):
         raise FleetError("name either a CSV table (part, operator, value) or --quantity for judgements in the store")
@@ -41,33 +41,25 @@ def gauge_study(
         with open_store() as store:
             frame = gauge.from_store(of_quantity(chosen(measurements(store), choice), str(wanted.quantity)))
     found = gauge.study(frame)
-    parts = {
-        "repeatability": found.repeatability,
-        "reproducibility": found.reproducibility,
-        "gauge R&R": found.gauge,
-        "parts": found.parts,
-        "total": found.total,
-    }
-    rows = pd.DataFrame(
-        [(name, sigma, 100.0 * sigma / found.total) for name, sigma in parts.items()],
-        columns=["source", "sigma", "percent_of_study"],
+    document = gauge.document(found, wanted.tolerance, len(frame))
+    show(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}"))
+    show(
+        pd.DataFrame(document["components"]),
+        "gauge study, crossed: standard deviations with their 95 % intervals",
+        dict.fromkeys(("percent_of_study", "percent_of_variance", "percent_of_tolerance"), "{:.1f}"),
     )
-    show(rows, "gauge study, crossed, by analysis of variance", {"percent_of_study": "{:.1f}"})
-    interaction = "significant" if found.interaction > 0 else "not significant, pooled with the repeats"
-    stdout.print(f"operators x parts: {interaction} (p = {found.p_interaction:.3g})")
-    stdout.print(f"distinct categories: {found.distinct_categories}")
+    pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
+    stdout.print(f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})")
+    stdout.print(f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)")
     if wanted.tolerance is not None:
-        stdout.print(f"gauge R&R: {found.percent_of_tolerance(wanted.tolerance):.1f} % of the tolerance")
-    U = gauge.expanded_uncertainty(found)
+        stdout.print(f"gauge R&R: {document['percent_of_tolerance']:.1f} % of the tolerance")
     stdout.print(
-        f"for a spec: U = {U:.3g} (k = 2, without calibration), source = 'gauge study of {len(frame)} readings'"
+        f"for a spec: U = {document['U']:.3g} (k = 2, without calibration), "
+        f"source = 'gauge study of {len(frame)} readings'"
     )
-    write(outputs, rows)
-    verdict = (
-        "good" if found.percent_of_study <= GOOD else "usable" if found.percent_of_study <= USABLE else "not usable"
-    )
-    stdout.print(f"the measurement is {verdict}: {found.percent_of_study:.1f} % of the study")
-    return Exit.INCOMPLETE if verdict == "not usable" else Exit.ACCEPTED
+    write_documents(outputs, document, pd.DataFrame(document["components"]))
+    stdout.print(f"the measurement is {document['verdict']}: {found.percent_of_study:.1f} % of the study")
+    return {"good": Exit.ACCEPTED, "conditional": Exit.INCOMPLETE}.get(document["verdict"], Exit.REJECTED)
 
 
 @clear_errors

@@ -12,7 +12,7 @@ from accept.base.atomic_files import check_place, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
-from accept.commands.fleet.tables import check, show, telling, write
+from accept.commands.fleet.tables import check, show, telling, write, write_documents
 from accept.commands.options import Plot
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
@@ -23,17 +23,23 @@ from accept.pictures.formats import format_of
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.picture import Panel
+from checks.process_control.control_chart import NELSON, Baseline
 from checks.rounding import rounded, rounded_U
 
 
-def chosen(frame: pd.DataFrame, choice: Choice) -> pd.DataFrame:
-    """The rows that are asked about. Raises FleetError where there are none."""
-    rows = between(frame, day(choice.since), day(choice.until, last=True))
+def is_chosen(frame: pd.DataFrame, choice: Choice) -> pd.Series:
+    """Return which rows are asked about. Raises FleetError if there are none."""
+    rows = frame.index.isin(between(frame, day(choice.since), day(choice.until, last=True)).index)
     if choice.kind is not None:
-        rows = rows[rows["kind"] == choice.kind.value]
-    if rows.empty:
+        rows &= frame["kind"] == choice.kind.value
+    if not rows.any():
         raise FleetError("the store holds no such judgement" if len(frame) else "no unit has been judged yet")
-    return rows
+    return pd.Series(rows, index=frame.index)
+
+
+def chosen(frame: pd.DataFrame, choice: Choice) -> pd.DataFrame:
+    """Return the rows that are asked about. Raises FleetError if there are none."""
+    return frame[is_chosen(frame, choice)]
 
 
 def _stored(serial: str | None = None) -> pd.DataFrame:
@@ -102,7 +108,7 @@ def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
     frame, every = chosen(_stored(), choice), wanted.all_attempts
     judged = frame if every else latest(frame)
     tries = attempts(judged)
-    verdict = "failed" if wanted.failed else wanted.verdict
+    verdict = "failed" if wanted.failed else wanted.verdict.value if wanted.verdict else None
     if verdict is not None:
         verdicts = {"failed": ("rejected", "conditional", "incomplete")}.get(verdict, (verdict,))
         tries = tries[tries["unit_verdict"].isin(verdicts)]
@@ -154,10 +160,13 @@ def first_pass(
     """Show the first-pass yield. With its interval, and the causes that stopped the others, the most frequent first."""
     check(outputs)
     _check_plot(plot)
-    frame = chosen(_stored(), choice)
-    made = yields.yields(frame, by.value)
+    frame = _stored()
+    asked = is_chosen(frame, choice)
+    made = yields.yields(frame, by.value, asked)
+    if made.empty:
+        raise FleetError("no unit was judged for the first time in this period; re-tests are no first attempts")
     show(made, "first-pass yield, with its 95 % interval", dict.fromkeys(("first_pass", "lo", "hi"), "{:.1%}"))
-    causes = yields.pareto(frame)
+    causes = yields.pareto(frame, asked)
     if len(causes):
         show(causes, "what stopped units at their first attempt", {"share": "{:.1%}"})
     else:
@@ -172,42 +181,73 @@ def trend(
     quantity: Annotated[str, typer.Argument(help="Name of a quantity, such as stroke_um.")],
     *,
     by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
+    rules: Annotated[
+        str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
+    ] = None,
     choice: Choice,
     plot: Plot = None,
     outputs: Outputs,
 ) -> Exit:
-    """Show a quantity over time. Control charts with Nelson's rules and EWMA, capability; exit 4 at an alarm."""
+    """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
     check(outputs)
     _check_plot(plot)
-    made = trends.trends(chosen(_stored(), choice), quantity, by.value)
-    rows = pd.DataFrame([_summary(t) for t in made])
-    two = dict.fromkeys(("Cpk", "Cpk_lo", "Cpk_hi"), "{:.2f}")
-    show(rows, f"{label_and_name(quantity)} [{made[0].unit}], first attempts", two)
-    rang = False
-    for each in made:
+    frame = _stored()
+    made = trends.trends(frame, quantity, by.value, None, _rules(rules), is_chosen(frame, choice))
+    documents = [trends.summary(t) for t in made]
+    show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
+    for each, document in zip(made, documents, strict=True):
+        for alarm in document["alarms"]:
+            stdout.print(f"{each.name}: {alarm['words']}", soft_wrap=True)
         for words in each.why:
             say(f"{each.name}: {words}")
-        for which, words in trends.alarmed(each):
-            rang = True
-            stdout.print(f"{each.name}: {which}: {words}", soft_wrap=True)
-        for words, times in trends.hints(each).items():
-            say(f"{each.name}: hint, {times} times {words}")
-    write(outputs, rows)
+        if each.chart is not None:
+            say(f"{each.name}: {_basis(each, each.chart.baseline)}")
+    write_documents(
+        outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
+    )
     _draw(plot, [trends.panel(t) for t in made], columns=1)
-    return Exit.INCOMPLETE if rang else Exit.ACCEPTED
+    return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
 
 
-def _summary(t: trends.Trend) -> dict[str, object]:
-    cap, made = t.capability, t.chart
+def _rules(text: str | None) -> list[int]:
+    """Return the numbers of Nelson's rules. Raises FleetError for anything else."""
+    try:
+        rules = [int(word) for word in text.split(",")] if text else []
+    except ValueError:
+        rules = [0]
+    if wrong := [rule for rule in rules if rule not in NELSON]:
+        known = "; ".join(f"{number}: {words}" for number, words in NELSON.items())
+        raise FleetError(f"--rules {text}: expected numbers such as 2,3 ({known}); got {wrong[0]}")
+    return rules
+
+
+def _row(document: Mapping[str, Any]) -> dict[str, object]:
+    """Return a group's line of the table: each index with its 95 % interval."""
+
+    def index(name: str) -> str | None:
+        value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
+        return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
+
     return {
-        "group": t.name,
-        "units": len(t.rows),
-        "mean": float(t.rows["value"].mean()),
-        "sigma": made.sigma if made else None,
-        "lower_3_sigma": made.lower if made else None,
-        "upper_3_sigma": made.upper if made else None,
-        "Cpk": cap.cpk if cap else None,
-        "Cpk_lo": cap.lo if cap else None,
-        "Cpk_hi": cap.hi if cap else None,
-        "alarms": sum(1 for _ in trends.alarms(t)),
+        "group": document["group"],
+        "units": document["n"],
+        "mean": document["mean"],
+        "sigma_within": document["sigma_within"],
+        "sigma_overall": document["sigma_overall"],
+        **{name: index(name) for name in ("Cpk", "Ppk")},
+        "alarms": len(document["alarms"]),
     }
+
+
+def _basis(each: trends.Trend, base: Baseline) -> str:
+    """Return what the chart compares with, and how often it rings without a reason."""
+    left_out = f", {base.left_out} gross left out" if base.left_out else ""
+    of = (
+        "the values themselves"
+        if each.baseline is None
+        else f"the baseline {each.baseline.since} to {each.baseline.until}"
+    )
+    return (
+        f"compared with {of} ({base.n} units{left_out}); "
+        f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"
+    )

@@ -1,5 +1,6 @@
 """A table for people, scripts and spreadsheets: the same rows on the terminal, as CSV and as JSON."""
 
+import json
 from collections.abc import Mapping
 
 import pandas as pd
@@ -24,11 +25,12 @@ TITLES = {  # on the terminal; files keep the names of the columns
     "first_pass": "first-pass yield",
     "lo": "from",
     "hi": "to",
-    "lower_3_sigma": "mean - 3 sigma",
-    "upper_3_sigma": "mean + 3 sigma",
-    "Cpk_lo": "Cpk from",
-    "Cpk_hi": "to",
+    "sigma_within": "sigma within",
+    "sigma_overall": "sigma overall",
     "percent_of_study": "% of study",
+    "percent_of_variance": "% of variance",
+    "percent_of_tolerance": "% of tolerance",
+    "mean_square": "mean square",
 }
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
@@ -44,6 +46,14 @@ def write(outputs: Outputs, frame: pd.DataFrame) -> None:
         write_atomic(outputs.json, (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode())
     if outputs.csv is not None:
         write_atomic(outputs.csv, _harmless(frame).to_csv(index=False).encode())
+
+
+def write_documents(outputs: Outputs, content: object, rows: pd.DataFrame) -> None:
+    """Write a document as JSON, and as CSV the rows that it is about."""
+    if outputs.json is not None:
+        write_atomic(outputs.json, (json.dumps(content, indent=1, allow_nan=False) + "\n").encode())
+    if outputs.csv is not None:
+        write_atomic(outputs.csv, _harmless(rows).to_csv(index=False).encode())
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:

@@ -1,6 +1,7 @@
 """Golden units stop a bench that has changed; a gauge study says what the measurement adds."""
 
 import datetime
+import json
 
 import numpy as np
 import pytest
@@ -95,11 +96,23 @@ def test_the_published_study_from_a_table(tmp_path):
     lines = ["part,operator,value"]
     lines += [f"P{p},O{o},{v}" for p in range(10) for o in range(3) for v in AIAG[p, o]]
     (tmp_path / "study.csv").write_text("\n".join(lines))
-    done = ask("rr", tmp_path / "study.csv", "--tolerance", "8")
-    assert done.exit_code == 0, done.output
-    assert "27.9 % of the study" in done.output
-    assert f"{100 * 6 * 0.302373 / 8:.1f} % of the tolerance" in done.output
-    assert "U = 0.605" in done.output
+    done = ask("rr", tmp_path / "study.csv", "--tolerance", "8", "--json", tmp_path / "rr.json")
+    assert done.exit_code == 4, done.output  # 27.9 % of the study and four categories: conditional
+    told = json.loads((tmp_path / "rr.json").read_text())
+    assert told["percent_of_study"] == pytest.approx(27.86, abs=0.005)
+    assert told["percent_of_tolerance"] == pytest.approx(100 * 6 * 0.302373 / 8, rel=1e-5)
+    assert (told["verdict"], told["distinct_categories"]) == ("conditional", 4)
+    assert told["U"] == pytest.approx(0.6047, abs=1e-4)
+    assert ask("rr", tmp_path / "study.csv", "--tolerance", "1").exit_code == 3  # 181 % of the tolerance
+
+
+def test_a_table_as_a_german_spreadsheet_writes_it(tmp_path):
+    lines = ["Part;Operator;Value"]
+    lines += [f"P{p} ;O{o};{v}".replace(".", ",") for p in range(10) for o in range(3) for v in AIAG[p, o]]
+    (tmp_path / "study.csv").write_text("\n".join(lines))
+    assert ask("rr", tmp_path / "study.csv", "--json", tmp_path / "rr.json").exit_code == 4
+    told = json.loads((tmp_path / "rr.json").read_text())
+    assert told["percent_of_study"] == pytest.approx(27.86, abs=0.005)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +133,7 @@ def test_tables_that_are_no_study(tmp_path, text, words):
     assert words in done.output
 
 
-def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in():
+def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in(tmp_path):
     rng = np.random.default_rng(4)
     parts = 360.0 + 5.0 * rng.standard_normal(12)
     with open_store() as store:
@@ -128,9 +141,8 @@ def test_a_study_from_the_store_finds_the_repeatability_that_was_put_in():
             for _ in range(3):
                 values = parts + 0.2 * rng.standard_normal(12)
                 add(store, [judgement(f"S-{i}", {"stroke_um": v}) for i, v in enumerate(values)], who=who)
-    done = ask("rr", "--quantity", "stroke_um")
+    done = ask("rr", "--quantity", "stroke_um", "--json", tmp_path / "rr.json")
     assert done.exit_code == 0, done.output
-    (line,) = [words for words in done.output.splitlines() if words.strip().startswith("repeatability")]
-    assert float(line.split()[1]) == pytest.approx(
-        0.2, rel=0.25
-    )  # 72 or more degrees of freedom: sd 8 %, three of them
+    told = json.loads((tmp_path / "rr.json").read_text())
+    (row,) = [part for part in told["components"] if part["source"] == "repeatability"]
+    assert row["sigma"] == pytest.approx(0.2, rel=0.25)  # 72 or more degrees of freedom: sd 8 %, three of them

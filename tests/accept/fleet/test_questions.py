@@ -2,6 +2,7 @@
 
 import datetime
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,7 @@ from accept.cli.main import app
 from accept.fleet.history import changes
 from accept.fleet.history import panels as history_panels
 from accept.fleet.measurements import between, day, measurements
+from accept.fleet.trend import trends
 from accept.fleet.yields import panels as yield_panels
 from accept.fleet.yields import pareto, yields
 from accept.store import open_store
@@ -125,6 +127,7 @@ def test_days_and_months(text, first, last):
 
 def test_days_count_whole():
     frame = pd.DataFrame({"time": pd.to_datetime(["2026-10-31T23:59:59Z", "2026-11-01T00:00:00Z"], utc=True)})
+    frame["measured"] = pd.Series([pd.NaT] * 2, dtype=frame["time"].dtype)
     assert len(between(frame, day("2026-10"), day("2026-10", last=True))) == 1
 
 
@@ -151,13 +154,66 @@ def test_a_drift_rings_and_a_steady_process_does_not(tmp_path):
     assert (tmp_path / "t.svg").read_text().startswith("<?xml")
     (row,) = json.loads((tmp_path / "t.json").read_text())
     assert row["Cpk_lo"] < row["Cpk"] < row["Cpk_hi"]
+    assert row["Ppk"] == pytest.approx((steady.mean() - 304.0) / (3.0 * steady.std(ddof=1)))
     assert row["mean"] == pytest.approx(steady.mean())
-    rang = ask("trend", "sensor_uF")
+    assert [p["serial"] for p in row["points"]] == [f"T-{i:02d}" for i in range(40)]
+    rang = ask("trend", "sensor_uF", "--json", tmp_path / "t.json")
     assert rang.exit_code == 4
-    assert "leaves its limits" in rang.output
-    told = [line for line in rang.output.splitlines() if "nine in a row" in line]
-    assert len(told) <= 2  # unit after unit is told once
-    assert "units): rule 2" in told[-1]
+    (row,) = json.loads((tmp_path / "t.json").read_text())
+    (alarm,) = row["alarms"]
+    assert alarm["rule"] in ("drift", "shift")
+    assert alarm["direction"] == "up"
+    assert not row["in_control"]
+    assert any("not in control" in words for words in row["cautions"])
+    assert ask("trend", "sensor_uF", "--rules", "9").exit_code == 6
+
+
+def test_a_unit_judged_by_a_short_spec_first_is_attempted_once_for_each_quantity():
+    """Fourteen units whose capacitance was judged first, the whole unit later; two are rejected then."""
+    with open_store() as store:
+        add(store, [judgement(f"S-{i:02d}", {"sensor_uF": 5.0, "stroke_um": None}) for i in range(14)], at=OCTOBER)
+        values = [{"sensor_uF": 5.0, "stroke_um": 360.0 if i > 1 else 180.0} for i in range(14)]
+        add(store, [judgement(f"S-{i:02d}", v) for i, v in enumerate(values)], at=NOVEMBER)
+        frame = measurements(store)
+    made = yields(frame, "kind").set_index("kind")
+    assert (made.at["apa", "units"], made.at["apa", "first"]) == (14, 12)
+    assert [t.rows.shape[0] for t in trends(frame, "stroke_um", "all")] == [14]
+    assert list(pareto(frame)["quantity"]) == ["stroke_um"]
+
+
+def test_a_period_makes_no_retest_a_first_attempt(bench):
+    """A-07 failed in October and passed in November: November has the five units of its own."""
+    with open_store() as store:
+        frame = measurements(store)
+    asked = frame["time"].dt.month == 11
+    made = yields(frame, "month", asked).set_index("month")
+    assert (made.at["2026-11", "units"], made.at["2026-11", "first"]) == (5, 5)
+    assert pareto(frame, asked).empty
+    assert ask("yield", "--since", "2026-11", "--kind", "apa").exit_code == 0
+
+
+def test_charts_do_not_depend_on_which_worker_was_done_first():
+    """Forty units stored in two orders, with their place in the batch: the same chart."""
+    values = 360.0 + 2.0 * np.random.default_rng(3).standard_normal(40)
+    made = []
+    for order in (np.arange(40), np.random.default_rng(4).permutation(40)):
+        with open_store() as store:
+            events = [judgement(f"O-{i:02d}", {"stroke_um": values[i]}) for i in order]
+            placed = [
+                replace(e, payload={**e.payload, "batch": {"seq": 1, "place": int(i)}})
+                for e, i in zip(events, order, strict=True)
+            ]
+            add(store, placed, at=OCTOBER)
+            frame = measurements(store)
+        frame = frame[frame["seq"] > 40 * len(made)].assign(attempt=1)
+        (trend,) = trends(frame, "stroke_um", "all")
+        made.append(trend.rows["value"].to_numpy())
+    assert (made[0] == values).all()
+    assert (made[1] == values).all()
+
+
+def test_an_unknown_verdict_is_refused_and_lists_nothing(bench):
+    assert ask("list", "--verdict", "reject").exit_code == 2
 
 
 def test_benches_and_operators_have_charts_of_their_own(tmp_path):
@@ -171,7 +227,7 @@ def test_benches_and_operators_have_charts_of_their_own(tmp_path):
     for by, names in (("bench", ("bench-1", "bench-2")), ("operator", ("Ann", "Bob"))):
         done = ask("trend", "stroke_um", "--by", by, "--json", tmp_path / "t.json")
         assert done.exit_code == 0, done.output
-        rows = {row["group"]: (row["mean"], row["units"]) for row in json.loads((tmp_path / "t.json").read_text())}
+        rows = {row["group"]: (row["mean"], row["n"]) for row in json.loads((tmp_path / "t.json").read_text())}
         assert rows == {name: (pytest.approx(m + steady.mean()), 40) for name, m in zip(names, (355, 365), strict=True)}
 
 
