@@ -237,18 +237,13 @@ def summary(t: Trend) -> dict[str, Any]:
             for alarm in (t.chart.alarms if t.chart else ())
         ],
         "cautions": list(t.why),
-        "points": [
-            {
-                "serial": row.serial,
-                "time": row.day.strftime("%Y-%m-%d"),
-                "value": row.value,
-                "U": None if np.isnan(row.U) else row.U,
-                "bench": row.bench,
-                "operator": row.operator,
-            }
-            for row in t.rows.itertuples()
-        ],
+        "points": _points(t.rows),
     }
+
+
+def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:
+    shown = rows[["serial", "value", "U", "bench", "operator"]].assign(time=rows["day"].dt.strftime("%Y-%m-%d"))
+    return [{str(k): None if v != v else v for k, v in row.items()} for row in shown.to_dict("records")]
 
 
 def panel(trend: Trend) -> Panel:

@@ -176,7 +176,7 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
     """
     out: list[Alarm] = []
     done = 0
-    for start in np.flatnonzero(off > 1.0):
+    for start in map(int, np.flatnonzero(off > 1.0)):
         if start < done:
             continue
         back = np.flatnonzero(off[start:] < BACK)
