@@ -4,6 +4,7 @@ A plug-in that cannot be used is left out and said in one line; what then asks f
 that nothing is ever judged by half of it. It can add, never replace: a name that the program has stays the program's.
 """
 
+import os
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
@@ -32,7 +33,7 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
 
     problem: what is wrong with an object, "" for nothing; it may raise. taken: names that the program has itself."""
     found: dict[str, Any] = {}
-    for entry in sorted(entry_points(group=group), key=lambda e: (e.name, e.value)):
+    for entry in _entries(group):
         try:
             value = entry.load()
             words = problem(value) or _clash(value.name, (*taken, *found))
@@ -49,10 +50,19 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
 
 def packaged() -> list[tuple[str, bytes]]:
     """Path and content of every file of the packages that bring plug-ins, but for what was compiled from them."""
-    entries = [e for group in (CHECKS, EFFECTS, INSTRUMENTS) for e in entry_points(group=group)]
+    entries = [e for group in (CHECKS, EFFECTS, INSTRUMENTS) for e in _entries(group)]
     packages = {e.dist.name: e.dist for e in entries if e.dist}
     files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]
     return [(str(p), Path(str(p.locate())).read_bytes()) for p in files if Path(str(p.locate())).is_file()]
+
+
+def _entries(group: str) -> list[EntryPoint]:
+    """Return the plug-ins of a group by name, but for those that lie in the working folder, which data share, unless
+    PYTHONPATH names it."""
+    named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
+    here = None if Path.cwd() in named else Path.cwd()
+    found = sorted(entry_points(group=group), key=lambda e: (e.name, e.value))
+    return [e for e in found if not e.dist or Path(str(e.dist.locate_file(""))).resolve() != here]
 
 
 def _clash(name: str, taken: Collection[str]) -> str:

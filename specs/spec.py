@@ -1,13 +1,13 @@
 """An acceptance spec: limits with bounds, unit, decision rule and source, read strictly from TOML."""
 
 import math
-import re
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from specs.patterns import pattern_problem
 from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
 from specs.units import unit_of
 
@@ -116,10 +116,8 @@ class SpecDocument(Strict):
     @field_validator("serial_pattern")
     @classmethod
     def _compiles(cls, pattern: str) -> str:
-        try:
-            re.compile(pattern)
-        except re.error as e:
-            raise ValueError(f"is not a regular expression: {e}") from e
+        if problem := pattern_problem(pattern):
+            raise ValueError(problem)
         return pattern
 
     @model_validator(mode="after")

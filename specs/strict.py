@@ -1,6 +1,7 @@
 """TOML read strictly: an unknown key, a wrong type, a number that is not finite are errors with their key path."""
 
 import hashlib
+import re
 import sys
 import tomllib
 from collections.abc import Mapping
@@ -15,6 +16,9 @@ from specs.files import read_bounded
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Words = Annotated[str, Field(min_length=1)]
+MAX_TOML_BYTES = 4_000_000  # the largest model file of a batch takes a tenth
+MAX_KEY_PARTS = 100  # of a dotted key; the files of this program have four
+_BETWEEN_DOTTED = re.compile(rb"[=,\[\]{}\n#]")  # dots of one key stand between two of these
 Full = TypeVar("Full", bound="Strict")
 
 
@@ -58,6 +62,7 @@ def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **
 
 def toml_of(raw: bytes) -> dict[str, Any]:
     """What the bytes of a TOML file hold. Raises ValueError, which says why they are none."""
+    check_toml_bounds(raw)
     try:
         return tomllib.loads(raw.decode("utf-8-sig"))  # editors on Windows put a mark in front
     except UnicodeDecodeError as e:
@@ -68,6 +73,15 @@ def toml_of(raw: bytes) -> dict[str, Any]:
         raise ValueError("is not TOML: it is nested too deeply") from e
     except ValueError as e:  # Python converts no more digits; a number of so many is none of a measurement
         raise ValueError(f"holds a number of more than {sys.get_int_max_str_digits()} digits") from e
+
+
+def check_toml_bounds(raw: bytes) -> None:
+    """Raises ValueError for bytes that would take a parser of TOML long: very many, or with a key of very many parts,
+    whose time grows with the square of their number."""
+    if len(raw) > MAX_TOML_BYTES:
+        raise ValueError(f"is larger than {MAX_TOML_BYTES} bytes")
+    if any(part.count(b".") > MAX_KEY_PARTS for part in _BETWEEN_DOTTED.split(raw)):
+        raise ValueError(f"has a dotted key of more than {MAX_KEY_PARTS} parts, or as many dots in one line of words")
 
 
 def problem_line(problem: Mapping[str, Any]) -> str:

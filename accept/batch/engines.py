@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import nullcontext
-from multiprocessing import get_context
 from pathlib import Path
 
 from accept.base import worker_process
+from accept.base.child_processes import process_pool
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.batch.cluster_jobs import done_far
 from accept.batch.worker import Job, JudgedOrRefused
@@ -19,7 +19,7 @@ MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units 
 
 def processes(count: int) -> ProcessPoolExecutor:
     """Fresh ones, which share nothing with this one, end with it and have a limit of memory."""
-    return ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=worker_process.begin)
+    return process_pool(count, worker_process.begin)
 
 
 def judge_far(jobs: Iterable[Job], cluster: Cluster) -> Iterator[tuple[Job, JudgedOrRefused]]:

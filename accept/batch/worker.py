@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from accept.base.console import say
+from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.certificate.contents.content import ContentError
 from accept.certificate.examine import JudgedUnit, examine
@@ -21,8 +22,12 @@ Job = partial[JudgedOrRefused]
 
 def judge(unit: UnitFolder, spec: Spec, operator: str, **wanted: Any) -> JudgedOrRefused:
     """`examine` for a batch, which goes on with the next unit where one cannot be judged."""
+    limit = judging_s()
     try:
-        return examine(unit, spec, operator, say=_progress(unit.serial), **wanted)
+        with time_limit(limit):
+            return examine(unit, spec, operator, say=_progress(unit.serial), **wanted)
+    except TimeLimitExceeded:
+        return f"{unit.path}: judging it took more than {limit:g} s and was stopped (ACCEPT_UNIT_S)"
     except (UnitError, ContentError) as e:
         return str(e)
     except MemoryError:

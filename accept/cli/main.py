@@ -1,10 +1,12 @@
 """The program: every command by its name, in the order of the help, what most people come for first."""
 
+import os
 from typing import Annotated, Any
 
 import typer
 
 from accept.base import loading
+from accept.base.child_processes import SAFE_PATH
 from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 from accept.cli.lazy_group import Command, Group, LazyGroup
@@ -166,6 +168,7 @@ def options(
 
 def main() -> None:
     """Run the program. A pipe that its reader closed (`accept ... | head`) is no crash."""
+    os.environ[SAFE_PATH] = "1"  # whatever a library starts imports nothing from the working folder
     loading.begin()
     log_crashes()
     try:

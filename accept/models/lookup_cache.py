@@ -12,9 +12,8 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from numpy.typing import NDArray
 
 from accept.base import worker_process
 from accept.base.atomic_files import write_atomic
+from accept.base.child_processes import process_pool
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.home import home
 from accept.base.progress import steps
@@ -212,7 +212,7 @@ def _computed(plan: Plan, missing: list[int], workers: int) -> Iterator[tuple[in
     if workers <= 1:
         yield from ((i, plan.row(i)) for i in missing)
         return
-    with ProcessPoolExecutor(workers, get_context("spawn"), _hold, (plan,)) as pool:
+    with process_pool(workers, _hold, (plan,)) as pool:
         pending = {pool.submit(_held_row, i): i for i in missing}
         try:
             for done in as_completed(pending):

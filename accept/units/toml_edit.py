@@ -13,6 +13,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from checks.acceptance import CHECKS
 from specs.files import read_bounded
+from specs.strict import check_toml_bounds
 
 
 def begin(folder: Path, serial: str, kind: str) -> None:
@@ -34,8 +35,10 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
     """
     path = folder / UNIT_FILE
     try:
-        document = tomlkit.parse(read_bounded(path).decode("utf-8"))
-    except (OSError, UnicodeDecodeError, TOMLKitError) as e:
+        raw = read_bounded(path)
+        check_toml_bounds(raw)
+        document = tomlkit.parse(raw.decode("utf-8"))
+    except (OSError, ValueError, TOMLKitError) as e:
         raise UnitError(path, [f"cannot be read: {e}"]) from e
     table = document.setdefault(section, tomlkit.table())
     for other in _other_forms(section, set(entries)) & set(table):

@@ -33,6 +33,7 @@ from accept.certificate.verify.signature_contents import byte_range, check_hole,
 
 _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who verifies
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
+_MOST_REVISIONS, _MOST_FIELDS = 8, 8  # what has more is no certificate and is not looked at further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
 # What pyhanko has to say about a broken file ends up in the reason; nobody needs it on stderr too.
 for _library in ("pyhanko", "pyhanko_certvalidator"):
@@ -94,6 +95,7 @@ def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
     """Technician, or technician and QA, each in a revision of its own after the first; nothing else in the file."""
     if reader.encrypted:
         raise InvalidCertificate("the file is encrypted")
+    _check_forms(reader)
     found = list(reader.embedded_signatures)
     names = tuple(s.field_name for s in found)
     filled = {name for name, value, _ in enumerate_sig_fields(reader) if value is not None}
@@ -112,6 +114,20 @@ def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
     if fields != set(ROLES):
         raise InvalidCertificate(f"the signature fields are {', '.join(sorted(fields))}, expected {', '.join(ROLES)}")
     return found
+
+
+def _check_forms(reader: PdfFileReader) -> None:
+    """Raises InvalidCertificate for a form with many fields or with fields below fields, in any revision: the program
+    writes two. Fields that name each other twice make a walk over them twice as long at every level."""
+    revisions = reader.xrefs.total_revisions
+    if revisions > _MOST_REVISIONS:
+        raise InvalidCertificate(f"the file has {revisions} revisions for two signatures: something else was added")
+    for revision in range(revisions):
+        root = reader.get_historical_root(revision)
+        form = root["/AcroForm"] if "/AcroForm" in root else {}  # noqa: SIM401 - `get` does not follow references
+        fields = form["/Fields"] if "/Fields" in form else []  # noqa: SIM401
+        if len(fields) > _MOST_FIELDS or any("/Kids" in fields[n] for n in range(len(fields))):
+            raise InvalidCertificate(f"the form has {len(fields)} fields, or fields below fields: expected two")
 
 
 def _certificate(

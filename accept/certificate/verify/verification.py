@@ -9,6 +9,7 @@ from typing import Any
 
 from cryptography import x509
 
+from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.contents.statements import NOT_STATED, statements
@@ -88,8 +89,27 @@ def verify(
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
     only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
     revoked. known : what a bench's own store says of it. stamping : trusted roots of time stamping authorities. Never
-    raises on any bytes.
+    raises on any bytes, and takes no longer than `accept.base.watchdog` allows for judging one unit.
     """
+    limit = judging_s()
+    try:
+        with time_limit(limit):
+            return _verify(pdf, trust, rejudge, now, demo, records, revoked, known, stamping)
+    except TimeLimitExceeded:
+        return Verification(Validity.NOT_VALID, f"it could not be verified within {limit:g} s", demo=demo)
+
+
+def _verify(
+    pdf: bytes,
+    trust: Sequence[x509.Certificate],
+    rejudge: Rejudge | None,
+    now: datetime | None,
+    demo: bool,
+    records: Path | None,
+    revoked: Sequence[Revoked],
+    known: Known | None,
+    stamping: Sequence[x509.Certificate],
+) -> Verification:
     details: list[str] = []
     try:
         roots = _roots(trust, demo)

@@ -59,18 +59,25 @@ class Loopback(Server):
         origin = request.headers.get("Origin")
         if request.host != self._own or origin not in (None, f"http://{self._own}"):
             raise web.HTTPForbidden(text=f"only http://{self._own} itself is answered")
-        if secrets.compare_digest(request.cookies.get(COOKIE, ""), self._session):
+        if _same(request.cookies.get(COOKIE, ""), self._session):
             return await handler(request)
+        if request.method != "GET":  # a preview of the link must not spend it
+            raise web.HTTPForbidden(text="open the address in a browser")
         raise self._admitted(request.query.get("token", ""))
 
     def _admitted(self, token: str) -> web.HTTPFound:
         """The first browser that brings the printed token gets the session; nobody else does, and no second one."""
-        if self._token is None or not secrets.compare_digest(token, self._token):
+        if self._token is None or not _same(token, self._token):
             raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
         self._token = None
         answer = web.HTTPFound(f"http://{self._own}/")
         answer.set_cookie(COOKIE, self._session, httponly=True, samesite="Strict")
         return answer
+
+
+def _same(given: str, expected: str) -> bool:
+    """Return whether two strings are equal, in constant time and for any letters."""
+    return secrets.compare_digest(given.encode("utf-8", "surrogatepass"), expected.encode())
 
 
 def template_without_strangers(folder: Path) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from accept.base.child_processes import protected
 from accept.base.console import say
 from accept.base.exit_codes import Exit
 
@@ -26,7 +27,8 @@ def run(arguments: Sequence[str], port: int) -> Exit:
         server = Loopback(command(arguments), HOST, port, "accept", templates_path=folder)
         say(f"accept: {server.address} in one browser on this machine; Ctrl+C ends it")
         try:
-            server.serve()
+            with protected():
+                server.serve()
         except OSError as e:
             say(f"accept: {HOST}:{port}: {e.strerror or e}")
             return Exit.BAD_INPUT
@@ -35,4 +37,4 @@ def run(arguments: Sequence[str], port: int) -> Exit:
 
 def command(arguments: Sequence[str]) -> str:
     """What is started for every window."""
-    return shlex.join([sys.executable, "-m", "accept", "run", *arguments])
+    return shlex.join([sys.executable, "-P", "-m", "accept", "run", *arguments])

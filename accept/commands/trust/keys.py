@@ -154,8 +154,6 @@ def _office(given: Path | None) -> Path:
 
 
 def _ca_passphrase(file: Path | None) -> str:
-    """The authority's, from its own file where that still lies at the bench."""
-    left = keys.folder(home()) / keys.AUTHORITY_PASSPHRASE
-    if file is None and not os.environ.get(CA_PASSPHRASE) and left.is_file():
-        file = left
+    """The authority's passphrase: from the file that is named, the environment or the terminal, and from no other file.
+    Who is at the bench is not the authority because its passphrase still lies there."""
     return passphrase_of(file, "passphrase of the authority: ", CA_PASSPHRASE, only=True)

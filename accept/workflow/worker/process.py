@@ -10,12 +10,13 @@ import threading
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
+from accept.base.child_processes import environment
 from specs.errors import AcceptError
 
 T = TypeVar("T")
 Say = Callable[[str], None]
 SAID, DONE, REFUSED, BROKEN, LOST = "said", "done", "refused", "broken", "lost"
-COMMAND = (sys.executable, "-m", "accept.workflow.worker.main")
+COMMAND = (sys.executable, "-P", "-m", "accept.workflow.worker.main")
 Process = subprocess.Popen[bytes]
 
 
@@ -102,6 +103,7 @@ class WorkerProcess:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
+                env=environment(),
                 start_new_session=True,  # Ctrl+C in the terminal is for the screens
             )
         return self._process
