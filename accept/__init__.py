@@ -11,6 +11,8 @@ The names below are stable; `docs/reference/api.md` describes them. Each is impo
 
 import os
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # The checks multiply small matrices: a linear algebra library that starts threads for each product loses more time than
@@ -54,9 +56,31 @@ __all__ = [
 ]
 
 
+def _strangers() -> str:
+    """Return, in one line, which module of somebody else is imported in place of one of the program's, "" for none.
+
+    `checks`, `hw` and `specs` are common names: a `checks.py` beside a script comes before the installed package.
+    """
+    root = Path(__file__).resolve().parents[1]
+    for name in ("checks", "hw", "specs"):
+        found = find_spec(name)
+        places = [] if found is None else [Path(p).resolve() for p in found.submodule_search_locations or ()]
+        if root / name not in places:
+            where = "nowhere" if found is None else str(found.origin or ", ".join(map(str, places)))
+            return (
+                f"accept needs its own package '{name}' ({root / name}), but Python finds {where} first: rename that, "
+                "start from another folder, or install accept in an environment of its own"
+            )
+    return ""
+
+
 def __getattr__(name: str) -> Any:
     if name in __all__:
+        if problem := _strangers():
+            raise ImportError(problem)
         return getattr(import_module("accept.analysis.api"), name)
+    if name == "__version__":
+        return import_module("accept.base.version").version()
     raise AttributeError(f"module 'accept' has no attribute '{name}'; it offers {', '.join(__all__)}")
 
 

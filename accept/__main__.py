@@ -6,6 +6,14 @@ import sys
 if not sys.flags.safe_path and sys.path and sys.path[0] in ("", os.getcwd()):
     del sys.path[0]
 
+import sys
+
+from accept import _strangers
+
+if problem := _strangers():  # the folder in which it is started comes first where modules are looked for
+    print(f"accept: {problem}", file=sys.stderr)
+    sys.exit(6)  # bad input: `Exit.BAD_INPUT` cannot be imported yet
+
 from accept.cli.main import main
 
 main()

@@ -10,6 +10,7 @@ from typing import Any
 
 from hw.errors import SettingsError
 from hw.serial_port import POLL_S
+from specs.distribution import install
 
 CONNECT_S = 3.0  # on a local network a device that is there answers in milliseconds
 MAX_READ = 65_536  # of one read; an answer is some hundred bytes
@@ -132,7 +133,7 @@ def visa_opener(library: str, timeout_s: float) -> Any:
         try:
             import pyvisa
         except ImportError as e:
-            raise SettingsError("this instrument needs pyvisa: pip install 'accept[visa]'") from e
+            raise SettingsError(f"this instrument needs pyvisa: {install('visa')}") from e
         try:
             session = pyvisa.ResourceManager(library).open_resource(address.port)
         except (pyvisa.errors.Error, ValueError) as e:

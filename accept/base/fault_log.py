@@ -3,7 +3,6 @@
 import logging
 import sys
 import traceback
-from importlib import metadata
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from filelock import FileLock
 
 from accept.base.home import home
 from accept.base.plain_text import lines, one_line
+from accept.base.version import version
 
 NAME = "accept.log"
 PLEASE_REPORT = f"please report it with ACCEPT_HOME/log/{NAME}"
@@ -31,7 +31,7 @@ def log_fault(doing: str, fault: BaseException) -> None:
     """
     info = (type(fault), fault, fault.__traceback__)
     record = logging.LogRecord("accept", logging.ERROR, __file__, 0, doing, None, info)
-    record.version = metadata.version("accept")
+    record.version = version()
     formatter = _Plain(_FORMAT)
     try:
         _append(record, formatter)

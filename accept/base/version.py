@@ -5,20 +5,23 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from specs.distribution import NAME
 from specs.plugins import packaged
 
 PACKAGES = ("accept", "hw", "checks", "specs")
 
 
 def version() -> str:
-    """Version of the installed program."""
-    return metadata.version("accept")
+    """Return the version of the installed program."""
+    return metadata.version(NAME)
 
 
 @cache
 def code_sha256() -> str:
-    """Hash over every source file and built-in spec, by path and content, and over packages that bring plug-ins: it
-    changes when a verdict could."""
+    """Return the hash over every source file and built-in spec, by path and content, and over packages of plug-ins.
+
+    It changes when a verdict could.
+    """
     root = Path(__file__).resolve().parents[2]
     files = sorted(p for package in PACKAGES for p in (root / package).rglob("*") if p.suffix in {".py", ".toml"})
     digest = hashlib.sha256()

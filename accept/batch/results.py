@@ -15,6 +15,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
 from accept.batch import outputs
+from specs.distribution import install
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def check_room(units: int, dataset: bool) -> None:
         import pyarrow.parquet  # noqa: F401
     except ImportError as e:
         words = f"{units} units" if units > WHOLE else "results of a cluster"
-        raise ResultsError(f"{words}: are written as Parquet, which needs pip install 'accept[cluster]' ({e})") from e
+        raise ResultsError(f"{words}: are written as Parquet, which needs {install('cluster')} ({e})") from e
 
 
 class Results:

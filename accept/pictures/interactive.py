@@ -19,8 +19,9 @@ from accept.pictures.formats import PictureError
 from accept.pictures.words import pretty
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span
+from specs.distribution import install
 
-MISSING = "interactive plots need plotly: pip install 'accept[site]'"
+MISSING = f"interactive plots need plotly: {install('site')}"
 BELOW = (" phase", " deviation", " residual")  # of a channel, under ` magnitude`
 _DASH = {"solid": "solid", "dashed": "dash", "points": "solid"}
 _STYLE = (

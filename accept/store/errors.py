@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 
+from specs.distribution import install
 from specs.errors import AcceptError
 
 OTHER_PLACE = "make it writable, or set ACCEPT_HOME to a folder that is"
@@ -45,6 +46,6 @@ def _reason(error: Exception) -> str:
         if name.startswith(prefix):
             return words
     if isinstance(cause, ImportError):
-        return f"its database driver is not installed ({cause}); for PostgreSQL: pip install 'accept[postgres]'"
+        return f"its database driver is not installed ({cause}); for PostgreSQL: {install('postgres')}"
     lines = str(cause).strip().splitlines() or [type(cause).__name__]
     return lines[0]

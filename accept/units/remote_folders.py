@@ -20,6 +20,7 @@ from accept.units import unit_folder
 from accept.units.unit_folder import MAX_UNIT_TOML_BYTES, UNIT_FILE, UnitError
 from checks.errors import RecordError
 from hw.records.limits import DEFAULT_LIMITS
+from specs.distribution import install
 from specs.errors import AcceptError
 
 FETCHED = "fetched"  # folder of them, in that of the results
@@ -93,7 +94,7 @@ def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
     try:
         from fsspec.core import url_to_fs
     except ImportError as e:
-        raise RemoteError(f"{shown(where)}: fsspec is not installed ({e}): pip install 'accept[remote]'") from e
+        raise RemoteError(f"{shown(where)}: fsspec is not installed ({e}): {install('remote')}") from e
     entries = 0
     try:
         fs, root = url_to_fs(where)

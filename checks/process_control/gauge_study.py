@@ -22,7 +22,7 @@ _DRAWS = 20_000  # of the intervals: their ends are known to some 1 %
 
 
 @dataclass(frozen=True)
-class Source:
+class VarianceRow:
     """A row of the analysis of variance; F and p are None for the row that others are compared with."""
 
     degrees: int
@@ -50,7 +50,7 @@ class GaugeStudy:
     "total" -> standard deviation. degrees: of freedom of the repeatability.
     """
 
-    table: Mapping[str, Source]
+    table: Mapping[str, VarianceRow]
     components: Mapping[str, Component]
     pooled: bool
     degrees: int
@@ -121,7 +121,7 @@ def _sigmas(mean_squares: Array, shape: tuple[int, ...], pooled: bool) -> dict[s
     return {name: np.sqrt(v) for name, v in variance.items()}
 
 
-def _analysis_of_variance(x: Array) -> dict[str, Source]:
+def _analysis_of_variance(x: Array) -> dict[str, VarianceRow]:
     """Return the table of x (parts, operators, repeats), both factors random: compared with the interaction."""
     p, o, r = x.shape
     mean, cells = x.mean(), x.mean(axis=2)
@@ -141,5 +141,5 @@ def _analysis_of_variance(x: Array) -> dict[str, Source]:
             other, of = rows[beside[name]]
             F = float((squares / degrees) / (other / of)) if other > 0 else float("inf")
             p_value = float(fdtrc(degrees, of, F)) if np.isfinite(F) else 0.0
-        table[name] = Source(degrees, float(squares), float(squares / degrees), F, p_value)
+        table[name] = VarianceRow(degrees, float(squares), float(squares / degrees), F, p_value)
     return table

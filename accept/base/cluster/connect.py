@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from accept.base.cluster.work import Cluster, ClusterError
+from specs.distribution import install
 
 
 @contextmanager
@@ -16,6 +17,6 @@ def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster
     try:
         from accept.base.cluster import dask_workers
     except ImportError as e:
-        raise ClusterError(f"--cluster {where}: Dask is not installed ({e}): pip install 'accept[cluster]'") from e
+        raise ClusterError(f"--cluster {where}: Dask is not installed ({e}): {install('cluster')}") from e
     with dask_workers.connected(where, say) as cluster:
         yield cluster

@@ -21,6 +21,7 @@ from hw.instruments.scpi_lcr import PROFILES
 from hw.link import Link
 from hw.network_port import Address, visa_opener
 from hw.serial_port import LineSettings
+from specs.distribution import install
 
 LISTEN_S, ANSWER_S = 0.3, 1.0  # what sends by itself does so more often; for an answer to `*IDN?`
 IDN = "*IDN?\n"
@@ -80,7 +81,7 @@ def _visa(named: Sequence[str]) -> list[Seen]:
     try:
         import pyvisa
     except ImportError:
-        say("VISA instruments are not looked for: pip install 'accept[visa]'")
+        say(f"VISA instruments are not looked for: {install('visa')}")
         return []
     try:
         with warnings.catch_warnings(record=True) as left_out:  # what could not be searched, and what it would take

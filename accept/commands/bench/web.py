@@ -10,9 +10,10 @@ from pathlib import Path
 from accept.base.child_processes import protected
 from accept.base.console import say
 from accept.base.exit_codes import Exit
+from specs.distribution import install
 
 HOST = "127.0.0.1"
-MISSING = "accept: --web needs the extra 'web': pip install 'accept[web]'"
+MISSING = f"accept: --web needs the extra 'web': {install('web')}"
 
 
 def run(arguments: Sequence[str], port: int) -> Exit:

@@ -16,7 +16,7 @@ class Kind(StrEnum):
     STRUT = "strut"
 
 
-class Verdict(StrEnum):
+class ListedVerdict(StrEnum):
     """Verdicts of a unit."""
 
     ACCEPTED = "accepted"
@@ -76,7 +76,7 @@ class ListOptions:
     """Which of the chosen judgements are listed."""
 
     failed: Annotated[bool, typer.Option("--failed", help="Only units that are not accepted.")] = False
-    verdict: Annotated[Verdict | None, typer.Option(help="Only this verdict.")] = None
+    verdict: Annotated[ListedVerdict | None, typer.Option(help="Only this verdict.")] = None
     check: Annotated[str | None, typer.Option(help="Only where this check or quantity did not pass.")] = None
     all_attempts: Annotated[
         bool, typer.Option("--all-attempts", help="Every judgement, not the last of each unit.")

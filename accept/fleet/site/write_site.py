@@ -9,6 +9,7 @@ from typing import Any
 from accept.base.atomic_files import write_atomic
 from accept.fleet.errors import FleetError
 from accept.fleet.site.page_data import script
+from specs.distribution import install
 
 OWN = ("index.html", "style.css", "page.js")
 LIBRARY = "plotly.min.js"
@@ -17,7 +18,7 @@ LIBRARY = "plotly.min.js"
 def write_site(out: Path, content: Mapping[str, Any]) -> list[Path]:
     """Write the page into `out` and return its files. Raises FleetError where the extra `site` is not installed."""
     if find_spec("plotly") is None:
-        raise FleetError("the page needs plotly: install the extra 'site' (pip install 'accept[site]')")
+        raise FleetError(f"the page needs plotly: {install('site')}")
     if not content["judgements"]:
         raise FleetError("no unit has been judged yet: there is nothing to show")
     files = {name: resources.files("accept.fleet.site").joinpath(name).read_bytes() for name in OWN}
