@@ -20,7 +20,7 @@ from pathlib import Path
 import scipy.fft
 
 from accept.batch import judge_batch
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store

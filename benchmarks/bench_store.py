@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.batch import judge_batch
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest
 from accept.judging.judge_unit import load_spec
 from accept.store import NewEvent, open_store
 from specs.spec import parse

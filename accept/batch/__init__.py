@@ -1,1 +1,1 @@
-"""Many units judged at once, and the files that scripts read."""
+"""Units judged, one or many: from folders to stored, certified judgements, and the files that scripts read."""

@@ -2,39 +2,72 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from datetime import UTC, date, datetime
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.progress import steps
-from accept.batch.engines import folder_of, judge_far, judge_here
-from accept.batch.request import CERTIFICATES, BatchRequest, spec_for
+from accept.batch.executors import executor
+from accept.batch.job import Judgement, Refusal, UnitJob
+from accept.batch.pipeline import Pipeline, spec_for
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.roster import Roster
-from accept.batch.unchanged import unchanged
-from accept.batch.worker import Job, JudgedOrRefused
-from accept.certificate import events, uncertified
-from accept.certificate.certify import certify
-from accept.fleet import golden
+from accept.certificate.contents.content import ContentError
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.trust.keys import Credential
 from accept.gap.text import one_line
-from accept.judging.copies import copies_of, withhold_others
+from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
-from accept.store import Event, SignedHead, Store, fold
-from accept.store.spelling import mistaken_for
+from accept.store import Event, Store
 from accept.units import unit_folder
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units.unit_folder import UnitError
+from checks.picture import Panel
 from checks.verdict import Verdict
+from specs.bench import BenchFile
+from specs.files import CERTIFICATE_BYTES, read_bounded
+from specs.spec import Spec
+
+CERTIFICATES = "certificates"
 
 Say = Callable[[str], None]
 
 
+@dataclass(frozen=True)
+class BatchRequest:
+    """What a batch is asked to do. specs: kind -> spec. credential: None writes no certificates. bench: judge with the
+    calibration of its instruments, as it stands `on` a day (UTC). model: explains responses instead of the spec's.
+    pool: processes that run already; the longest unit is then judged by this one. For units that are known not to
+    break it. cluster: judges instead of processes of this machine. refused: (where, why) of units that did not even
+    come this far."""
+
+    paths: Sequence[Path]
+    out: Path
+    specs: dict[str, Spec]
+    operator: str
+    credential: Credential | None = None
+    workers: int | None = None
+    bench: BenchFile | None = None
+    on: date = field(default_factory=lambda: datetime.now(UTC).date())
+    model: str | None = None
+    pool: ProcessPoolExecutor | None = None
+    cluster: Cluster | None = None
+    refused: Sequence[tuple[str, str]] = ()
+
+    def certificate(self, serial: str) -> Path | None:
+        """Return where a unit's certificate is to lie, None if none is wanted."""
+        return None if self.credential is None else self.out / CERTIFICATES / f"{serial}.pdf"
+
+
 @dataclass
 class BatchReport:
-    """What a batch did. units: results.json entries in order of serial, where they are few enough to be held (`WHOLE`);
+    """What a batch did. units: results.json entries in order of serial, if they are few enough to be held (`WHOLE`);
     verdicts: how many units have which; refused folders; unchanged: how many were as they had been judged."""
 
     units: list[dict[str, Any]] = field(default_factory=list)
@@ -64,14 +97,14 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
         started = {"out": str(request.out), "units": roster.count(), "specs": names}
         store.append("batch_started", "", started, who=request.operator)
-        if request.cluster is not None:
-            judged, of = judge_far(batch.jobs(), request.cluster), roster.count()
-        else:
-            jobs = list(batch.jobs())
-            judged, of = judge_here(jobs, request.workers, request.pool), len(jobs)
-        for number, (job, outcome) in enumerate(steps(judged, "units judged", of), 1):
+        jobs: Iterator[UnitJob] | list[UnitJob] = batch.jobs()
+        if request.cluster is None:
+            jobs = list(jobs)
+        of = len(jobs) if isinstance(jobs, list) else roster.count()
+        done = executor(request.workers, request.pool, request.cluster).run(jobs)
+        for number, (job, outcome) in enumerate(steps(done, "units judged", of), 1):
             batch.keep(job, outcome, f"[{number}/{of}] ")
-        batch.judge_doubted_again()
+        batch.settle_doubted_again()
         batch.report.unchanged = roster.count("unchanged")
         batch.write_results()
     report = batch.report
@@ -81,21 +114,28 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
     return report
 
 
-@dataclass
 class _Batch:
-    """One batch under way: what is asked, who is enrolled, where it is stored, whom it is said to, what was done."""
+    """One batch under way."""
 
-    request: BatchRequest
-    roster: Roster
-    store: Store
-    say: Say
-    report: BatchReport = field(default_factory=BatchReport)
-    doubted: list[str] = field(default_factory=list)  # judged earlier with a recording that another unit has too
-    built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = field(default_factory=dict)  # parts, stated doubts
+    def __init__(self, request: BatchRequest, roster: Roster, store: Store, say: Say) -> None:
+        self.request, self.roster, self.store, self.say = request, roster, store, say
+        self.report = BatchReport()
+        self.pipeline = Pipeline(
+            store,
+            request.specs,
+            request.operator,
+            credential=request.credential,
+            bench_file=request.bench,
+            on=request.on,
+            model=request.model,
+            out=request.out,
+        )
+        self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
+        self.built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = {}  # parts, and the doubts that were stated
 
     def enrol(self) -> None:
-        """Units that can be judged into the roster; the others are refused, said and stored. One serial in two folders
-        refuses both."""
+        """Put the units that can be judged into the roster; refuse the others. Two folders of one serial are
+        both refused."""
         for address, reason in self.request.refused:
             self._refuse(address, reason)
         for path in self.request.paths:
@@ -116,109 +156,85 @@ class _Batch:
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 
-    def jobs(self) -> Iterator[Job]:
-        """What is to be judged, made as it is asked for; what is unchanged is said and marked."""
-        stopped = golden.stopped(self.store) is not None  # asked where a verdict is stored; known before, it saves work
-        head = self.store.signed_head()
+    def jobs(self) -> Iterator[UnitJob]:
+        """Make the jobs as they are asked for; say and mark what is unchanged."""
         for path in self.roster.folders():
             try:
-                folder, past = self._may_be_judged(path, stopped)
-            except (UnitError, golden.BenchStopped) as e:
-                self.roster.refuse(path)
-                self._refuse(path, str(e))
+                job = self._job(path)
+            except (UnitError, BenchStopped) as e:
+                self._refuse_unit(path, str(e))
                 continue
-            job = self._job(folder, past, head)
             if job is not None:
                 yield job
 
-    def _may_be_judged(self, path: Path, stopped: bool) -> tuple[UnitFolder, list[Event]]:
-        """The unit and all that the store holds of it. Raises UnitError, BenchStopped."""
-        folder = self.roster.unit(path)
-        if stopped:
-            golden.may_judge(self.store, folder.serial)
-        past = list(self.store.events(folder.serial))  # of the others the store may hold many
-        # Of two that the store knows both have been here since before this was looked at.
-        if not past and (known := self.store.other_spelling(folder.serial)) is not None:
-            raise UnitError(path / unit_folder.UNIT_FILE, [mistaken_for(folder.serial, known)])
-        return folder, past
-
-    def _job(self, folder: UnitFolder, past: list[Event], head: SignedHead | None) -> Job | None:
-        """What is to be done with a unit; None where its result stands."""
-        request, roster, store = self.request, self.roster, self.store
-        before = fold(past).units.get(folder.serial)
+    def _job(self, path: Path) -> UnitJob | None:
+        """Return what is to be done with a unit, None if its result stands. Raises UnitError, BenchStopped."""
+        pipeline, roster = self.pipeline, self.roster
+        unit = roster.unit(path)
+        known, certificate = pipeline.ask(unit), self.request.certificate(unit.serial)
+        before = known.before
         if before is not None:
-            roster.known(folder.serial, before.attempts - 1, before.seq)
-        if before is not None and unchanged(folder, request, before, store):
-            roster.judged(folder.serial, before.seq, unchanged=True)
-            # Said again: the run that judged it may have been killed before it could.
-            self._doubt_others(folder.serial, before.result.get("copies", []))
-            self._note_parts(folder.serial, folder.parts, before.result.get("part_doubts", []))
-            self.say(f"{folder.serial}: unchanged, {before.verdict}")
+            roster.known(unit.serial, before.attempts - 1, before.seq)
+        if before is not None and pipeline.stands(unit, known, certificate):
+            roster.judged(unit.serial, before.seq, unchanged=True)
+            # Noted again: the run that judged it may have been killed before it could.
+            self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
+            self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
+            self.say(f"{unit.serial}: unchanged, {before.verdict}")
             return None
-        wanted = before if request.credential is not None else None
-        if wanted and uncertified.is_due(wanted, folder, request.specs[folder.kind], request.operator):
-            roster.expect(folder.serial, wanted.seq)
-            before = uncertified.before(past, wanted)
-        return request.job(folder, before, head)
+        return pipeline.prepare(unit, known, certificate)
 
-    def keep(self, job: Job, judged: JudgedOrRefused, prefix: str) -> None:
-        """Certify a judged unit; only then say its verdict. One whose recordings stand elsewhere too is drawn again,
-        with what that leaves of it."""
-        request, roster, store = self.request, self.roster, self.store
-        if not isinstance(judged, str):
-            copies = copies_of(store, judged.result.serial, str(judged.folder.resolve()), judged.result.samples)
-            doubts = part_doubts(store, judged.result.serial, judged.result.parts)
-            judged = job(copies=copies, doubts=doubts) if copies or doubts else judged
-        if isinstance(judged, str):
-            self._refuse_judged(job, judged, prefix)
-            return
-        serial = judged.result.serial
-        due = roster.expected(serial)
-        if due is not None and not uncertified.repeats(store, serial, due, judged.result):
-            roster.expect(serial, None)
-            before = fold(store.events(serial)).units[serial]
-            other = request.job(roster.unit(folder_of(job)), before, store.signed_head())
-            self.keep(other, other(), prefix)
+    def keep(self, job: UnitJob, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
+        """Settle what came back of a job; only then say the verdict."""
+        if isinstance(outcome, Refusal | GivenUp):
+            words = outcome.reason if isinstance(outcome, Refusal) else f"{job.unit.path}: {outcome}"
+            self._refuse_unit(job.unit.path, words, prefix)
             return
         try:
-            event = certify(judged, store, request.certificate(serial), request.credential, stored=due is not None)
-        except golden.BenchStopped as e:  # since this batch began
-            self._refuse_judged(job, str(e), prefix)
+            settled = self.pipeline.settle(job, outcome)
+        except (BenchStopped, ContentError) as e:  # since this batch began
+            self._refuse_unit(job.unit.path, str(e), prefix)
             return
-        roster.judged(serial, event.seq if event is not None else due)
-        roster.expect(serial, None)
-        self._doubt_others(serial, judged.result.copies)
-        self._note_parts(serial, judged.result.parts, judged.result.part_doubts)
-        self.say(f"{prefix}{serial}: {judged.result.verdict}{_why(judged.result)}")
+        result = settled.result
+        self.roster.judged(result.serial, settled.seq)
+        self.roster.keep(outcome.result)
+        self.doubted += settled.weakened
+        self._note_parts(result.serial, result.parts, result.part_doubts)
+        self.say(f"{prefix}{result.serial}: {result.verdict}{_why(result)}")
 
-    def judge_doubted_again(self) -> None:
-        """Units of this run whose recording another one turned out to have too, or whose part was judged or built in
-        elsewhere after them, are judged again, before anybody is handed what was said of them first; of others it is
-        said that their results count no more."""
+    def settle_doubted_again(self) -> None:
+        """Settle again the units of this run whose recording another one turned out to have too, or whose part was
+        judged or built in elsewhere after them, before anyone is handed what was said of them first; of other units
+        say that their results are invalid."""
         for serial in sorted(set(self.doubted)):
-            self._judge_again(serial, "a recording that is also another unit's")
+            self._settle_again(serial, "a recording that is also another unit's")
         for serial, (parts, stated) in sorted(self.built.items()):
             if part_doubts(self.store, serial, parts) != list(stated):
-                self._judge_again(serial, "parts that were judged again, or built in elsewhere, since then")
+                self._settle_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
-    def _judge_again(self, serial: str, because_of: str) -> None:
+    def _settle_again(self, serial: str, because_of: str) -> None:
+        """Nothing is judged twice in one run: what was found of the unit stays, with what the store knows now."""
         path = self.roster.folder(serial)
         if path is None:
-            self.say(f"warning: {serial} was judged with {because_of}; its result counts no more")
+            self.say(f"warning: {serial} was judged with {because_of}; its result is invalid; judge it again")
             return
-        before = fold(self.store.events(serial)).units.get(serial)
-        job = self.request.job(self.roster.unit(path), before, self.store.signed_head())
-        self.keep(job, job(), "again, ")
+        unit = self.roster.unit(path)
+        found, certificate = self.roster.found(serial), self.request.certificate(serial)
+        panels = {} if certificate is None else _pictures(certificate)
+        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate)
+        judgement = job.run() if found is None or panels is None else Judgement(replace(found, panels=panels))
+        self.keep(job, judgement, "again, ")
 
     def write_results(self) -> None:
-        """The files for scripts, from what the store holds."""
+        """Write the files for scripts, from what the store holds."""
         request, roster, report = self.request, self.roster, self.report
         results = Results(request.out, whole=roster.count() <= WHOLE, dataset=request.cluster is not None)
         kinds = set()
         with results:
             for serial, seq, earlier, since in roster.results():
                 *more, judged = _judgements(self.store, serial, since, seq)
-                certificate = f"{CERTIFICATES}/{serial}.pdf" if request.credential else None
+                path = request.certificate(serial)
+                certificate = None if path is None else path.relative_to(request.out).as_posix()
                 entry = judged.data["result"] | {"certificate": certificate}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
@@ -227,19 +243,16 @@ class _Batch:
             results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
         report.units = results.entries
 
-    def _doubt_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> None:
-        self.doubted += withhold_others(self.store, serial, copies, self.request.operator)
-
     def _note_parts(self, serial: str, parts: Mapping[str, str], stated: Sequence[str]) -> None:
         if parts:  # of units without any there may be many
             self.built[serial] = parts, stated
 
-    def _refuse_judged(self, job: Job, reason: str, prefix: str) -> None:
-        self.roster.refuse(folder_of(job))
-        self._refuse(folder_of(job), reason, prefix)
+    def _refuse_unit(self, path: Path, reason: str, prefix: str = "") -> None:
+        self.roster.refuse(path)
+        self._refuse(path, reason, prefix)
 
     def _refuse(self, path: Path | str, reason: str, prefix: str = "") -> None:
-        events.refused(self.store, path, reason, self.request.operator)
+        self.pipeline.refuse(path, reason)
         self.report.refused.append({"path": str(path), "reason": reason})
         self.say(f"{prefix}refused: {reason}")
 
@@ -252,5 +265,15 @@ def _why(result: UnitResult) -> str:
 
 
 def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
-    """Of a unit, from one event to another."""
+    """Return the judgements of a unit from one event to another."""
     return takewhile(lambda e: e.seq <= last, store.events(serial, "unit_judged", after=first - 1))
+
+
+def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
+    """Return the pictures of a certificate, None if it cannot be read."""
+    from accept.certificate.verify import attachments  # loads pyhanko
+
+    try:
+        return attachments.read(read_bounded(certificate, CERTIFICATE_BYTES)).panels
+    except (InvalidCertificate, OSError):
+        return None

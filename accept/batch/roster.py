@@ -1,9 +1,13 @@
 """The units of one batch, in a private file on disk that goes with it: memory stays flat however many there are."""
 
+import pickle
 import sqlite3
+import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+from accept.judging.result import UnitResult
 from accept.store.spelling import spelling_key
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitFolder
@@ -21,7 +25,7 @@ class Roster:
         self._file = sqlite3.connect("")  # in memory while it is small, else in a temporary file without a name
         self._file.execute(
             "CREATE TABLE unit (place TEXT PRIMARY KEY, path TEXT, serial TEXT, key TEXT, "
-            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, uncertified INTEGER, "
+            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, found BLOB, "
             "earlier INTEGER DEFAULT 0, since INTEGER DEFAULT 1)"
         )
         self._held: dict[Path, UnitFolder] = {}
@@ -72,14 +76,16 @@ class Roster:
         row = (seq, int(unchanged), serial)
         self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
 
-    def expect(self, serial: str, seq: int | None) -> None:
-        """The event of a judgement that only wants its certificate; None: this will be another attempt."""
-        self._file.execute("UPDATE unit SET uncertified = ? WHERE serial = ? AND refused = 0", (seq, serial))
+    def keep(self, result: UnitResult) -> None:
+        """Keep what was found of a unit in this run, without its pictures."""
+        row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)
+        self._file.execute("UPDATE unit SET found = ? WHERE serial = ? AND refused = 0", row)
 
-    def expected(self, serial: str) -> int | None:
-        """As `expect` had it."""
-        row = self._file.execute("SELECT uncertified FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        return None if row is None else row[0]
+    def found(self, serial: str) -> UnitResult | None:
+        """Return what was found of a unit in this run, None if it was not judged in it."""
+        row = self._file.execute("SELECT found FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        result: UnitResult | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
+        return result
 
     def known(self, serial: str, earlier: int, since: int) -> None:
         """How many judgements of the serial were counted, in events before number `since`."""

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError
-from accept.fleet.golden import MET, MISSED, goldens
 from accept.fleet.measurements import measurements
+from accept.judging.golden import MET, MISSED, goldens
 from accept.store import Store
 
 LEAST_BEFORE = 1  # earlier judgements that today's is compared with

@@ -8,6 +8,7 @@ from typing import Any
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.progress import steps
 from accept.judging.judge_unit import judge_unit
+from accept.judging.reservations import Reservations
 from accept.store import Store, UnitState, fold
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -64,7 +65,8 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
     unit, spec, from_records = asked
     findings = _from_records(unit, spec) if from_records else None
     basis = VALUES if findings is None else RECORDS
-    now = from_values(unit.result, spec) if findings is None else findings
+    measured = from_values(unit.result, spec) if findings is None else findings
+    now = Reservations.stated(unit.result).weaken(measured)
     before = {f["quantity"]: f["verdict"] for f in unit.result["findings"]}
     differ = {
         f.quantity: (before.get(f.quantity, "not judged"), str(f.verdict), f.reason or "")

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
 
-from accept.judging.result import UnitResult, finding_from_json, finding_json
+from accept.judging.result import finding_from_json, finding_json
 from accept.store import Event, Store
 from accept.store.indexes import JUDGED, TABLE
 from accept.units.samples import is_typed
@@ -107,23 +107,13 @@ def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
-def withheld(result: UnitResult, copies: Sequence[Copy]) -> UnitResult:
-    """The result with its copies stated, and without what was found from those that count for nothing."""
-    if not copies:
-        return result
-    findings = tuple(_without(f, copies) for f in result.findings)
-    sections = _sections(copies)
-    information = tuple((check, q) for check, q in result.information if CHECKS[check].reads not in sections)
-    return replace(
-        result, findings=findings, information=information, verdict=unit_verdict(findings), copies=tuple(copies)
-    )
-
-
-def _sections(copies: Iterable[Copy]) -> set[str]:
+def sections_withheld(copies: Iterable[Copy]) -> set[str]:
+    """Return the sections of `unit.toml` whose recordings count for nothing."""
     return {copy["sample"].partition("/")[0] for copy in copies if copy["withheld"]}
 
 
-def _without(finding: Finding, copies: Sequence[Copy]) -> Finding:
+def without_copies(finding: Finding, copies: Sequence[Copy]) -> Finding:
+    """Return the finding, without a result if its recording counts for nothing."""
     section = CHECKS[finding.check].reads
     copy = next((c for c in copies if c["withheld"] and c["sample"].partition("/")[0] == section), None)
     if copy is None:
@@ -153,10 +143,10 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
 
 
 def _entry_without(entry: Mapping[str, Any], copies: Sequence[Copy]) -> dict[str, Any]:
-    """An entry of results.json as `withheld` makes it. What was withheld once and counts again is judged again from
-    its records; here it stays without a result."""
-    findings = [_without(finding_from_json(f), copies) for f in entry["findings"]]
-    sections = _sections(copies)
+    """Return an entry of results.json without what was found from copies. What was withheld once and counts again is
+    judged again from its records; here it stays without a result."""
+    findings = [without_copies(finding_from_json(f), copies) for f in entry["findings"]]
+    sections = sections_withheld(copies)
     information = [i for i in entry["information"] if CHECKS[i["check"]].reads not in sections]
     judged = {"findings": [finding_json(f) for f in findings], "verdict": str(unit_verdict(findings))}
     return {**entry, **judged, "information": information, "copies": list(copies)}

@@ -7,16 +7,14 @@ units of such serials (`accept.store.spelling`).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from accept.judging.calibration import weakened
-from accept.judging.result import UnitResult
 from accept.store import Store
 from accept.store.indexes import JUDGED
 from accept.store.spelling import spelling_key
 from checks.cause import Cause, because
-from checks.verdict import UnitVerdict, unit_verdict
+from checks.verdict import Finding, UnitVerdict
 
 
 def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
@@ -45,10 +43,9 @@ def _spelled(result: Mapping[str, Any]) -> set[str]:
     return {spelling_key(part) for part in result.get("parts", {}).values() if isinstance(part, str)}
 
 
-def built_of(result: UnitResult, doubts: Sequence[str]) -> UnitResult:
-    """The result with what speaks against its parts stated: what passed is conditional."""
+def weakened_by_parts(findings: Sequence[Finding], doubts: Sequence[str]) -> tuple[Finding, ...]:
+    """Return the findings of a strut whose parts are doubted: what passed is conditional."""
     if not doubts:
-        return result
+        return tuple(findings)
     why = because(Cause.PART_DOUBTED, detail="; ".join(doubts))
-    findings = tuple(weakened(finding, why) for finding in result.findings)
-    return replace(result, findings=findings, verdict=unit_verdict(findings), part_doubts=tuple(doubts))
+    return tuple(weakened(finding, why) for finding in findings)

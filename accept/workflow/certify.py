@@ -3,9 +3,10 @@
 import os
 from pathlib import Path
 
-from accept.certificate.certify import certify, sign_into
+from accept.batch.job import drawn
+from accept.certificate.certify import sign_into
+from accept.certificate.contents.content import content_of
 from accept.certificate.contents.disposition import decided
-from accept.certificate.examine import drawn
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
@@ -41,10 +42,10 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
     stated = provenance(session.spec, before, session.store.signed_head(), session.home, credential, number)
-    judged = drawn(result, session.spec, session.folder, credential.person, stated)
+    page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)
-    certify(judged, session.store, path, credential, stored=True)
+    sign_into(path, page, credential, session.store, session.serial, credential.person, result.spec)
     return _verified(session, path, credential)
 
 

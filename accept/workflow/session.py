@@ -6,21 +6,17 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 import threading
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from accept.base.version import code_sha256
-from accept.certificate import events
-from accept.certificate.trust.commissioning import bench_statement
+from accept.batch.job import Judgement, UnitJob
+from accept.batch.pipeline import Pipeline
 from accept.gap.attach_to_result import with_explanation
-from accept.judging.calibration import Statement
-from accept.judging.copies import copies_of, withheld, withhold_others
-from accept.judging.parts import built_of, part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.store.spelling import mistaken_for
-from accept.units import attach
+from accept.units import attach, unit_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
@@ -211,7 +207,7 @@ class Session:
         StoreError, OSError, and what `judge` does."""
         attempt = self._written()
         asked = self.spec.model_copy(update={"checks": {name: self.step(name).asked}})
-        result = judge(self.folder, asked, self._statement(asked))
+        result = judge(self.folder, asked, self._pipeline(asked).statement(unit_folder.read(self.folder)))
         state = _state_of(attempt, self.step(name))
         panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
         self._panels[name, state.upto] = panels
@@ -252,15 +248,12 @@ class Session:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped where the
         golden units were missed, and what `judge` does."""
         given = self._written().given
-        result = judge(self.folder, self.spec, self._statement(self.spec))
+        unit, pipeline = unit_folder.read(self.folder), self._pipeline(self.spec)
+        found = judge(self.folder, self.spec, pipeline.statement(unit))
         if self.gap is not None:
-            result = with_explanation(result, self.gap, self.gap_panels)
+            found = with_explanation(found, self.gap, self.gap_panels)
         with self._mutex:
-            copies = copies_of(self.store, self.serial, str(self.folder.resolve()), result.samples)
-            result = withheld(result, copies)
-            result = built_of(result, part_doubts(self.store, self.serial, result.parts))
-            events.judged(self.store, self.folder, result, self.operator)
-            withhold_others(self.store, self.serial, copies, self.operator)
+            result = pipeline.settle(UnitJob(unit, self.spec, self.operator), Judgement(found)).result
             self._catch_up()
             self._result = given, result
         return result
@@ -282,10 +275,8 @@ class Session:
             self._catch_up()
             return self.run
 
-    def _statement(self, spec: Spec) -> Statement | None:
-        if self.stated is None:
-            return None
-        return bench_statement(self.stated, spec.checks, datetime.now(UTC).date(), self.home)
+    def _pipeline(self, spec: Spec) -> Pipeline:
+        return Pipeline(self.store, {spec.kind: spec}, self.operator, bench_file=self.stated, place=self.home)
 
     def _append(self, entry: NewEvent) -> Event:
         with self._mutex:

@@ -14,8 +14,7 @@ from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.verification import Known, Verification, verify
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
-from accept.judging.copies import withheld
-from accept.judging.parts import built_of
+from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
@@ -39,8 +38,7 @@ def rejudge(attached: CertificateContent) -> UnitResult:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place))
             again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
-            again = withheld(again, attached.result.get("copies", ()))
-            again = built_of(again, attached.result.get("part_doubts", ()))
+            again = Reservations.stated(attached.result).apply(again)
             return replace(again, gap=attached.result.get("gap"))
     except InvalidCertificate:
         raise  # it is a ValueError too

@@ -12,10 +12,11 @@ from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
 from accept.commands.fleet.tables import check, show, write_documents
-from accept.fleet import gauge, golden
+from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements, of_quantity
+from accept.judging import golden
 from accept.store import open_store
 from checks.process_control.gauge_study import CATEGORIES
 

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +16,7 @@ from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.base.worker_process import too_large
-from accept.batch.cluster_jobs import done_far
+from accept.batch.executors import executor
 from accept.commands.options import ClusterAt, StartModelName
 from accept.gap import analyse_unit
 from accept.gap.empirical import lines as lines_of
@@ -65,14 +64,13 @@ def run(
     out.mkdir(parents=True, exist_ok=True)  # a folder that cannot be written is said before the search, not after
     places = [out / u.serial for u in folders] if len(folders) > 1 else [out]
     jobs = [
-        partial(answer, u, model or DEFAULT_MODEL[u.kind], left_out, empirical, html, out=place)
+        GapJob(u, place, model or DEFAULT_MODEL[u.kind], tuple(left_out), empirical, html)
         for u, place in zip(folders, places, strict=True)
     ]
     found: dict[str, Mapping[str, Any] | None] = {}
     with connected(cluster, say) as workers:
-        for job, given in steps(done_far(jobs, workers), "gap analysis", len(jobs)):
-            unit: UnitFolder = job.args[0]
-            found[unit.serial] = _said(unit.serial, given, job.keywords["out"], html)
+        for job, given in steps(executor(1, cluster=workers).run(jobs), "gap analysis", len(jobs)):
+            found[job.unit.serial] = _said(job.unit.serial, given, job.out, html)
     done = [document for one in folders if (document := found[one.serial]) is not None]
     if fleet and done:
         shared = common(done)
@@ -97,18 +95,28 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-def answer(
-    unit: UnitFolder, model: str, without: Sequence[str], empirical: bool, html: bool, out: Path
-) -> Answer | str:
-    """The answer for one unit, here or in a worker, its files in `out`; or why there is none."""
-    try:
-        done = analyse_unit.analyse(unit, model, without, lambda words: say(f"{unit.serial}: {words}"))
-    except (GapRefused, ModelError, RecordError, UnitError) as e:
-        return str(e)
-    except MemoryError:
-        return too_large()
-    added = analyse_unit.write(done, out, empirical, html)
-    return Answer(done.document, [*summary(unit.serial, done.result), *lines_of(added)])
+@dataclass(frozen=True)
+class GapJob:
+    """The gap analysis of one unit, here or in a worker; its files go into `out`."""
+
+    unit: UnitFolder
+    out: Path
+    model: str
+    without: tuple[str, ...] = ()
+    empirical: bool = False
+    html: bool = False
+
+    def run(self) -> Answer | str:
+        """Return the answer, or why there is none."""
+        serial = self.unit.serial
+        try:
+            done = analyse_unit.analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))
+        except (GapRefused, ModelError, RecordError, UnitError) as e:
+            return str(e)
+        except MemoryError:
+            return too_large()
+        added = analyse_unit.write(done, self.out, self.empirical, self.html)
+        return Answer(done.document, [*summary(serial, done.result), *lines_of(added)])
 
 
 def _said(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:

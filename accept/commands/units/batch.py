@@ -11,7 +11,7 @@ from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.batch import judge_batch
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest
 from accept.batch.table import explanations, reasons, units_table
 from accept.commands.trust.bench_keys import bench_credential
 from accept.commands.units.options import BatchOptions

@@ -22,7 +22,7 @@ from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet, Member
-from accept.batch.request import spec_for
+from accept.batch.pipeline import spec_for
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit

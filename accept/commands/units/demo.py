@@ -18,8 +18,8 @@ from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
-from accept.batch import engines, judge_batch
-from accept.batch.request import CERTIFICATES, BatchRequest
+from accept.batch import executors, judge_batch
+from accept.batch.judge_batch import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, units_table
 from accept.certificate.verify.rejudge import is_valid_demo, ready
 from accept.commands.options import Operator
@@ -45,7 +45,7 @@ def run(
     """Run the whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     began = time.monotonic()
     place = home() / DEMO
-    with engines.processes(1) as elsewhere:
+    with executors.processes(1) as elsewhere:
         elsewhere.submit(ready)  # it starts while the units are made
         credential = demo_credential(home())
         units = [*published_units.write_units(out / "units"), _write(demo_strut(), out / "units")]

@@ -14,9 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.base.home import home
-from accept.batch.engines import processes
-from accept.batch.judge_batch import run
-from accept.batch.request import BatchRequest
+from accept.batch.executors import processes
+from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.contents.content import content_of
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign

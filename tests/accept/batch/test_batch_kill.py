@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from accept.batch import judge_batch
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.rejudge import verify_file

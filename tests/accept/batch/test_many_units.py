@@ -9,8 +9,7 @@ import pandas as pd
 import pytest
 
 from accept.batch import judge_batch, results, roster
-from accept.batch.judge_batch import BatchReport, run
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchReport, BatchRequest, run
 from accept.batch.roster import Roster
 from accept.judging.judge_unit import load_spec
 from accept.store import Event, NewEvent, open_store

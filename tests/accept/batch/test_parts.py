@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.batch.judge_batch import run
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest, run
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from tests.accept.batch.test_copies import SPEC, accept, unit

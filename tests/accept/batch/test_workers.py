@@ -5,20 +5,18 @@ import signal
 import subprocess
 import sys
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from accept.base.worker_process import memory_GB
-from accept.batch import worker
-from accept.batch.engines import processes
-from accept.batch.judge_batch import run
-from accept.batch.request import BatchRequest
-from accept.certificate.examine import JudgedUnit
+from accept.batch.executors import processes
+from accept.batch.job import Judgement, UnitJob
+from accept.batch.judge_batch import BatchRequest, run
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
-from accept.units.unit_folder import UnitFolder
 from checks.declare import Series
 from checks.errors import RecordError
 from hw.records import read
@@ -27,7 +25,7 @@ from tests.accept.units.units import make_unit
 
 PARENT = """
 import os, time
-from accept.batch.engines import processes
+from accept.batch.executors import processes
 if __name__ == "__main__":
     with processes(2) as pool:
         pids = set()
@@ -81,14 +79,14 @@ def test_a_unit_that_takes_more_is_refused_and_the_others_are_judged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The limit may be met anywhere: in reading, in the fit of the responses, in drawing."""
-    judged = worker.examine
+    judge = UnitJob.judge
 
-    def greedy(unit: UnitFolder, *given: object, **wanted: object) -> JudgedUnit:
-        if unit.serial == "A-2":
+    def greedy(job: UnitJob, say: Callable[[str], None]) -> Judgement:
+        if job.unit.serial == "A-2":
             raise MemoryError
-        return judged(unit, *given, **wanted)  # type: ignore[arg-type]
+        return judge(job, say)
 
-    monkeypatch.setattr(worker, "examine", greedy)
+    monkeypatch.setattr(UnitJob, "judge", greedy)
     for serial in ("A-1", "A-2", "A-3"):
         make_unit(tmp_path / "units" / serial, serial)
     order = BatchRequest([tmp_path / "units"], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada", workers=1)

@@ -3,14 +3,15 @@ between; anything else is another attempt, which names the certificate that is s
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner, Result
 
-from accept.certificate import certify, uncertified
+from accept.batch.pipeline import Pipeline
 from accept.certificate.trust import encrypted_key
 from accept.cli.main import app
-from accept.store import open_store
+from accept.store import Event, Store, open_store
 from tests.accept.units.units import GOOD, make_unit
 
 
@@ -52,11 +53,15 @@ def judgements() -> int:
 def test_stopped_after_the_file_and_before_its_event(command: str, unit: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The signed file lies there and nobody was told of it: the next run makes it again, as the first attempt."""
 
-    def stopped(*_: object, **__: object) -> None:
-        raise OSError("stopped here")
+    append = Store.append
+
+    def stopped(store: Store, what: str, *given: Any, **more: Any) -> Event:
+        if what == "certificate_signed":
+            raise OSError("stopped here")
+        return append(store, what, *given, **more)
 
     with monkeypatch.context() as cut:
-        cut.setattr(certify.events, "signed", stopped)
+        cut.setattr(Store, "append", stopped)
         with pytest.raises(AssertionError, match="stopped here"):
             certify_by(command, unit)
     assert attempt_on(unit.parent / "out" / "certificates" / "A-1.pdf", 4) == "attempt: 1"  # the store does not know it
@@ -75,7 +80,7 @@ def test_another_person_or_another_result_is_another_attempt(unit: Path, monkeyp
     assert attempt_on(certify_by("batch", unit)).startswith("attempt: 2, replaces 'accepted' of")
     unit.joinpath("unit.toml").write_text(GOOD.format(serial="A-1").replace("5.10", "5.09"))
     certify_by("batch", unit, "--no-certificates")
-    monkeypatch.setattr(uncertified, "repeats", lambda *_: False)  # e.g. its recording stands elsewhere too by now
+    monkeypatch.setattr(Pipeline, "_is_stored", lambda *_: False)  # e.g. its recording stands elsewhere too by now
     assert attempt_on(certify_by("batch", unit)).startswith("attempt: 4, replaces 'accepted' of")
     assert judgements() == 4
 

@@ -8,9 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.fleet import golden
-from accept.fleet.golden import BenchStopped
-from accept.fleet.measurements import FleetError
+from accept.judging import golden
+from accept.judging.golden import BenchStopped
 from accept.store import open_store
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
@@ -40,7 +39,7 @@ def today(store, **changed):
 
 def test_a_bench_as_before_goes_on(store):
     assert today(store, sensor_uF=5.01).exit_code == 0
-    golden.may_judge(store, "A-01")
+    golden.check_may_judge(store, "A-01")
 
 
 @pytest.mark.parametrize("changed", [{"sensor_uF": 5.1}, {"stroke_um": None}, {"stroke_um": 200.0}])
@@ -50,8 +49,8 @@ def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, cha
     assert done.exit_code == 3
     assert next(iter(changed)) in done.output
     with pytest.raises(BenchStopped, match="A-01: not judged"):
-        golden.may_judge(store, "A-01")
-    golden.may_judge(store, "GOLD")  # how else could it be shown to be right again
+        golden.check_may_judge(store, "A-01")
+    golden.check_may_judge(store, "GOLD")  # how else could it be shown to be right again
     make_unit(tmp_path / "u", "U-1")
     refused = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
     assert refused.exit_code == 6, refused.output
@@ -60,14 +59,14 @@ def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, cha
     assert not (tmp_path / "u.pdf").exists()
     assert ask("golden", "resolve", "--reason", " ").exit_code == 6
     assert ask("golden", "resolve", "--reason", "the probe was loose").exit_code == 0
-    golden.may_judge(store, "A-01")
+    golden.check_may_judge(store, "A-01")
 
 
 def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, monkeypatch):
     today(store, sensor_uF=5.1)
     make_unit(tmp_path / "u", "U-1")
-    asked, now = [], golden.stopped
-    monkeypatch.setattr(golden, "stopped", lambda s: asked.append(s) or (now(s) if len(asked) > 1 else None))
+    asked, now = [], golden.missed
+    monkeypatch.setattr(golden, "missed", lambda s: asked.append(s) or (now(s) if len(asked) > 1 else None))
     done = ask("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
     assert done.exit_code == 6, done.output
     assert "U-1: not judged" in done.output
@@ -77,18 +76,18 @@ def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, mon
 def test_a_known_bad_unit_that_passes_stops_the_bench_too(store):
     add(store, [judgement("GOLD", GOOD), judgement("BAD", GOOD)])
     assert ask("golden", "check").exit_code == 3
-    assert golden.stopped(store)
+    assert golden.missed(store)
 
 
 def test_a_golden_unit_that_was_not_judged_is_neither(store):
     add(store, [judgement("GOLD", GOOD)])
     assert ask("golden", "check").exit_code == 4
-    golden.may_judge(store, "A-01")
+    golden.check_may_judge(store, "A-01")
 
 
 def test_only_what_was_judged_so_can_be_golden(store):
     for serial, expected, words in (("NEW", "accepted", "never judged"), ("BAD", "accepted", "rejected, not")):
-        with pytest.raises(FleetError, match=words):
+        with pytest.raises(golden.GoldenError, match=words):
             golden.name_golden(store, serial, expected, "Ann")
 
 

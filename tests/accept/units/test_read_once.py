@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from accept.batch.judge_batch import run
-from accept.batch.request import BatchRequest
+from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.trust import keys
 from accept.gap import analyse_unit
 from accept.judging.judge_unit import judge_unit, load_spec

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
-from accept.fleet import golden
+from accept.judging import golden
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.units import unit_folder

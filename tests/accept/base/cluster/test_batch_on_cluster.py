@@ -23,25 +23,25 @@ SERIALS = [f"T-{n:02d}" for n in range(8)]
 # Each runs in a worker, before it works, around the judging of one unit; a file says that it happened once.
 DIES_ONCE = """
 import os, signal
-from accept.batch import worker
-from accept.certificate.examine import examine
-def once(unit, *args, **kwargs):
+from accept.batch.job import UnitJob
+judge = UnitJob.judge
+def once(job, say):
     if not os.path.exists({mark!r}):  # the first that it is given, whichever that is
         open({mark!r}, "w").close()
         os.kill(os.getpid(), signal.SIGKILL)
-    return examine(unit, *args, **kwargs)
-worker.examine = once
+    return judge(job, say)
+UnitJob.judge = once
 """
 SLOW = """
 import os, time
-from accept.batch import worker
-from accept.certificate.examine import examine
-def slow(unit, *args, **kwargs):
+from accept.batch.job import UnitJob
+judge = UnitJob.judge
+def slow(job, say):
     first = not os.path.exists({mark!r})
     open({mark!r}, "w").close()
     time.sleep({seconds} if first else 0)  # so that the other worker gets one, or that this one dies with it
-    return examine(unit, *args, **kwargs)
-worker.examine = slow
+    return judge(job, say)
+UnitJob.judge = slow
 """
 
 

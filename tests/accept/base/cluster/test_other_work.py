@@ -12,7 +12,6 @@ import tracemalloc
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,14 +25,13 @@ from accept.base.cluster.work import Cluster, ClusterError, GivenUp, WorkFailed
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.worker_process import memory_GB
-from accept.batch.cluster_jobs import Returned, done_far, run_far
-from accept.batch.judge_batch import run
-from accept.batch.request import BatchRequest
-from accept.batch.worker import judge
+from accept.batch.executors import OnCluster, Processes, Returned, run_remotely
+from accept.batch.job import UnitJob
+from accept.batch.judge_batch import BatchRequest, run
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
-from accept.commands.physics.gap import Answer, answer
+from accept.commands.physics.gap import Answer, GapJob
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
@@ -268,9 +266,8 @@ def test_a_unit_of_the_blind_test_that_no_worker_could_do_is_a_crash() -> None:
 def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
     unit = anywhere(unit_folder.read(make_strut(tmp_path / "S-1", "S-1", repeats=False)))
     far_place, near_place = tmp_path / "far", tmp_path / "near"
-    asked = partial(answer, unit, "strut-2dof", (), False, False)
-    ((_, far),) = done_far([partial(asked, out=far_place)], cluster)
-    ((_, near),) = done_far([partial(asked, out=near_place)], None)
+    ((_, far),) = OnCluster(cluster).run([GapJob(unit, far_place, "strut-2dof")])
+    ((_, near),) = Processes(1).run([GapJob(unit, near_place, "strut-2dof")])
     assert isinstance(far, Answer)
     assert isinstance(near, Answer)
     assert (far.document, far.words) == (near.document, near.words)
@@ -281,11 +278,9 @@ def test_a_gap_analysis(cluster: Cluster, tmp_path: Path) -> None:
 def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path) -> None:
     """Without its files a unit would only seem incomplete."""
     unit = anywhere(unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)))
-    order = BatchRequest([unit.path], tmp_path / "out", {"apa": load_spec("apa-basic")}, "Ada")
     lost = replace(unit, sizes={**unit.sizes, "stroke.mat": 1000})
-    judged, asked = partial(judge, lost, order.specs["apa"], "Ada"), partial(answer, lost, "apa-2dof", ())
-    for job in (judged, partial(asked, False, False)):
-        ((_, back),) = cluster.unordered(run_far, [job])
+    for job in (UnitJob(lost, load_spec("apa-basic"), "Ada"), GapJob(lost, tmp_path / "out", "apa-2dof")):
+        ((_, back),) = cluster.unordered(run_remotely, [job])
         assert isinstance(back, Returned)
         assert "share the folder" in str(back.outcome)
 
@@ -293,15 +288,30 @@ def test_a_folder_that_is_not_shared_is_refused(cluster: Cluster, tmp_path: Path
 def test_a_model_that_came_back_finds_its_files(tmp_path: Path) -> None:
     """It was written in a folder of the worker, below another path, and names what lies beside the unit."""
     (tmp_path / "apa.mat").write_bytes(b"matrices")
-    job = partial(_written, unit_folder.read(make_unit(tmp_path / "A", "A", GOOD)), tmp_path / "apa.mat")
-    ((_, outcome),) = done_far([partial(job, out=tmp_path / "deep" / "out")], None)
+    unit = unit_folder.read(make_unit(tmp_path / "A", "A", GOOD))
+    ((_, outcome),) = OnCluster(InProcess()).run([Writing(unit, tmp_path / "deep" / "out", tmp_path / "apa.mat")])
     assert outcome == "written"
     text = tomllib.loads((tmp_path / "deep" / "out" / "models" / "A.toml").read_text())
     assert text["apa"]["file"] == "../../../apa.mat"
 
 
-def _written(_: UnitFolder, file: Path, out: Path) -> str:
-    path = out / "models" / "A.toml"
-    path.parent.mkdir(parents=True)
-    path.write_text(f'[apa]\nfile = "{os.path.relpath(file, path.parent)}"\n')
-    return "written"
+class InProcess:
+    """A cluster that is this process."""
+
+    def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
+        yield from ((item, work(item)) for item in items)
+
+
+@dataclass(frozen=True)
+class Writing:
+    """A job that writes a model which names a file."""
+
+    unit: UnitFolder
+    out: Path
+    file: Path
+
+    def run(self) -> str:
+        path = self.out / "models" / "A.toml"
+        path.parent.mkdir(parents=True)
+        path.write_text(f'[apa]\nfile = "{os.path.relpath(self.file, path.parent)}"\n')
+        return "written"

@@ -1,0 +1,115 @@
+"""One unit to be judged, and what came of it: plain data, so that another process or machine can do it."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from accept.base.console import say as say_on_stderr
+from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
+from accept.base.worker_process import too_large
+from accept.certificate.contents.content import CertificateContent, ContentError, content_of
+from accept.gap.start_model import StartModel, applies
+from accept.judging.calibration import Statement
+from accept.judging.judge_unit import judge_unit
+from accept.judging.result import UnitResult
+from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
+from accept.units.unit_folder import UnitError, UnitFolder
+from specs.spec import Spec
+
+QUIET_S = 2.0  # what takes less needs no words
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What was found of a unit, before the store's reservations. page: its certificate, unsigned, if it was drawn;
+    result: with its pictures only if a certificate is wanted."""
+
+    result: UnitResult
+    page: bytes | None = None
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A unit that could not be judged, and why."""
+
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class UnitJob:
+    """One unit to be judged.
+
+    stated : the calibration of the instruments behind it, None without a bench file. start : the model that explains
+    its responses, None if there is nothing to explain. out : folder of the results; an improved model goes below it.
+    certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether the
+    page is drawn by `judge`; else by whoever settles the judgement, because something is already known against the
+    unit that the page has to state. uncertified : number of the stored judgement that only wants its certificate.
+    """
+
+    unit: UnitFolder
+    spec: Spec
+    operator: str
+    stated: Statement | None = None
+    start: StartModel | None = None
+    out: Path | None = None
+    certificate: Path | None = None
+    provenance: Mapping[str, Any] | None = None
+    draws: bool = True
+    uncertified: int | None = None
+
+    def judge(self, say: Say = lambda _: None) -> Judgement:
+        """Judge the unit, explain its responses, and draw its certificate. Raises UnitError, ContentError."""
+        held = loaded(self.unit)
+        result = judge_unit(held, self.spec, self.stated)
+        if self.start is not None and applies(self.unit):
+            from accept.gap.attach_to_result import explained  # loads the search for what is missing
+
+            result = explained(result, held, self.start, say, self.out)
+        if self.certificate is None:
+            return Judgement(replace(result, panels={}))
+        if not self.draws:
+            return Judgement(result)
+        contents = self.contents(result, held)
+        return Judgement(replace(result, panels=contents.pictures), drawn(contents))
+
+    def run(self) -> "Judgement | Refusal":
+        """Judge the unit for a batch, which goes on with the next unit if this one cannot be judged."""
+        limit = judging_s()
+        try:
+            with time_limit(limit):
+                return self.judge(_progress(self.unit.serial))
+        except TimeLimitExceeded:
+            return Refusal(f"{self.unit.path}: judging it took more than {limit:g} s and was stopped (ACCEPT_UNIT_S)")
+        except (UnitError, ContentError) as e:
+            return Refusal(str(e))
+        except MemoryError:
+            return Refusal(f"{self.unit.path}: {too_large()}")
+
+    def contents(self, result: UnitResult, held: LoadedUnit | None = None) -> CertificateContent:
+        """Return what the certificate of a result states. Raises ContentError if an input is gone or was changed."""
+        files = {} if held is None else contents_of(held)
+        return content_of(result, self.spec, self.unit.path, self.operator, held=files, provenance=self.provenance)
+
+
+def drawn(contents: CertificateContent) -> bytes:
+    """Return a certificate, unsigned."""
+    from accept.certificate.page.document import render  # loads reportlab: only when wanted
+
+    return render(contents)
+
+
+def _progress(serial: str) -> Say:
+    """Return a function that says on stderr what a unit is waiting for, no more often than a person reads."""
+    said = time.monotonic()
+
+    def seldom(words: str) -> None:
+        nonlocal said
+        if time.monotonic() - said > QUIET_S:
+            said = time.monotonic()
+            say_on_stderr(f"{serial}: {words}")
+
+    return seldom

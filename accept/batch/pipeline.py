@@ -1,0 +1,249 @@
+"""One way from a unit to its stored, certified judgement, for batch, report and workflow.
+
+`Pipeline.ask` and `Pipeline.prepare` turn a unit into a job; `UnitJob.judge` judges it, here or anywhere; and `settle`
+adds what the store knows against the unit by then, stores the verdict, signs and writes the certificate, and stores
+that it was signed, in this order: if the program is stopped in between, the store never speaks of a certificate that is
+not there, and no certificate states a verdict that is not stored.
+
+A judgement may stand in the store without its certificate: the program was killed, no time stamp could be had, or no
+certificate was wanted then. If it is made later, nothing was judged a second time: it is the same attempt, and replaces
+what that attempt replaced.
+"""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, date, datetime
+from pathlib import Path
+from typing import Any
+
+from accept.base.atomic_files import write_atomic
+from accept.base.home import home
+from accept.base.version import code_sha256
+from accept.batch.job import Judgement, UnitJob, drawn
+from accept.certificate.certify import sign_into
+from accept.certificate.contents.content import canonical
+from accept.certificate.trust.commissioning import bench_statement
+from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.provenance import provenance
+from accept.gap.start_model import StartModel, applies, is_there, same_start
+from accept.judging import calibration
+from accept.judging.calibration import Statement
+from accept.judging.copies import withhold_others
+from accept.judging.golden import check_may_judge, missed
+from accept.judging.judge_unit import serial_fits
+from accept.judging.reservations import Reservations
+from accept.judging.result import UnitResult
+from accept.models.evidence import evidence_of, hashes, named_models
+from accept.store import Event, SignedHead, Store, UnitState, fold
+from accept.store.indexes import JUDGED
+from accept.store.spelling import mistaken_for
+from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from specs.bench import BenchFile
+from specs.files import CERTIFICATE_BYTES, read_bounded
+from specs.spec import Spec
+
+
+@dataclass(frozen=True)
+class Known:
+    """What the store knows of a unit: its last judgement, None for a new one, and what speaks against it."""
+
+    before: UnitState | None
+    reservations: Reservations
+
+
+@dataclass(frozen=True, eq=False)
+class StoredJudgement:
+    """A judgement that is stored. result: with its reservations; seq: number of its event; weakened: serials of other
+    units whose recordings this one has too, and whose results count no more."""
+
+    result: UnitResult
+    seq: int
+    weakened: tuple[str, ...]
+
+
+class Pipeline:
+    """Judges units for one store: by these specs (kind -> spec), under this operator's name, with the calibration of
+    a bench file's instruments as it stands `on` a day (UTC). credential: signs certificates. model: explains responses
+    instead of the spec's. out: folder of the results."""
+
+    def __init__(
+        self,
+        store: Store,
+        specs: Mapping[str, Spec],
+        operator: str,
+        *,
+        credential: Credential | None = None,
+        bench_file: BenchFile | None = None,
+        on: date | None = None,
+        model: str | None = None,
+        out: Path | None = None,
+        place: Path | None = None,
+    ) -> None:
+        self.store, self.specs, self.operator, self.credential = store, specs, operator, credential
+        self.bench_file, self.on, self.model, self.out = bench_file, on or datetime.now(UTC).date(), model, out
+        self.home = place or home()
+        self._models: dict[str, dict[str, dict[str, str]]] = {}
+        self._starts: dict[str, StartModel | None] = {}
+        self._head: SignedHead | None = None
+        self._stopped: bool | None = None
+
+    def ask(self, unit: UnitFolder) -> Known:
+        """Ask the store for what it knows of a unit. Raises UnitError if the unit cannot be one of this store,
+        BenchStopped, StoreError."""
+        if self._stopped is None:
+            self._stopped = missed(self.store) is not None
+        if self._stopped:  # asked again when the verdict is stored; known before, it saves work
+            check_may_judge(self.store, unit.serial)
+        past = list(self.store.events(unit.serial))
+        # Of two serials that the store knows both have been here since before this was looked at.
+        if not past and (other := self.store.other_spelling(unit.serial)) is not None:
+            raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
+        before = fold(past).units.get(unit.serial)
+        samples = before.result.get("samples", {}) if before else {}
+        return Known(before, self._reservations(unit, samples))
+
+    def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
+        """Whether the unit's last judgement stands: nothing that it depends on has changed, and what it left behind,
+        an improved model and the certificate if one is wanted, lies where it was put."""
+        before, spec = known.before, self.specs[unit.kind]
+        if before is None or not before.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
+            return False
+        entry = before.result
+        if entry.get("models", {}) != self._model_hashes(unit.kind):
+            return False
+        if not calibration.same(entry.get("calibration"), self.statement(unit)):
+            return False
+        if known.reservations != Reservations.stated(entry):
+            return False
+        if not (same_start(entry.get("gap"), self._start(unit)) and is_there(entry.get("gap"), self.out or Path())):
+            return False
+        if certificate is None:
+            return True
+        return before.certificate is not None and _sha256(certificate) == before.certificate.sha256
+
+    def prepare(self, unit: UnitFolder, known: Known, certificate: Path | None = None) -> UnitJob:
+        """Return the job that judges a unit. certificate: the file wanted, None for none."""
+        spec, before, due = self.specs[unit.kind], known.before, None
+        if certificate is not None and self._lacks_only_certificate(unit, before):
+            due, before = before, self._before(before)
+        return UnitJob(
+            unit,
+            spec,
+            self.operator,
+            stated=self.statement(unit),
+            start=self._start(unit),
+            out=self.out,
+            certificate=certificate,
+            provenance=None if certificate is None else self._provenance(spec, before),
+            draws=not known.reservations,
+            uncertified=None if due is None else due.seq,
+        )
+
+    def settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
+        """Store a judgement with what the store knows against the unit, and certify it.
+
+        Raises StoreError, BenchStopped, ContentError, SigningRefused, OSError."""
+        store, unit = self.store, job.unit
+        found = judgement.result
+        result = self._reservations(unit, found.samples).apply(found)
+        due = job.uncertified
+        if due is not None and not self._is_stored(due, result):
+            last = fold(store.events(unit.serial)).units[unit.serial]
+            job = replace(job, uncertified=None, provenance=self._provenance(job.spec, last))
+        page = judgement.page
+        if job.certificate is not None and (page is None or result is not found or due != job.uncertified):
+            page = drawn(job.contents(result))
+        seq = self._store_verdict(unit, result).seq if job.uncertified is None else job.uncertified
+        if job.certificate is not None and page is not None:
+            if self.credential is None:
+                write_atomic(job.certificate, page)
+            else:
+                sign_into(job.certificate, page, self.credential, store, result.serial, self.operator, result.spec)
+        return StoredJudgement(result, seq, tuple(self.weaken_others(unit.serial, result.copies)))
+
+    def weaken_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> list[str]:
+        """Judge the other units that hold a copy without it, and return their serials. Raises StoreError."""
+        return withhold_others(self.store, serial, copies, self.operator)
+
+    def refuse(self, path: Path | str, reason: str) -> None:
+        """Store that a folder, here or at an address, could not be judged at all. Raises StoreError."""
+        self.store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=self.operator)
+
+    def statement(self, unit: UnitFolder) -> Statement | None:
+        """Return the calibration of the instruments behind the checks of a unit, None without a bench file."""
+        if self.bench_file is None:
+            return None
+        stated = bench_statement(self.bench_file, self.specs[unit.kind].checks, self.on, self.home)
+        return calibration.checked(stated, unit.measured)
+
+    def _reservations(self, unit: UnitFolder, samples: Mapping[str, Any]) -> Reservations:
+        return Reservations.known(self.store, unit.serial, str(unit.path.resolve()), samples, unit.parts)
+
+    def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
+        """Return those of the model files that the spec of this kind names: if one changes, so may the verdict."""
+        if kind not in self._models:
+            self._models[kind] = hashes(evidence_of(named_models(self.specs[kind])))
+        return self._models[kind]
+
+    def _start(self, unit: UnitFolder) -> StartModel | None:
+        """Return the model that a unit's responses are explained by, None without responses or model."""
+        if not applies(unit):
+            return None
+        if unit.kind not in self._starts:  # opening a model takes most of a second
+            self._starts[unit.kind] = StartModel.of(self.specs[unit.kind], self.model)
+        return self._starts[unit.kind]
+
+    def _provenance(self, spec: Spec, before: UnitState | None) -> dict[str, Any]:
+        if self._head is None:
+            self._head = self.store.signed_head()
+        return provenance(spec, before, self._head, self.home, self.credential)
+
+    def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
+        """Whether the last judgement was made by the same person of the same inputs, spec and code, and has no
+        certificate, which could be signed now."""
+        if self.credential is None or before is None or before.certificate is not None or before.who != self.operator:
+            return False
+        return before.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())
+
+    def _before(self, last: UnitState | None) -> UnitState | None:
+        """Return what was known of a unit when its last judgement was made."""
+        if last is None:
+            return None
+        return fold(e for e in self.store.events(last.serial) if e.seq < last.seq).units.get(last.serial)
+
+    def _is_stored(self, seq: int, result: UnitResult) -> bool:
+        """Whether a result is that of an event, so that one certificate states both."""
+        stored = next(self.store.events(result.serial, JUDGED, after=seq - 1))
+        return canonical(stored.data["result"]) == canonical(result.to_json())
+
+    def _store_verdict(self, unit: UnitFolder, result: UnitResult) -> Event:
+        """Store a result, as results.json has it, with all that it depends on. No way to a verdict goes round the
+        golden units."""
+        check_may_judge(self.store, result.serial)
+        entry = result.to_json()
+        payload = {
+            "path": str(unit.path.resolve()),
+            "inputs": entry["inputs"],
+            "spec_sha256": result.spec_sha256,
+            "code_sha256": code_sha256(),
+            "result": entry,
+        }
+        return self.store.append(JUDGED, result.serial, payload, who=self.operator, spec=result.spec)
+
+
+def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:
+    """Return the spec of a unit's kind. Raises UnitError if there is none, or the serial is not of the form that it
+    asks for."""
+    if unit.kind not in specs:
+        have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
+        raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}' has no spec in this run ({have})"])
+    serial_fits(unit, specs[unit.kind])
+    return specs[unit.kind]
+
+
+def _sha256(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(read_bounded(path, CERTIFICATE_BYTES)).hexdigest()
+    except OSError:
+        return None

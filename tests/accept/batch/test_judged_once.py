@@ -1,0 +1,88 @@
+"""Whatever the store knows against a unit, it is judged, and searched for what is missing, once in a run."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from accept.base.home import home
+from accept.batch import job
+from accept.batch.judge_batch import BatchRequest, run
+from accept.certificate.page import document
+from accept.certificate.trust import keys
+from accept.gap import attach_to_result
+from accept.judging.judge_unit import load_spec
+from accept.judging.result import UnitResult
+from accept.store import open_store
+from tests.accept.batch.test_copies import SPEC, UNIT, accept, unit, verdicts
+from tests.accept.batch.test_parts import BAD, STRUT
+from tests.accept.units.units import make_unit
+
+SEARCHED = '[gap]\nmodel = "strut"\n'
+RESPONSES = '[frf]\nlow = "{{file}}"\nhigh = "{{file}}"\n'
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
+    """(what, serial) -> how often."""
+    count: Counter[tuple[str, str]] = Counter()
+    judge, draw = job.judge_unit, document.render
+
+    def judged(held, *given):
+        count["judged", held.folder.serial] += 1
+        return judge(held, *given)
+
+    def searched(result: UnitResult, *_: object) -> UnitResult:
+        count["searched", result.serial] += 1
+        return result
+
+    def drawn(contents, *given):
+        count["drawn", contents.serial] += 1
+        return draw(contents, *given)
+
+    monkeypatch.setattr(job, "judge_unit", judged)
+    monkeypatch.setattr(attach_to_result, "explained", searched)
+    monkeypatch.setattr(document, "render", drawn)
+    return count
+
+
+def test_copies_in_one_batch(tmp_path: Path, done: Counter[tuple[str, str]]) -> None:
+    """The first of two was certified before the second one came: it is settled again from what was found."""
+    spec = tmp_path / "loops.toml"
+    spec.write_text(SPEC)
+    units, out = tmp_path / "units", tmp_path / "out"
+    for serial, seed in (("A-1", 1), ("B-1", 1), ("C-1", 2)):
+        unit(units / serial, serial, seed)
+    accept("batch", units, "--spec", spec, "--out", out, "--workers", 1)
+    assert verdicts(out) == {"A-1": "incomplete", "B-1": "incomplete", "C-1": "accepted"}
+    assert {serial: done["judged", serial] for serial in verdicts(out)} == {"A-1": 1, "B-1": 1, "C-1": 1}
+    assert done["drawn", "C-1"] == 1
+    assert accept("verify", out / "certificates" / "A-1.pdf").exit_code == 0
+    done.clear()
+    unit(units / "A-1", "A-1", 1, text=UNIT.replace("4.99", "4.98"))
+    accept("batch", units, "--spec", spec, "--out", out, "--workers", 1)
+    assert done == {("judged", "A-1"): 1, ("drawn", "A-1"): 1}  # that it is a copy was known before
+
+
+@pytest.mark.parametrize("known_before", [True, False])
+def test_a_doubted_part(known_before: bool, tmp_path: Path, done: Counter[tuple[str, str]]) -> None:
+    """Judged before the strut, or after it in the same batch, when its page is drawn again."""
+    spec = tmp_path / "loops.toml"
+    loops = SPEC.index("[checks.hysteresis")
+    head = SPEC[: SPEC.index("[checks.capacitance")].replace('"apa"', '"strut"')
+    spec.write_text(head + SEARCHED + SPEC[loops:])
+    units, out = tmp_path / "units", tmp_path / "out"
+    unit(units / "A-S", "A-S", 1, text=(STRUT + RESPONSES).format(apa="X-1"))
+    bad = make_unit((tmp_path if known_before else units) / "X-1", "X-1", BAD)
+    if known_before:
+        accept("batch", bad, "--spec", "apa-basic", "--out", tmp_path / "first", "--workers", 1)
+    if not known_before:
+        keys.init(home(), "correct horse", "Test Technician")
+    specs = {"apa": load_spec("apa-basic"), "strut": load_spec(str(spec))}
+    credential = keys.unlock(home(), keys.TECHNICIAN, "correct horse")
+    with open_store() as store:
+        asked = BatchRequest([units], out, specs, "Test Technician", credential, workers=1)
+        run(asked, store, lambda _: None)
+    assert verdicts(out)["A-S"] == "conditional"
+    assert (done["judged", "A-S"], done["searched", "A-S"]) == (1, 1)
+    assert done["drawn", "A-S"] == (1 if known_before else 2)
