@@ -66,7 +66,8 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
     findings = _from_records(unit, spec) if from_records else None
     basis = VALUES if findings is None else RECORDS
     measured = from_values(unit.result, spec) if findings is None else findings
-    now = Reservations.stated(unit.result).weaken(measured)
+    reservations = Reservations.stated(unit.result)
+    now = list(reservations.weaken(measured)) if reservations else measured
     before = {f["quantity"]: f["verdict"] for f in unit.result["findings"]}
     differ = {
         f.quantity: (before.get(f.quantity, "not judged"), str(f.verdict), f.reason or "")

@@ -42,6 +42,8 @@ class Reservations:
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
+        if not self:
+            return tuple(findings)
         found = tuple(without_copies(f, self.copies) for f in findings)
         return weakened_by_parts(found, self.part_doubts)
 

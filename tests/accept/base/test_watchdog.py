@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from accept.base import watchdog
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
-from accept.batch import worker
+from accept.batch.job import UnitJob
 from accept.cli.main import app
 from specs.patterns import pattern_problem
 from specs.strict import MAX_KEY_PARTS, toml_of
@@ -42,14 +42,14 @@ def test_the_limit_can_be_stated(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_unit_that_takes_too_long_is_refused_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = worker.examine
+    whole = UnitJob.judge
 
-    def slow(unit, *rest, **more):  # type: ignore[no-untyped-def]
-        if unit.serial == "A-1":
+    def slow(job, *rest):  # type: ignore[no-untyped-def]
+        if job.unit.serial == "A-1":
             time.sleep(60)
-        return whole(unit, *rest, **more)
+        return whole(job, *rest)
 
-    monkeypatch.setattr(worker, "examine", slow)
+    monkeypatch.setattr(UnitJob, "judge", slow)
     monkeypatch.setenv("ACCEPT_UNIT_S", "6")  # the other one takes two, with the libraries that it loads
     for serial in ("A-1", "Z-1"):
         make_unit(tmp_path / "units" / serial, serial)
