@@ -13,7 +13,7 @@ from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Inputs, Prepared, possible_faults, with_fault
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search, quicker
-from checks.gap.search.levenberg_marquardt import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
+from checks.gap.search.refit import ANNEAL, ANNEAL_STEPS, Refit, begin, blurred
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
 HALF = 0.5  # of the misfit

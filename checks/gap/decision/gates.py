@@ -18,7 +18,7 @@ from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import MANY, Search
 from checks.gap.search.forward import SearchResult
-from checks.gap.search.levenberg_marquardt import begin
+from checks.gap.search.refit import begin
 from checks.gap.search.screen import screen
 from checks.model.model import frequency_and_damping
 

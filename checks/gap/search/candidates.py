@@ -15,7 +15,7 @@ from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.levenberg_marquardt import Refit, annealed, begin, go_on, released
+from checks.gap.search.refit import Refit, annealed, begin, go_on, released
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
 from checks.model.model import Model

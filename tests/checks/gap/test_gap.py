@@ -19,7 +19,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS, digest
 from checks.gap.modelling.unmodelled_modes import unmodelled_modes
 from checks.gap.preparation import record_faults as early
-from checks.gap.search.levenberg_marquardt import annealed, go_on
+from checks.gap.search.refit import annealed, go_on
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import GapRefused, run, same_unit

@@ -21,25 +21,22 @@ from checks.fitting.prior import prior_rows
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.held_scatter import scatter_of
 
-FIRST_DAMPING = 1e-2
 # A sharp peak only pulls the model's peak once they overlap, so a fit first runs with a model that may be far off,
 # where peaks are broad in proportion, and then with less and less (found on drawn struts: 16 of 16 instead of 10 of
 # 16).
 ANNEAL = (0.3, 0.1, 0.03)
 ANNEAL_STEPS = 5
-SETTLED = 1e-3  # of the cost, or this much of half a squared sigma: nothing is gained any more
 
 
 @dataclass(frozen=True, eq=False)
 class Refit:
-    """A fit on its way: values by name, cost (half the squared whitened residuals and priors), damping of the next
-    step. work: what it took since it began (`work_of`)."""
+    """A fit on its way: values by name, cost (half the squared whitened residuals and priors). settled: no step leads
+    further down; work: what it took since it began (`work_of`)."""
 
     response: Augmented
     data: Dataset
     at: dict[str, float]
     cost: float
-    damping: float
     settled: bool
     work: float = 0.0
 
@@ -48,7 +45,7 @@ def begin(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Ref
     """start: values by name; what it does not hold begins at its prior. Raises ModelError where that cannot be."""
     problem = _Problem(response, data, response.free(start))
     x = problem.begin()
-    return Refit(response, data, problem.values(x), problem.cost(x), FIRST_DAMPING, False)
+    return Refit(response, data, problem.values(x), problem.cost(x), False)
 
 
 def annealed(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
@@ -68,54 +65,16 @@ def blurred(data: Dataset, tolerance: float) -> Dataset:
 
 
 def go_on(refit: Refit, steps: int) -> Refit:
-    """At most so many steps of Levenberg-Marquardt, kept inside the physical bounds."""
+    """Take at most so many damped steps (`checks.fitting.descent`), kept inside the physical bounds."""
     if refit.settled:
         return refit
     problem = _Problem(refit.response, refit.data, refit.response.free(refit.at))
-    if refit.response.model.scatters and not refit.response.held:
-        with warnings.catch_warnings():
-            # An effect has no prior to measure it by: its column may be huge, which harms no positive definite solve.
-            warnings.simplefilter("ignore", LinAlgWarning)
-            found = descend(problem, problem.begin(), steps)
-        work = refit.work + _work(problem, found.steps)
-        return replace(refit, at=problem.values(found.x), cost=found.cost, settled=found.settled, work=work)
-    x, damping = problem.begin(), refit.damping
-    r = problem.residual(x)
-    cost, settled, work = 0.5 * float(r @ r), False, refit.work
-    for _ in range(steps):
-        work += _work(problem, 1)
-        J = problem.jacobian(x)
-        step = _step(problem, x, r, cost, J, damping)
-        if step is None:
-            settled = True
-            break
-        new, r, lower, damping = step
-        settled = cost - lower < max(SETTLED * cost, 0.5 * SETTLED) and damping <= FIRST_DAMPING
-        x, cost = new, lower
-        if settled:
-            break
-    return replace(refit, at=problem.values(x), cost=cost, damping=damping, settled=settled, work=work)
-
-
-def _work(problem: "_Problem", steps: int) -> float:
-    return work_of(steps, len(problem.names), problem.data.H.size)
-
-
-def _step(
-    problem: "_Problem", x: Array, r: Array, cost: float, J: Array, damping: float
-) -> tuple[Array, Array, float, float] | None:
-    """The next point with its residual, cost and damping; None where no step leads down."""
-    A, g = J.T @ J, J.T @ r
-    scale = np.diag(A).copy()
-    for _ in range(8):
-        move = np.linalg.solve(A + damping * np.diag(np.maximum(scale, 1e-12)), -g)
-        new = problem.inside(x + move)
-        trial = problem.residual(new)
-        lower = 0.5 * float(trial @ trial)
-        if np.isfinite(lower) and lower < cost:
-            return new, trial, lower, max(damping / 10.0, 1e-10)
-        damping = max(10.0 * damping, 1e-6)
-    return None
+    with warnings.catch_warnings():
+        # An effect has no prior to measure it by: its column may be huge, which harms no positive definite solve.
+        warnings.simplefilter("ignore", LinAlgWarning)
+        found = descend(problem, problem.begin(), steps)
+    work = refit.work + work_of(found.steps, len(problem.names), problem.data.H.size)
+    return replace(refit, at=problem.values(found.x), cost=found.cost, settled=found.settled, work=work)
 
 
 def released(refit: Refit) -> Refit:
@@ -171,20 +130,17 @@ class _Problem:
             white = self.scatter.off(white)
         return np.concatenate([white, self.weight @ (x - self.prior / self.unit)])
 
-    def jacobian(self, x: Array) -> Array:
-        rows = self.data.whitener(self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels))
-        rows *= -self.unit[:, None]
-        if self.scatter is not None:
-            rows = self.scatter.turned(rows)
-        return np.hstack([rows, self.weight.T]).T
-
     def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
-        """J'J and J'r, of a search with nothing held."""
+        """J'J and J'r."""
         D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
-        size = r.size - len(self.weight)
-        A, g = self.data.whitener.normal(D, r[:size])
+        rest = r[r.size - len(self.weight) :]
+        if self.scatter is None:
+            A, g = self.data.whitener.normal(D, r[: r.size - len(self.weight)])
+        else:
+            rows = self.scatter.turned(self.data.whitener(D))
+            A, g = rows @ rows.T, rows @ r[: rows.shape[1]]
         A = A * np.outer(self.unit, self.unit) + self.weight.T @ self.weight
-        return A, self.weight.T @ r[size:] - g * self.unit
+        return A, self.weight.T @ rest - g * self.unit
 
     def cost(self, x: Array) -> float:
         r = self.residual(x)
