@@ -154,17 +154,17 @@ def sentences(path: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             yield node.lineno, " ".join(node.value.value.split())
-    last, begin, words = -1, 0, ""
+    block: list[tuple[int, str]] = []
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type == tokenize.COMMENT:
-            line = token.start[0]
-            if line != last + 1:
-                if words:
-                    yield begin, words
-                begin, words = line, ""
-            last, words = line, f"{words} {token.string.lstrip('# ')}".strip()
-    if words:
-        yield begin, words
+        if token.type != tokenize.COMMENT:
+            continue
+        alone = token.line.lstrip().startswith("#")  # not behind code
+        if block and not (alone and token.start[0] == block[-1][0] + 1):
+            yield block[0][0], " ".join(words for _, words in block)
+            block = []
+        block.append((token.start[0], token.string.lstrip("# ")))
+    if block:
+        yield block[0][0], " ".join(words for _, words in block)
 
 
 def folders() -> list[str]:
