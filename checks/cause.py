@@ -12,6 +12,7 @@ from typing import Any
 from specs.labels import CHANNEL_LABELS, model_label
 from specs.units import DIMENSIONLESS
 
+_RECORDS: dict[str, str] = {}  # input of a check -> what people call it, as its declaration says
 _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name a channel
 
 
@@ -72,8 +73,8 @@ class Cause(Enum):
         "Va reaches {value:.3g} V, a DAC at most {most:g} V: Va was measured at the output of the amplifier"
     )
     CONTRADICTION = (
-        "{one} and {other} contradict each other: {title} is {ratio:.3g} ± {U:.2g}; expected {lo:g} to {hi:g}. One of "
-        "the two measurements is wrong, of another unit, or by another scale"
+        "{one_called} and {other_called} contradict each other: {title} is {ratio:.3g} ± {U:.2g}; expected {lo:g} to "
+        "{hi:g}. One of the two measurements is wrong, of another unit, or by another scale"
     )
     SAMPLES_COPIED = (
         "holds the same samples as {others}; one recording measures one thing, so it counts for none of them until "
@@ -200,14 +201,14 @@ class Cause(Enum):
     TABLE_EDGE = "{parameter} = {value:.0f} ± {U:.0f} um reaches the edge of the table, {most:.0f} um"
     TWO_PLACES = "two misalignments explain the data equally: {places}"
     # Verdicts
-    OUTSIDE_LIMITS = "{value} {unit} is {side} limit {limit:g} {unit}"
+    OUTSIDE_LIMITS = "{value}{in_unit} is {side} limit {limit:g}{in_unit}"
     U_UNKNOWN = "inside the limits, but the uncertainty is unknown"
     U_INVALID = "the uncertainty is {U}"
-    U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value:.6g} ± {U:.3g} {unit})"
+    U_INCLUDES_LIMIT = "the uncertainty interval includes a limit ({value:.6g} ± {U:.3g}{in_unit})"
     RISK_ABOVE_HALF = (
-        "{value:.6g} {unit} is inside the limits, but with U = {U:.3g} {unit} the true value is more likely outside"
+        "{value:.6g}{in_unit} is inside the limits, but with U = {U:.3g}{in_unit} the true value is more likely outside"
     )
-    U_TOO_LARGE = "U = {U:.3g} {unit} is above the {most:g} {unit} that shared risk allows"
+    U_TOO_LARGE = "U = {U:.3g}{in_unit} is above the {most:g}{in_unit} that shared risk allows"
     CALIBRATION = "no valid calibration: {detail}"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"
@@ -218,6 +219,16 @@ class Cause(Enum):
     def code(self) -> str:
         """The name under which results.json holds it."""
         return self.name.lower()
+
+
+def declare_record(name: str, label: str) -> None:
+    """Name an input of a check as sentences do: `torsion_left` is "torsion, hit at the left"."""
+    _RECORDS[name] = label
+
+
+def record_label(name: str) -> str:
+    """Return what people call an input of a check, its name if its declaration says no more."""
+    return _RECORDS.get(name, name)
 
 
 @dataclass(frozen=True)
@@ -238,12 +249,17 @@ class Reason:
         return "; ".join(reason.sentence() for reason in self.all())
 
     def sentence(self) -> str:
-        """Of this cause alone."""
+        """Return the sentence of this cause, without the others."""
         shown = {k: CHANNEL_LABELS.get(v, v) if k in _CHANNELS else v for k, v in self.parameters.items()}
         if "parameter" in shown:
             shown["parameter"] = model_label(shown["parameter"])
         shown["in_unit"] = "" if shown.get("unit", DIMENSIONLESS) == DIMENSIONLESS else f" {shown['unit']}"
-        where = f"{self.record} ({self.file})" if self.record and self.file else self.record or self.file
+        for key in ("one", "other"):  # stored before quantities were called by their labels: by their names
+            shown.setdefault(f"{key}_called", shown.get(key))
+        if "other_record" in shown:
+            shown["other_record"] = record_label(shown["other_record"])
+        record = record_label(self.record)
+        where = f"{record} ({self.file})" if record and self.file else record or self.file
         words = self.cause.value.format(**shown)
         return f"{where}: {words}" if where else words
 

@@ -3,15 +3,17 @@
 The reader of `unit.toml`, the form in the workflow, the validation of a spec and the documentation all come from here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from checks.cause import declare_record
 from checks.quantity import Outcome
 from checks.record import Record
+from specs.labels import label_from_name
 from specs.spec import CheckSpec
 from specs.units import unit_of
 
@@ -37,7 +39,7 @@ class Scalar:
 @dataclass(frozen=True)
 class Vector:
     """A fixed number of values in the unit that the name says, typed or taken in a stated order. item: what one of them
-    is called; usual: as of a scalar."""
+    is called; usual: as of a scalar; called: its name in sentences."""
 
     name: str
     label: str
@@ -45,6 +47,11 @@ class Vector:
     optional: bool = False
     item: str = "value"
     usual: tuple[float, float] | None = None
+    called: str = ""
+
+    def __post_init__(self) -> None:
+        if self.called:
+            declare_record(self.name, self.called)
 
     @property
     def unit(self) -> str:
@@ -65,7 +72,8 @@ class CsvTable:
 @dataclass(frozen=True)
 class Series:
     """A record file with these channels (name -> unit). `step`: the name of a scalar that holds the sampling time
-    when the file has no time vector. `optional_channels` are read where the file has them."""
+    when the file has no time vector. `optional_channels` are read if the file has them. called: its name in
+    sentences ("torsion, hit at the left"), else `name`."""
 
     name: str
     label: str
@@ -73,6 +81,11 @@ class Series:
     optional: bool = False
     optional_channels: Mapping[str, str] = field(default_factory=dict)
     step: str | None = None
+    called: str = ""
+
+    def __post_init__(self) -> None:
+        if self.called:
+            declare_record(self.name, self.called)
 
 
 Input = Scalar | Vector | CsvTable | Series
@@ -127,6 +140,8 @@ class Check:
 
     measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
     be measured is present with its reason); raises NoResult when nothing could be measured.
+    quantities : name -> label of what it measures; a name ends in its unit, a label stands in tables and sentences.
+    A name without a label gets its words from the name.
     section : the check whose data this one reads too; its forms are then the other's.
     model : the setting that names a model; the check finds it open among its values, as `model`.
     guide : what the workflow shows at its step; made of the declaration where there is none.
@@ -137,7 +152,7 @@ class Check:
     title: str
     kinds: tuple[str, ...]
     forms: tuple[Form, ...]
-    quantities: tuple[str, ...]
+    quantities: Collection[str]
     measure: Callable[[Values, CheckSpec], Outcome]
     settings: tuple[Setting, ...] = ()
     stated: tuple[str, ...] = ()  # names whose uncertainty a spec may state
@@ -145,6 +160,12 @@ class Check:
     model: str | None = None
     guide: Guide | None = None
     short: str = ""
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Return name -> label of every quantity."""
+        given = self.quantities if isinstance(self.quantities, Mapping) else {}
+        return {name: given.get(name) or label_from_name(name) for name in self.quantities}
 
     @property
     def reads(self) -> str:

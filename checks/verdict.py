@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from checks.cause import Cause, Reason, because, together
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from specs.labels import with_unit
 from specs.spec import Limit
 
 # Simple acceptance relies on a U that is small beside the limits: a value inside then lies outside with at most this
@@ -94,7 +95,8 @@ def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | N
     value, U = quantity.value, quantity.U
     if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
         return None
-    return f"U exceeds the value: it cannot be distinguished from zero and is at most {value + U:.2g} {limit.unit}"
+    most = with_unit(f"{value + U:.2g}", quantity.name)
+    return f"U exceeds the value: it cannot be distinguished from zero and is at most {most}"
 
 
 def _decide(quantity: Quantity, limit: Limit) -> tuple[Verdict, Reason | None]:

@@ -35,6 +35,12 @@ _MODEL_VALUES = {
 _PLACES = {"apa": "APA", "constants": "APA", "joint": "joints"}
 
 
+def label_from_name(quantity: str) -> str:
+    """Return words for a quantity by its name: `insulation_ohm` is "Insulation"."""
+    words = without_unit(quantity).replace("_", " ").strip() or quantity
+    return words[0].upper() + words[1:]
+
+
 def model_label(name: str) -> str:
     """Words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
     `apa.mode_stiffness_12` "APA: mode stiffness 12"."""

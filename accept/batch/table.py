@@ -10,7 +10,7 @@ from rich.text import Text
 from accept.gap.text import one_line
 from accept.judging.result import UnitResult
 from accept.pictures import signs
-from accept.pictures.labels import label_and_name, label_of, with_labels
+from accept.pictures.labels import label_and_name, label_of
 from checks.rounding import rounded
 from checks.verdict import Verdict
 
@@ -61,7 +61,7 @@ def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterat
     for quantity, verdict, reason in findings:
         if verdict == Verdict.PASS:
             continue
-        parts = with_labels(reason or "no reason is stated").split("; ")
+        parts = (reason or "no reason is stated").split("; ")
         new = "; ".join(part for part in parts if part not in told or len(part) <= SHORT)
         why = new or f"same reason as {told[parts[0]]}"
         yield f"{serial}: {label_and_name(quantity)}: {verdict.replace('_', ' ')}, {why}"

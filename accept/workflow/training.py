@@ -11,6 +11,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from accept.judging.judge_unit import DEFAULT_SPEC, load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
+from accept.pictures.labels import label_of
 from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
 from accept.simulate.unit_request import SHORT_S, drawn, on_bench
@@ -100,5 +101,5 @@ def hidden_words(fault: str | None) -> str:
     """What was wrong, and which findings had to show it."""
     if fault is None:
         return "Nothing was wrong with this unit: every finding had to pass."
-    shows = ", ".join(f"{quantity}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)
+    shows = ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)
     return f"Hidden in this unit: {FAULTS[fault].words}.\nIt had to show as {shows}."

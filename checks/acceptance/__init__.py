@@ -3,12 +3,14 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
+from itertools import chain
 from typing import Any
 
 from checks.cause import Cause, NoResult
 from checks.declare import Check, Values
 from checks.quantity import Outcome, Quantity
 from specs import plugins
+from specs.labels import label_from_name
 from specs.spec import CheckSpec
 
 RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
@@ -64,12 +66,27 @@ class Checks(Mapping[str, Check]):
     def __contains__(self, name: object) -> bool:
         return name in _OWN or name in self._loaded
 
+    @property
+    def loaded(self) -> tuple[Check, ...]:
+        """Checks that were asked for already, and those of other packages."""
+        return tuple(self._loaded.values())
+
     def add(self, more: Mapping[str, Check]) -> None:
         """Checks of other packages, by names that are not taken."""
         self._loaded |= {name: replace(check, measure=Guarded(check)) for name, check in more.items()}
 
 
 CHECKS = Checks()
+
+
+def label_of(quantity: str) -> str:
+    """Return what people call a quantity, as its check declares it, else words from its name.
+
+    Checks that are loaded are asked first: who judged by two checks waits for no other."""
+    for check in chain(CHECKS.loaded, CHECKS.values()):
+        if quantity in check.quantities:
+            return check.labels[quantity]
+    return label_from_name(quantity)
 
 
 def check_problem(check: Any) -> str:

@@ -36,7 +36,7 @@ CHECK = Check(
             ),
         ),
     ),
-    quantities=("sensor_uF", "actuator_uF"),
+    quantities={"sensor_uF": "Sensor stack", "actuator_uF": "Actuator stacks"},
     measure=measure,
     stated=("sensor_uF", "actuator_uF"),
     guide=Guide(

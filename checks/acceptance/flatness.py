@@ -185,9 +185,21 @@ CHECK = Check(
     kinds=("apa",),
     forms=(
         Form("points", (CsvTable("points", "probe heights over the two interfaces", ("x_mm", "y_mm", "z_um")),)),
-        Form("heights", (Vector("z_um", "8 heights in the order of the picture", 8, item="height", usual=USUAL_UM),)),
+        Form(
+            "heights",
+            (
+                Vector(
+                    "z_um", "8 heights in the order of the picture", 8, item="height", usual=USUAL_UM, called="heights"
+                ),
+            ),
+        ),
     ),
-    quantities=("flatness_um", "flatness_pv_um", "flatness_ls_pv_um", "interface_tilt_urad"),
+    quantities={
+        "flatness_um": "Flatness",
+        "flatness_pv_um": "Flatness, peak to valley",
+        "flatness_ls_pv_um": "Flatness, about the least-squares plane",
+        "interface_tilt_urad": "Tilt between the interfaces",
+    },
     measure=measure,
     settings=(Setting("positions_mm", POSITIONS_MM, "x, y of the 8 probe points in the order of reading"),),
     stated=("z_um",),

@@ -255,13 +255,13 @@ CHECK = Check(
             ),
         ),
     ),
-    quantities=(
-        "hysteresis_percent",
-        "hysteresis_small_signal_percent",
-        "hysteresis_amplitude_V",
-        "hysteresis_gain_um_per_V",
-        "sensor_hysteresis_percent",
-    ),
+    quantities={
+        "hysteresis_percent": "Hysteresis",
+        "hysteresis_small_signal_percent": "Hysteresis, smallest sine",
+        "hysteresis_amplitude_V": "Largest sine at the DAC",
+        "hysteresis_gain_um_per_V": "Gain under slow sines",
+        "sensor_hysteresis_percent": "Hysteresis of the sensor",
+    },
     measure=measure,
     settings=(
         Setting("min_amplitude_V", MIN_AMPLITUDE_V, "amplitude of Va that the largest sine must reach"),

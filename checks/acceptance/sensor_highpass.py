@@ -202,18 +202,29 @@ CHECK = Check(
         Form(
             "records",
             (
-                Series("with_resistor", "slow sweep with the resistor across the sensor stack", _CHANNELS),
-                Series("without_resistor", "the same sweep without it", _CHANNELS, optional=True),
+                Series(
+                    "with_resistor",
+                    "slow sweep with the resistor across the sensor stack",
+                    _CHANNELS,
+                    called="with the resistor",
+                ),
+                Series(
+                    "without_resistor",
+                    "the same sweep without it",
+                    _CHANNELS,
+                    optional=True,
+                    called="without the resistor",
+                ),
                 Scalar("resistor_ohm", "resistor", lo=1.0, hi=1e12, optional=True),
             ),
         ),
     ),
-    quantities=(
-        "sensor_highpass_Hz",
-        "sensor_highpass_without_Hz",
-        "sensor_capacitance_implied_uF",
-        "sensor_gain_V_per_V",
-    ),
+    quantities={
+        "sensor_highpass_Hz": "High-pass, with resistor",
+        "sensor_highpass_without_Hz": "High-pass, without resistor",
+        "sensor_capacitance_implied_uF": "Sensor stack, from the corner",
+        "sensor_gain_V_per_V": "Sensor gain",
+    },
     measure=measure,
     settings=(
         Setting("top_Hz", TOP_HZ, "highest frequency used, well below the first zero of Vs"),

@@ -8,7 +8,7 @@ import numpy as np
 from checks.acceptance import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.typed_value import stated
-from checks.cause import Cause, Reason, because, together
+from checks.cause import Cause, Reason, because, record_label, together
 from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
@@ -215,13 +215,13 @@ def _fates(key: str, test: HammerTest, record: Record) -> str:
     first = {i.fault: i for i in reversed(bad)}
     times = {f: ", ".join(f"{record.t[i.peak]:.2f}" for i in bad if i.fault == f) for f in first}
     words = "; ".join(f"{f} at {times[f]} s ({i.detail})" for f, i in reversed(first.items()))
-    return f"{key}: {tally(test.impacts)}; {words}"
+    return f"{record_label(key)}: {tally(test.impacts)}; {words}"
 
 
 def _window(tested: HammerResponse) -> str:
     return (
-        f"{tested.key}: the decay is cut, an exponential window ends it; the {tested.frf.added_decay:.3g} 1/s that it "
-        "adds to every decay is taken out"
+        f"{record_label(tested.key)}: the decay is cut, an exponential window ends it; the "
+        f"{tested.frf.added_decay:.3g} 1/s that it adds to every decay is taken out"
     )
 
 
@@ -261,20 +261,34 @@ CHECK = Check(
         Form(
             "records",
             tuple(
-                Series(key, label, CHANNELS, optional=True, step="Track1_X_Resolution")
-                for key, label in (
-                    ("x_bending", "hammer and rotation, x-bending"),
-                    ("y_bending", "hammer and rotation, y-bending"),
-                    ("torsion_left", "hammer and rotation, torsion, hit at the left"),
-                    ("torsion_top", "hammer and rotation, torsion, hit at the top"),
+                Series(
+                    key,
+                    f"hammer and rotation, {called}",
+                    CHANNELS,
+                    optional=True,
+                    step="Track1_X_Resolution",
+                    called=called,
+                )
+                for key, called in (
+                    ("x_bending", "x-bending"),
+                    ("y_bending", "y-bending"),
+                    ("torsion_left", "torsion, hit at the left"),
+                    ("torsion_top", "torsion, hit at the top"),
                 )
             ),
         ),
     ),
-    quantities=(
-        *(f"{name}_{what}" for name in ("x_bending", "y_bending", "z_torsion") for what in ("Hz", "damping_percent")),
-        *(f"{name}_harmonic_{n}_Hz" for name, orders in HARMONICS.items() for n in orders),
-    ),
+    quantities={
+        "x_bending_Hz": "Bending in x",
+        "x_bending_damping_percent": "Bending in x, damping",
+        "y_bending_Hz": "Bending in y",
+        "y_bending_damping_percent": "Bending in y, damping",
+        "z_torsion_Hz": "Torsion about z",
+        "z_torsion_damping_percent": "Torsion about z, damping",
+        "x_bending_harmonic_3_Hz": "Bending in x, 3rd harmonic",
+        "x_bending_harmonic_5_Hz": "Bending in x, 5th harmonic",
+        "y_bending_harmonic_3_Hz": "Bending in y, 3rd harmonic",
+    },
     measure=measure,
     settings=SETTINGS,
     stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),

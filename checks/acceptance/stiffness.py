@@ -7,7 +7,7 @@ import numpy as np
 
 from checks.acceptance.common.typed_value import stated, typed_quantity
 from checks.arrays import Array
-from checks.cause import Cause, NoResult, Reason, because
+from checks.cause import Cause, NoResult, Reason, because, record_label
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
 from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel, PanelKind
@@ -226,7 +226,8 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
 
 def _notes(found: dict[str, Deflection]) -> list[str]:
     return [
-        f"{key}: de rises at the first step; either the mass was removed first or the encoder counts the other way"
+        f"{record_label(key)}: de rises at the first step; either the mass was removed first or the encoder counts the "
+        "other way"
         for key, f in found.items()
         if f.steps[0].height > 0
     ]
@@ -273,19 +274,30 @@ CHECK = Check(
         Form(
             "records",
             (
-                Series("closed_circuit", "mass added and removed, stacks on the amplifier", _CHANNELS),
-                Series("open_circuit", "mass added and removed, stacks open", _CHANNELS, optional=True),
+                Series(
+                    "closed_circuit",
+                    "mass added and removed, stacks on the amplifier",
+                    _CHANNELS,
+                    called="closed circuit",
+                ),
+                Series(
+                    "open_circuit",
+                    "mass added and removed, stacks open",
+                    _CHANNELS,
+                    optional=True,
+                    called="open circuit",
+                ),
                 Scalar("mass_kg", "added mass", lo=0.01, hi=1000.0, usual=(2.0, 15.0)),
             ),
         ),
     ),
-    quantities=(
-        "k_closed_N_per_um",
-        "k_open_N_per_um",
-        "k_ratio",
-        "k_closed_windowed_N_per_um",
-        "creep_per_decade_percent",
-    ),
+    quantities={
+        "k_closed_N_per_um": "Stiffness, closed circuit",
+        "k_open_N_per_um": "Stiffness, open circuit",
+        "k_ratio": "Stiffness, open over closed",
+        "k_closed_windowed_N_per_um": "Stiffness, by time windows",
+        "creep_per_decade_percent": "Creep per decade",
+    },
     measure=measure,
     settings=(
         Setting("gravity", GRAVITY, "acceleration of gravity on the bench [m/s2]", positive=True),

@@ -268,19 +268,19 @@ CHECK = Check(
         Form(
             "records",
             (
-                Series("one_stack", "voltage on one stack", _CHANNELS),
-                Series("two_stacks", "voltage on the two other stacks", _CHANNELS),
+                Series("one_stack", "voltage on one stack", _CHANNELS, called="one stack"),
+                Series("two_stacks", "voltage on the two other stacks", _CHANNELS, called="the two other stacks"),
             ),
         ),
     ),
-    quantities=(
-        "stroke_um",
-        "stroke_one_stack_um",
-        "stroke_two_stacks_um",
-        "stroke_hysteresis_percent",
-        "stroke_hysteresis_one_stack_percent",
-        "stroke_hysteresis_two_stacks_percent",
-    ),
+    quantities={
+        "stroke_um": "Stroke, three stacks",
+        "stroke_one_stack_um": "Stroke, one stack",
+        "stroke_two_stacks_um": "Stroke, two stacks",
+        "stroke_hysteresis_percent": "Stroke hysteresis",
+        "stroke_hysteresis_one_stack_percent": "Stroke hysteresis, one stack",
+        "stroke_hysteresis_two_stacks_percent": "Stroke hysteresis, two stacks",
+    },
     measure=measure,
     settings=(
         Setting("start_V", START_V, "voltage on the stacks where a record must start"),

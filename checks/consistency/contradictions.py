@@ -7,10 +7,11 @@ before: a contradiction makes no unit better.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from checks.acceptance import CHECKS
+from checks.acceptance import CHECKS, label_of
 from checks.cause import Cause, Reason, because, together
 from checks.consistency.relations import RELATIONS, Known, Relation
 from checks.verdict import Finding, Verdict
+from specs.labels import with_unit
 
 
 def held_together(findings: Sequence[Finding], known: Known) -> list[Finding]:
@@ -48,4 +49,6 @@ def _reason(relation: Relation, known: Known) -> Reason:
         hi=relation.hi,
         one=f"{one.name} = {one.value:.4g} {one.unit}",
         other=f"{other.name} = {other.value:.4g} {other.unit}",
+        one_called=with_unit(f"{label_of(one.name)} = {one.value:.4g}", one.name),
+        other_called=with_unit(f"{label_of(other.name)} = {other.value:.4g}", other.name),
     )

@@ -28,9 +28,10 @@ from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit
 from accept.judging.result import UnitResult
 from accept.pictures.formats import format_of
-from accept.pictures.labels import LABELS, label_and_name
+from accept.pictures.labels import label_and_name
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
+from checks.acceptance import CHECKS
 from checks.picture import Panel
 from checks.signals.outliers import CHANCE, MIN_UNITS
 
@@ -92,8 +93,8 @@ def _show(found: Fleet) -> None:
 
 
 def _label(name: str) -> str:
-    """`Misalignment dy (dy_um)`; a curve by its name."""
-    return label_and_name(name) if name in LABELS else name
+    """Return `Misalignment dy (dy_um)`; a curve by its name."""
+    return label_and_name(name) if any(name in check.quantities for check in CHECKS.values()) else name
 
 
 def table(found: Fleet) -> Table:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from accept.fleet.measurements import bench_of
-from accept.pictures.labels import label_of, with_labels
+from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Event
 from checks.picture import Line, Panel
@@ -53,7 +53,7 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
 
 
 def _shown(name: str, value: Any) -> Any:
-    return pretty(with_labels(value)) if name == "reason" and isinstance(value, str) else value
+    return pretty(value) if name == "reason" and isinstance(value, str) else value
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:

@@ -13,7 +13,7 @@ from accept.certificate.trust import keys
 from accept.certificate.verify.verification import Validity, Verification
 from accept.judging.result import UnitResult
 from accept.pictures import signs
-from accept.pictures.labels import label_of, with_labels
+from accept.pictures.labels import label_of
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.process_work import send_to_worker
 from accept.tui.screens.ask import Question, QuestionLine
@@ -99,7 +99,7 @@ class Summary(Working[bool]):
         """A note with the words of its step in place of the code name that it begins with."""
         name, colon, words = note.partition(": ")
         short = next((step.short for step in self.session.steps if step.name == name), name)
-        return f"{short}{colon}{with_labels(words)}"
+        return f"{short}{colon}{words}"
 
     def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         self._tell(event.cursor_row)
@@ -117,7 +117,7 @@ class Summary(Working[bool]):
             by = ", ".join(f"{s.who} ({s.role})" for s in attempt.signatures)
             words = f"Certificate: {attempt.certificate}\nSigned by: {by}"
             if self.bench.hidden:
-                words += f"\n{with_labels(self.bench.hidden)}"
+                words += f"\n{self.bench.hidden}"
         if self.report is not None:
             words = f"{_OUTCOMES[self.report.outcome]}: {self.report.reason}\n{words}"
         self.query_one("#certificate", Static).update(words)
@@ -190,7 +190,7 @@ class Summary(Working[bool]):
         else:
             self.say(f"The certificate does not verify: {report.reason}", "bad")
         if self.bench.hidden and not report.countersigned:
-            self.app.push_screen(Help("Training: what this unit had", with_labels(self.bench.hidden)))
+            self.app.push_screen(Help("Training: what this unit had", self.bench.hidden))
 
     def action_next(self) -> None:
         self.leave(True)
@@ -224,7 +224,7 @@ _FIRST_LINES = [
 def _detail(f: Finding) -> str:
     """Why a finding is what it is, with its code name and the rule of its limit."""
     why = f.reason or f.note or ""
-    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{with_labels(why)}"
+    return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{why}"
 
 
 def _verdict(result: UnitResult) -> Text:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from rich.text import Text
 
-from accept.pictures.labels import label_of, with_labels
+from accept.pictures.labels import label_of
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
 from accept.workflow.advice import advice
@@ -44,7 +44,7 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
     for _, q in judgement.information:
         text.append(f"  {label_of(q.name):<{name}} {numbers(q.value, q.U, q.unit)}\n", "dim")
     for note in judgement.notes:
-        text.append(f"  Note: {with_labels(note)}\n", "dim")
+        text.append(f"  Note: {note}\n", "dim")
     text.rstrip()
     return text
 
@@ -61,7 +61,7 @@ def finding_text(f: Finding) -> Text:
     text.append(f"  {drawn}  ", colour)
     text.append(f"{limits(f.lower, f.upper)}{after_number(f.unit)}\n", "dim")
     if f.reason:
-        text.append(f"  {with_labels(f.reason)}\n", colour)
+        text.append(f"  {f.reason}\n", colour)
     return text
 
 
@@ -71,7 +71,7 @@ def finding_row(f: Finding) -> Text:
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{_NAME}}", status.style))
     text.append(f"{_value(f):<{_VALUE}} ", "bold").append(f"{limits(f.lower, f.upper)}\n", "dim")
     if f.reason:
-        text.append(f"    {with_labels(f.reason)}\n", status.style)
+        text.append(f"    {f.reason}\n", status.style)
     return text
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
-from checks.cause import Cause, NoResult
+from checks.cause import Cause, NoResult, record_label
 from checks.declare import Setting
 from checks.record import Record
 from specs.spec import CheckSpec
@@ -55,7 +55,8 @@ def remarks(values: Mapping[str, Any], spec: CheckSpec) -> Iterator[str]:
         return
     for key, record in _records(values):
         if not is_round(record.fs):
-            yield f"{key}: sampled at {record.fs:.6g} Hz, which clocks are seldom set to: is its time step right?"
+            label = record_label(key)
+            yield f"{label}: sampled at {record.fs:.6g} Hz, which clocks are seldom set to: is its time step right?"
 
 
 def is_round(fs: float) -> bool:

@@ -3,7 +3,6 @@
 import pytest
 
 from accept.base.home import home
-from accept.pictures.labels import with_labels
 from accept.store import open_store
 from accept.tui.widgets.fields import Field
 from accept.workflow.training import hidden_words, open_training, training_request
@@ -77,7 +76,7 @@ async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
         findings = {f.quantity: f.verdict for f in pilot.app.session.result.findings}
         await sign_first(pilot)
         assert type(pilot.app.screen).__name__ == "Help"
-        assert with_labels(hidden) in pilot.app.screen._text
+        assert hidden in pilot.app.screen._text
         await press(pilot, "escape")
         assert "✓ verified" in words(pilot, "#certificate")
     shown = hidden.partition("had to show as ")[2].rstrip(".").split(", ") if "had to show" in hidden else []

@@ -46,7 +46,7 @@ def measured(values, spec=SPEC):
 
 
 def _declared(name):
-    return CHECK.quantities.index(name)
+    return list(CHECK.quantities).index(name)
 
 
 def test_three_modes_their_damping_and_harmonics(unit):
