@@ -37,7 +37,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     """For a person, a line per effect."""
     out = [f"fleet of {len(found['units'])}: {', '.join(found['units'])}"]
     for row in found["common"]:
-        values = ", ".join(_value(k, p) for k, p in row["parameters"].items())
+        values = ", ".join(_value(row["effect"], k, p) for k, p in row["parameters"].items())
         out.append(f"  of the bench: {words_of(row['effect'])} {values} (in {', '.join(row['serials'])})")
         if row["undecided"]:
             out.append(f"    not told for {', '.join(row['undecided'])}, which other things keep unexplained")
@@ -47,8 +47,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     return out if len(out) > 1 else [*out, "  no effect was named"]
 
 
-def _value(name: str, p: Mapping[str, float]) -> str:
-    return f"{value_words(name, p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
+def _value(effect: str, name: str, p: Mapping[str, float]) -> str:
+    return f"{value_words(effect, name, p['value'])} [{number(p['lo'])}, {number(p['hi'])}]"
 
 
 def _of_the_bench(row: Mapping[str, Any], documents: Sequence[Document]) -> bool:

@@ -140,7 +140,7 @@ def _limits(result: Result) -> list[Flowable]:
     if not result.detection_limits:
         return []
     parts = [
-        f"{words_of(effect)} ({', '.join(value_words(k, v) for k, v in values.items())})"
+        f"{words_of(effect)} ({', '.join(value_words(effect, k, v) for k, v in values.items())})"
         for effect, values in result.detection_limits.items()
     ]
     return [

@@ -2,11 +2,13 @@
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, PARTLY, UNEXPLAINED, Named, Result, Tested
 from checks.rounding import rounded
-from specs.units import DIMENSIONLESS, unit_of, without_unit
+
+if TYPE_CHECKING:
+    from checks.gap.effects import Parameter
 
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
@@ -49,33 +51,36 @@ def words_of(effect: str) -> str:
 
 def named_line(n: Named) -> str:
     """Name, then every parameter with its interval."""
-    values = parameters((name, v.value, v.lo, v.hi) for name, v in n.parameters.items())
+    values = parameters(n.effect, ((name, v.value, v.lo, v.hi) for name, v in n.parameters.items()))
     return f"{words_of(n.effect)}: {values}" if values else words_of(n.effect)
 
 
-def parameters(values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
-    """Of one effect: name, value with its unit and the ends of its interval, each in the given form."""
-    return between.join(_with_interval(form, *one) for one in values)
+def parameters(effect: str, values: Iterable[Value], form: str = "{} = {} [{}, {}]", between: str = ", ") -> str:
+    """Return label, value with its unit and the ends of the interval of an effect's parameters, each in the given form
+    and to two digits of half the interval."""
+    parts = []
+    for name, value, lo, hi in values:
+        at, low, high = (rounded(x, (hi - lo) / 2.0) for x in (value, lo, hi))
+        parts.append(form.format(symbol(effect, name), f"{at} {unit(effect, name)}".rstrip(), low, high))
+    return between.join(parts)
 
 
-def _with_interval(form: str, name: str, value: float, lo: float, hi: float) -> str:
-    """To two digits of half the interval."""
-    at, low, high = (rounded(x, (hi - lo) / 2.0) for x in (value, lo, hi))
-    return form.format(symbol(name), f"{at} {unit(name)}".rstrip(), low, high)
+def symbol(effect: str, parameter: str) -> str:
+    """Return what people call a parameter: `dx_um` is dx, `kg` mass, `damping_ratio` "damping ratio"."""
+    return _declared(effect, parameter).symbol
 
 
-_OF_A_UNIT_ALONE = {"kg": "mass", "V_per_V": "coupling"}
+def unit(effect: str, parameter: str) -> str:
+    """Return the unit of a parameter, "" for a pure number."""
+    return _declared(effect, parameter).unit
 
 
-def symbol(parameter: str) -> str:
-    """`dx_um` is dx, `f_Hz` f, `damping_ratio` "damping ratio"."""
-    return _OF_A_UNIT_ALONE.get(parameter) or without_unit(parameter).replace("_", " ")
+def _declared(effect: str, parameter: str) -> "Parameter":
+    """Return the parameter as its effect declares it; of an effect that is not installed here, as its name says."""
+    from checks.gap.effects import EFFECTS, Parameter  # loads slowly: only when an effect is told
 
-
-def unit(parameter: str) -> str:
-    """Of a parameter by its name; "" for a pure number."""
-    found = unit_of(parameter)
-    return "" if found == DIMENSIONLESS else found
+    known = {p.name: p for p in EFFECTS[effect].parameters} if effect in EFFECTS else {}
+    return known.get(parameter) or Parameter(parameter, lo=0.0, hi=0.0, off=0.0, start=0.0, scale=0.0)
 
 
 def summary(serial: str, r: Result) -> list[str]:
@@ -126,12 +131,12 @@ def experiment_line(t: Tested) -> str:
 
 def _limit(effect: str, values: Mapping[str, float]) -> str:
     """`loop delay tau 1.9 us`."""
-    return f"{words_of(effect)} {value_words(*list(values.items())[-1])}"
+    return f"{words_of(effect)} {value_words(effect, *list(values.items())[-1])}"
 
 
-def value_words(name: str, value: float) -> str:
-    """`dx 53.5 um`."""
-    return f"{symbol(name)} {number(value)} {unit(name)}".rstrip()
+def value_words(effect: str, name: str, value: float) -> str:
+    """Return `dx 53.5 um`."""
+    return f"{symbol(effect, name)} {number(value)} {unit(effect, name)}".rstrip()
 
 
 def _wrapped(words: str, indent: str) -> list[str]:
@@ -177,7 +182,8 @@ def _left(document: Mapping[str, Any]) -> str:
 
 
 def _named(n: Mapping[str, Any]) -> str:
-    values = ", ".join(value_words(k, float(f"{n['parameters'][k]['value']:.3g}")) for k in in_order(n))
+    rounded_values = {k: float(f"{n['parameters'][k]['value']:.3g}") for k in in_order(n)}
+    values = ", ".join(value_words(n["effect"], k, value) for k, value in rounded_values.items())
     return f"{words_of(n['effect'])} ({values})" if values else words_of(n["effect"])
 
 

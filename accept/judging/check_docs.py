@@ -1,6 +1,7 @@
 """The checks in words, from what they declare: `docs/reference/checks.md` is written by this."""
 
 import inspect
+from collections.abc import Iterable
 
 from checks.acceptance import CHECKS
 from checks.consistency import contradictions
@@ -65,5 +66,5 @@ def _input(declared: Input) -> str:
             return f"`{declared.name}`, {declared.label}: record with {channels}{optional}"
 
 
-def _codes(names: tuple[str, ...]) -> str:
+def _codes(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)

@@ -57,7 +57,7 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
         words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
     ]
     for n in found["named"]:
-        values = parameters(values_of(n), "{} {} ({} to {})", "; ")
+        values = parameters(n["effect"], values_of(n), "{} {} ({} to {})", "; ")
         story.append(words(f"{n['sentence']} {words_of(n['effect'])}{': ' if values else ''}{values}", page_style.BODY))
     for a in found["ambiguous"]:
         story.append(words(alternatives(a), page_style.BODY))

@@ -104,7 +104,8 @@ def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -
 
 def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
     names = in_order(named)
-    values = ", ".join(f"{symbol(k)} {round(named['parameters'][k]['value'])} {unit(k)}".rstrip() for k in names)
+    effect, found = named["effect"], named["parameters"]
+    values = ", ".join(f"{symbol(effect, k)} {round(found[k]['value'])} {unit(effect, k)}".rstrip() for k in names)
     true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
     return f"{words_of(named['effect'])} {values} named (truth {true})"
 

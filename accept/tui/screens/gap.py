@@ -111,7 +111,7 @@ def answer(found: Mapping[str, Any]) -> Text:
     for effect in found["named"]:
         text.append(f"  {effect['sentence']}\n", "bold")
         if values := values_of(effect):
-            text.append(f"    {words_of(effect['effect'])}: {parameters(values)}\n", "dim")
+            text.append(f"    {words_of(effect['effect'])}: {parameters(effect['effect'], values)}\n", "dim")
     for rivals in found["ambiguous"]:
         text.append(f"  {alternatives(rivals)}\n", "yellow")
     for nameless in found["unnamed"]:

@@ -10,6 +10,7 @@ EFFECT = Effect(
     parameters=(
         Parameter(
             "V_per_V",
+            label="coupling",
             lo=-1.0,
             hi=1.0,
             off=0.0,

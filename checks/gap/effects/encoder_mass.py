@@ -10,6 +10,7 @@ EFFECT = Effect(
     parameters=(
         Parameter(
             "kg",
+            label="mass",
             lo=-0.07,
             hi=0.5,
             off=0.0,

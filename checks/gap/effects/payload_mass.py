@@ -10,6 +10,7 @@ EFFECT = Effect(
     parameters=(
         Parameter(
             "kg",
+            label="mass",
             lo=-5.0,
             hi=50.0,
             off=0.0,

@@ -13,6 +13,7 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.model.model import Model
 from checks.model.time.partial_fractions import Fractions
 from checks.rounding import rounded
+from specs.units import DIMENSIONLESS, unit_of, without_unit
 
 Values = Mapping[str, float]
 NO_SLOW_LIMIT: Mapping[str, float] = {}
@@ -26,7 +27,8 @@ class Parameter:
     begins; scale: what counts as a step. sets, adds: the model's parameters that take the value, or the value on top of
     their own; what a model does not have is passed over. grid: values to begin from when the response is not even
     roughly linear in it (empty: it is). begins: where else a fit begins when nothing fits by far. limit_at: the value
-    at which the detection limits of the others are stated. sd: of a prior about zero, where there is one.
+    at which the detection limits of the others are stated. sd: of a prior about zero, infinite without one. label: what
+    people call it, else the name without its unit ("dx", "damping ratio"); a name that is a unit alone needs one.
     """
 
     name: str
@@ -42,6 +44,18 @@ class Parameter:
     begins: tuple[float, ...] = ()
     limit_at: float | None = None
     sd: float = math.inf
+    label: str = ""
+
+    @property
+    def symbol(self) -> str:
+        """Return what people call it: `dx_um` is "dx"."""
+        return self.label or without_unit(self.name).replace("_", " ")
+
+    @property
+    def unit(self) -> str:
+        """Return the unit that its name ends in, "" for a pure number."""
+        unit = unit_of(self.name)
+        return "" if unit == DIMENSIONLESS else unit
 
     @property
     def linear(self) -> bool:
