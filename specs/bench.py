@@ -1,13 +1,17 @@
-"""The bench file: which instruments there are, how they are connected, how accurate, and until when calibrated."""
+"""The bench file: which instruments there are, how they are connected, how accurate, until when calibrated; and how the
+rig writes its records."""
 
 import datetime
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from specs.spec import StatedU
-from specs.strict import Strict, Words, file_bytes, parse_as
+from specs.strict import Finite, Positive, Strict, Words, file_bytes, parse_as, problem_line
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,40}$")]
 OFFLINE = "offline"  # no wire to it: it stands in the file for its calibration
@@ -61,11 +65,102 @@ class InstrumentEntry(Strict):
     calibration: CalibrationEntry | None = None
 
 
+TIME = "t"
+
+
+class ChannelSource(Strict):
+    """Where a channel stands in the records. name: there, of a structure `outer.inner` or its last part; None: as here.
+    gain, unit: the channel is the number there times `gain`, in `unit`; without a unit in the one that the check
+    declares. sampling_time_s: of the time alone, for records without a time vector."""
+
+    name: Words | None = None
+    gain: Finite = 1.0
+    unit: Words | None = None
+    sampling_time_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> "ChannelSource":
+        if self.gain == 0.0:
+            raise ValueError("gain = 0, expected the factor from the number in the file to the channel")
+        if self.sampling_time_s is not None and (self.name, self.gain, self.unit) != (None, 1.0, None):
+            raise ValueError("sampling_time_s stands alone: there is no time vector then")
+        return self
+
+    def to_toml(self) -> str | dict[str, Any]:
+        """Return the shortest form that is read back as this."""
+        given = self.model_dump(exclude_defaults=True)
+        return str(given["name"]) if set(given) == {"name"} else given
+
+
+Channels = Mapping[str, ChannelSource]
+NO_CHANNELS: Channels = MappingProxyType({})
+
+
+def channel_source(given: Any) -> ChannelSource:
+    """Return the source that a text (the name) or a table says. Raises ValueError with every problem in one line."""
+    try:
+        if isinstance(given, ChannelSource):
+            return given
+        return ChannelSource(name=given) if isinstance(given, str) else ChannelSource.model_validate(given)
+    except ValidationError as e:
+        raise ValueError("; ".join(problem_line(problem) for problem in e.errors())) from e
+
+
+def channel_map(given: Mapping[str, Any]) -> dict[str, ChannelSource]:
+    """Return the sources of a section [channels]. Raises ValueError naming the channel."""
+    found = {}
+    for name, value in given.items():
+        try:
+            found[name] = channel_source(value)
+        except ValueError as e:
+            raise ValueError(f"{name} = {value!r}: {e}") from e
+    check_time_alone(found)
+    return found
+
+
+def check_time_alone(channels: Channels) -> None:
+    """Raise ValueError if another channel than the time has a sampling time."""
+    if wrong := [name for name, source in channels.items() if source.sampling_time_s is not None and name != TIME]:
+        raise ValueError(f"{wrong[0]}: sampling_time_s belongs to '{TIME}'")
+
+
+class RecordPattern(Strict):
+    """pattern: of file names, as `*_low*.mat`. section, name: the input of a check that such a file is."""
+
+    pattern: Words
+    section: Words
+    name: Words
+
+    def fits(self, file: str) -> bool:
+        return fnmatchcase(file, self.pattern)
+
+
+class RigEntry(Strict):
+    """The real-time rig. folder: into which it writes. records: which file is what, the first pattern that fits.
+    channels: name here -> where it stands in the records, a name alone or with gain and unit."""
+
+    folder: Words
+    records: Annotated[list[RecordPattern], Field(default_factory=list)]
+    channels: dict[Words, ChannelSource] = Field(default_factory=dict)
+
+    @field_validator("channels", mode="before")
+    @classmethod
+    def _names_alone(cls, given: Any) -> Any:
+        return channel_map(given) if isinstance(given, dict) else given
+
+    @model_validator(mode="after")
+    def _time_alone(self) -> "RigEntry":
+        check_time_alone(self.channels)
+        return self
+
+
 class BenchDocument(Strict):
-    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand."""
+    """The TOML document. stage: file in which a simulated bench is told what the technician would do by hand. rig: what
+    records responses and strokes."""
 
     name: Words
     stage: Words | None = None
+    rig: RigEntry | None = None
     instruments: dict[Name, InstrumentEntry] = Field(min_length=1)
 
     @model_validator(mode="after")

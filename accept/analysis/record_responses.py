@@ -23,6 +23,7 @@ from checks.signals.spectral.resonance import Resonance, find
 from hw.records import list_channels, read
 from hw.records.foreign_record import Unreadable, foreign_record
 from hw.records.uff import frf_bytes
+from specs.bench import NO_CHANNELS, ChannelSource, channel_map
 
 UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
 STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
@@ -79,9 +80,15 @@ class MeasuredResponse:
         return f"MeasuredResponse({of}; {f.size} bins from {f[0]:.4g} to {f[-1]:.4g} Hz; resonances: {seen or 'none'})"
 
 
-def read_any(path: Path, input: str, channels: Mapping[str, str], step_s: float | None) -> Record:
-    """Read a record as this bench writes it; else as other tools do, and say how its columns were mapped. Raises
-    RecordError."""
+def read_any(
+    path: Path,
+    input: str,
+    channels: Mapping[str, str | ChannelSource],
+    step_s: float | None,
+    mapped_only: bool = False,
+) -> Record:
+    """Read a record as this bench writes it; else as other tools do, and say how its columns were mapped. mapped_only:
+    leave out what `channels` does not name. Raises RecordError."""
     if not path.is_file():
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     if not channels and step_s is None:
@@ -90,11 +97,11 @@ def read_any(path: Path, input: str, channels: Mapping[str, str], step_s: float 
         except RecordError as e:
             first = e
         try:
-            record, words = foreign_record(path, input, channels, step_s, UNITS)
+            record, words = foreign_record(path, input, NO_CHANNELS, step_s, UNITS)
         except Unreadable as e:
             raise first from e
     else:
-        record, words = foreign_record(path, input, channels, step_s, UNITS)
+        record, words = foreign_record(path, input, channel_map(channels), step_s, UNITS, mapped_only)
     say(words)
     return record
 

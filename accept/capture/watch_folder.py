@@ -12,6 +12,7 @@ from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Series
 from checks.errors import RecordError
+from specs.bench import NO_CHANNELS, Channels
 
 SUFFIXES = (".mat", ".csv", ".uff", ".tdms")
 STABLE_S = 2.0  # a file that is still written grows or is touched within that time
@@ -68,20 +69,26 @@ class Watched:
         return found
 
 
-def pick_up(source: Path, folder: Path, section: str, name: str, store: Store, who: str) -> str:
-    """Copy a record into the unit folder, hash it, enter it as input `name` of `section`; returns its name there.
+def pick_up(
+    source: Path, folder: Path, section: str, name: str, store: Store, who: str, rig: Channels = NO_CHANNELS
+) -> str:
+    """Copy a record into the unit folder, hash it, enter it as input `name` of `section`; return its name there.
 
-    Raises RecordError for a file that is not what the input declares (an incomplete one does not read), UnitError.
+    rig: where the channels stand in the rig's records. They are written into the unit's [channels] if it has none, so
+    that the record is read alike wherever the unit is judged. Raises RecordError for a file that is not what the input
+    declares (an incomplete one does not read), UnitError.
     """
     declared = declared_file(folder, section, name)
-    serial = unit_folder.read(folder).serial
+    unit = unit_folder.read(folder)
     try:
-        copy, sha256 = take_in(source, declared, folder)
+        copy, sha256 = take_in(source, declared, folder, unit.channels or rig)
     except OSError as e:
         raise RecordError(f"{source.name}: cannot be copied ({e.strerror})") from e
+    if rig and not unit.channels:
+        toml_edit.state_channels(folder, rig)
     toml_edit.enter(folder, section, {name: copy})
     payload = {"section": section, "input": name, "file": copy, "sha256": sha256, "origin": str(source.resolve())}
-    store.append("record_picked_up", serial, payload, who=who)
+    store.append("record_picked_up", unit.serial, payload, who=who)
     return copy
 
 

@@ -1,7 +1,6 @@
 """The unit's folder on the disk: records copied in, `unit.toml` written from the state."""
 
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +12,21 @@ from accept.units.unit_folder import UNIT_FILE
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
+from specs.bench import NO_CHANNELS, Channels
 from specs.files import read_bounded
 
 _MAX_BYTES = 2_000_000_000  # of one record; an hour of four channels at 10 kHz has 1.2 GB
 
 
 def take_in(
-    source: Path, declared: Series | CsvTable, folder: Path, channels: Mapping[str, str] | None = None
+    source: Path, declared: Series | CsvTable, folder: Path, channels: Channels = NO_CHANNELS
 ) -> tuple[str, str]:
     """Copy a record into the folder; returns its name there and its sha256. A file of the same name and other content
-    stays, the new one gets a number. channels: our name -> the file's, where they differ. Raises RecordError when it is
+    stays, the new one gets a number. channels: our name -> where it stands in the file. Raises RecordError when it is
     not what is declared, OSError."""
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
-    _readable(source, declared, channels or {})
+    _readable(source, declared, channels)
     content = read_bounded(source, _MAX_BYTES)
     digest = hashlib.sha256(content).hexdigest()
     name = _free_name(folder, source.name, digest)
@@ -35,7 +35,7 @@ def take_in(
     return name, digest
 
 
-def _readable(source: Path, declared: Series | CsvTable, channels: Mapping[str, str]) -> None:
+def _readable(source: Path, declared: Series | CsvTable, channels: Channels) -> None:
     if isinstance(declared, CsvTable):
         records.read_table(source, declared)
     else:

@@ -5,6 +5,7 @@ from datetime import date
 from typing import Any
 
 from checks.acceptance import CHECKS
+from specs.bench import Channels, channel_map
 
 
 def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
@@ -27,6 +28,19 @@ def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str,
     wrong = [k for k, v in table.items() if not isinstance(v, str)]
     problems.extend(f"[{key}] {k} = {table[k]!r}: expected text" for k in wrong)
     return {k: v for k, v in table.items() if k not in wrong}
+
+
+def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
+    """A section that says where the channels stand in the records: a name, or a table with name, gain and unit."""
+    table = data.get("channels", {})
+    if not isinstance(table, dict):
+        problems.append(f"channels = {table!r}: expected a section [channels]")
+        return {}
+    try:
+        return channel_map(table)
+    except ValueError as e:
+        problems.append(f"[channels] {e}")
+        return {}
 
 
 def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:

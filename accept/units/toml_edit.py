@@ -12,6 +12,7 @@ from accept.base.atomic_files import write_atomic
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitError
 from checks.acceptance import CHECKS
+from specs.bench import Channels
 from specs.files import read_bounded
 from specs.strict import check_toml_bounds
 
@@ -33,13 +34,7 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
 
     Raises UnitError when the result would not be a unit.
     """
-    path = folder / UNIT_FILE
-    try:
-        raw = read_bounded(path)
-        check_toml_bounds(raw)
-        document = tomlkit.parse(raw.decode("utf-8"))
-    except (OSError, ValueError, TOMLKitError) as e:
-        raise UnitError(path, [f"cannot be read: {e}"]) from e
+    document = _document(folder)
     table = document.setdefault(section, tomlkit.table())
     for other in _other_forms(section, set(entries)) & set(table):
         del table[other]
@@ -47,6 +42,27 @@ def enter(folder: Path, section: str, entries: Mapping[str, Any]) -> None:
         table[name] = _item(value)
     document.setdefault("measured", tomlkit.table())[section] = datetime.now(UTC).date()
     _write(folder, tomlkit.dumps(document))
+
+
+def state_channels(folder: Path, channels: Channels) -> None:
+    """Put where the channels stand in the records into [channels]. Raises UnitError when the result would not be a
+    unit."""
+    document = _document(folder)
+    table = tomlkit.table()
+    for name, source in channels.items():
+        table[name] = _item(source.to_toml())
+    document["channels"] = table
+    _write(folder, tomlkit.dumps(document))
+
+
+def _document(folder: Path) -> tomlkit.TOMLDocument:
+    path = folder / UNIT_FILE
+    try:
+        raw = read_bounded(path)
+        check_toml_bounds(raw)
+        return tomlkit.parse(raw.decode("utf-8"))
+    except (OSError, ValueError, TOMLKitError) as e:
+        raise UnitError(path, [f"cannot be read: {e}"]) from e
 
 
 def _other_forms(section: str, names: set[str]) -> set[str]:

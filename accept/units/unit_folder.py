@@ -15,6 +15,7 @@ from accept.units.unit_experiments import EXPERIMENTS, Experiments, experiments_
 from checks.acceptance import CHECKS
 from checks.declare import Check, Form, Series
 from checks.errors import RecordError
+from specs.bench import TIME, Channels
 from specs.errors import AcceptError
 from specs.files import read_bounded
 from specs.strict import toml_of
@@ -37,8 +38,8 @@ class UnitError(AcceptError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class UnitFolder:
-    """A unit as its folder states it. channels: our channel name -> the lab's name in its record files; measured:
-    section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
+    """A unit as its folder states it. channels: our channel name -> where it stands in the lab's record files;
+    measured: section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
     experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
     it to another one (`accept.units.shared_folder`)."""
 
@@ -47,7 +48,7 @@ class UnitFolder:
     kind: str
     text: bytes
     parts: Mapping[str, str] = field(default_factory=dict)
-    channels: Mapping[str, str] = field(default_factory=dict)
+    channels: Channels = field(default_factory=dict)
     sections: Mapping[str, UnitSection[Check]] = field(default_factory=dict)
     measured: Mapping[str, date] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -108,7 +109,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     if kind and kind not in KINDS:
         problems.append(f"kind = {kind!r}: expected one of {', '.join(KINDS)}")
     parts = folder_header.strings(data, "parts", problems)
-    channels = folder_header.strings(data, "channels", problems)
+    channels = folder_header.channels(data, problems)
     known_channels = _record_channels() if channels else []  # every check is loaded for it
     problems += [
         f"[channels] {key}: no check reads a channel of this name{_meant(key, known_channels)}"
@@ -148,7 +149,8 @@ def _record_channels() -> list[str]:
     """Names, here, of every channel that a check may read from a record."""
     series = [i for check in CHECKS.values() for i in check.inputs.values() if isinstance(i, Series)]
     steps = [one.step for one in series if one.step is not None]
-    return list(dict.fromkeys([name for one in series for name in (*one.channels, *one.optional_channels)] + steps))
+    channels = [name for one in series for name in (*one.channels, *one.optional_channels)]
+    return list(dict.fromkeys([*channels, *steps, TIME]))
 
 
 def _meant(name: str, known: Iterable[str]) -> str:

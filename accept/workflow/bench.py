@@ -16,7 +16,7 @@ from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.session import Session
 from accept.workflow.unit_list import KnownUnit, known_unit, known_units
 from accept.workflow.worker.process import WorkerProcess
-from specs.bench import BenchFile, load_bench
+from specs.bench import NO_CHANNELS, BenchFile, Channels, load_bench
 from specs.spec import Spec
 
 LOCK_WAIT_S = 5.0  # for another program's hold on the store: then the technician is told
@@ -74,10 +74,16 @@ class Workbench:
             session.close()
             raise
 
+    def _channels(self, taken: UnitFolder | None) -> Channels:
+        """Return where the channels stand in records: as the unit's folder says, else as the rig writes them."""
+        if taken is not None and taken.channels:
+            return taken.channels
+        return self.stated.rig.channels if self.stated is not None and self.stated.rig is not None else NO_CHANNELS
+
     def _attempt(self, session: Session, begun: "Begun") -> list[str]:
         taken = self.taken if self.taken is not None and self.taken.serial == session.serial else None
         if session.run.attempt is None or begun.reason is not None:
-            session.begin(begun.parts, begun.reason or "", None if taken is None else taken.channels)
+            session.begin(begun.parts, begun.reason or "", self._channels(taken))
         else:
             session.resume()
         return [] if taken is None else adopt(session, taken)
@@ -111,7 +117,7 @@ def open_bench(
         home(),
         {one.kind: one for one in specs},
         instruments,
-        records or folder or Path.cwd(),
+        records or (Path(stated.rig.folder) if stated and stated.rig else folder) or Path.cwd(),
         stated=stated,
         taken=taken,
         closing=instruments.close if isinstance(instruments, BenchInstruments) else _nothing,

@@ -31,7 +31,7 @@ from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement
 from checks.declare import CsvTable, Input, Measured, Scalar, Series
 from checks.picture import Panel
 from hw.errors import InstrumentError
-from specs.bench import BenchFile
+from specs.bench import NO_CHANNELS, BenchFile, Channels, channel_map
 from specs.spec import Spec
 
 
@@ -104,11 +104,12 @@ class Session:
             self._panels[key] = panel_cache.load(self.folder, *key)
         return self._panels.get(key, {})
 
-    def begin(self, parts: Mapping[str, str], reason: str = "", channels: Mapping[str, str] | None = None) -> Event:
-        """Start the next attempt; earlier ones stay as they are."""
+    def begin(self, parts: Mapping[str, str], reason: str = "", channels: Channels = NO_CHANNELS) -> Event:
+        """Start the next attempt; earlier ones stay as they are. channels: where they stand in the lab's records."""
         number = len(self.run.attempts) + 1
+        written = {name: source.to_toml() for name, source in channels.items()}
         return self._append(
-            entries.started(self.serial, number, self.spec.kind, parts, reason, self.spec_name, channels)
+            entries.started(self.serial, number, self.spec.kind, parts, reason, self.spec_name, written)
         )
 
     def resume(self) -> Event:
@@ -166,7 +167,7 @@ class Session:
     def link(self, step: str, declared: Series | CsvTable, source: Path, day: str | None = None) -> Event:
         """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
-        name, digest = attach.take_in(source, declared, self.folder, self.attempt.channels)
+        name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
         return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source), day))
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:

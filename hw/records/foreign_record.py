@@ -2,7 +2,8 @@
 Speedgoat, Simulink and dSPACE, channels of any name, a sampling time from the command line. What was taken for what is
 said.
 
-Only responses are estimated from these; a unit is judged from records that need no interpretation (`hw.records`).
+`accept frf` takes any of it. A unit is judged from channels that are named: those of structures are read, too, if the
+name stands for one vector, and units only as the unit's [channels] states them (`hw.records.reader`).
 """
 
 import io
@@ -20,7 +21,9 @@ from checks.record import Record
 from hw.records.foreign_structures import Column, vectors
 from hw.records.limits import DEFAULT_LIMITS
 from hw.records.source import SIGNATURE, Source, load_bytes
+from hw.records.variable import Variable
 from hw.records.vet import vet_channel, vet_time
+from specs.bench import TIME, Channels, ChannelSource
 from specs.units import UnitMismatch, factor
 
 TIMES = ("t", "time", "time_s", "timestamp", "zeit")
@@ -29,6 +32,7 @@ _DIGIT = re.compile(r"\d")
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 STEPS = ("ts", "dt", "sampletime", "sample_time")  # a single number of that name is the sampling time [s]
 _MOST = 400  # names of one file
+OBJECTS = "MATLAB objects (timeseries, Dataset) cannot be read: write the run with hw/records/matlab/accept_export.m"
 
 
 class Unreadable(RecordError):
@@ -36,14 +40,25 @@ class Unreadable(RecordError):
 
 
 def foreign_record(
-    path: Path, input: str, channels: Mapping[str, str], step_s: float | None, units: Mapping[str, str]
+    path: Path,
+    input: str,
+    channels: Channels,
+    step_s: float | None,
+    units: Mapping[str, str],
+    mapped_only: bool = False,
 ) -> tuple[Record, str]:
-    """The record, and what was taken for what. channels: name here -> name in the file; units: of the names here.
+    """Return the record, and what was taken for what in words. channels: name here -> where it stands in the file;
+    units: of the names here; mapped_only: leave out what `channels` does not name.
 
     Raises RecordError, which lists what the file holds."""
     source = load_bytes(path, DEFAULT_LIMITS)
     found = columns_of(source)
-    theirs = {here: _find(source.file, there, found) for here, there in channels.items()}
+    theirs = {
+        here: _find(source.file, at.name or here, found) for here, at in channels.items() if not at.sampling_time_s
+    }
+    if step_s is None and TIME in channels:
+        step_s = channels[TIME].sampling_time_s
+    found |= {there: _stated(source.file, found[there], channels[here]) for here, there in theirs.items()}
     taken = set(theirs.values())
     named = theirs | {_plain(name): name for name in found if name not in taken and _plain(name) not in theirs}
     if input not in named:
@@ -56,7 +71,11 @@ def foreign_record(
         clock = f"sampling time {step_s:g} s from '{named[step]}'" if step else ""
     else:
         clock = f"--ts {step_s:g} s" if step_s is not None else f"time from '{named[time]}'" if time else ""
-    outputs = [n for n, there in named.items() if found[there].values.size == length and n not in (input, time)]
+    outputs = [
+        n
+        for n, there in named.items()
+        if found[there].values.size == length and n not in (input, time) and (not mapped_only or n in channels)
+    ]
     if not outputs:
         raise RecordError(f"{source.file}: no output as long as '{input}' ({length}); it holds {_listing(found)}")
     data = {n: _in_unit(source.file, n, found[named[n]], units.get(n, "")) for n in (input, *outputs)}
@@ -67,6 +86,38 @@ def foreign_record(
     said = ", ".join(f"{n}{'' if n == named[n] else f' from {named[n]!r}'}{_unit(found[named[n]])}" for n in data)
     words = f"{source.file}: {said}; {length} samples, {clock}, {1 / (t[1] - t[0]):.6g} Hz"
     return Record(t, data, {n: units.get(n, "") for n in data}, source.file, source.sha256), words
+
+
+def _stated(file: str, column: Column, source: ChannelSource) -> Column:
+    """Return a column times its gain, in the unit stated for it. Raises RecordError if the file states another."""
+    if column.unit and source.unit and column.unit != source.unit:
+        raise RecordError(f"{file}: '{source.name}' is in {column.unit}, [channels] has {source.unit}")
+    return Column(column.values * source.gain, source.unit or column.unit)
+
+
+def nested_variables(source: Source, names: Iterable[str], time: str) -> dict[str, Variable]:
+    """Return the vectors in the structures of a file that have these names, whole or as their last part; for `time` a
+    structure's own time axis too. Raises RecordError for a name that stands for several, and for two time axes."""
+    columns = columns_of(source)
+    found: dict[str, Column] = {}
+    for name in dict.fromkeys(names):
+        hits = _hits(name, columns)
+        if len(hits) > 1:
+            raise RecordError(f"{source.file}: '{name}' may be {', '.join(hits)}; name one of them in full")
+        if hits:
+            found[name] = columns[hits[0]]
+    length = next((column.values.size for column in found.values()), 0)
+    if time not in found:
+        axes = [c for n, c in columns.items() if _plain(n).lower() in TIMES and c.values.size == length]
+        if any(not np.array_equal(axis.values, axes[0].values) for axis in axes[1:]):
+            raise RecordError(f"{source.file}: holds several time axes; name one of them as 't'")
+        if axes:
+            found[time] = axes[0]
+    return {name: _variable(name, column) for name, column in found.items()}
+
+
+def _variable(name: str, column: Column) -> Variable:
+    return Variable(name, (column.values.size,), "double", lambda: column.values, column.unit)
 
 
 def columns_of(source: Source) -> dict[str, Column]:
@@ -178,16 +229,22 @@ def _named(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
 
 
 def _find(file: str, wanted: str, found: Mapping[str, Column]) -> str:
-    """The one vector of that name: whole, without its unit, or its last part."""
+    hits = _hits(wanted, found)
+    if len(hits) != 1:
+        raise RecordError(f"{file}: no single '{wanted}'; it holds {_listing(found)}")
+    return hits[0]
+
+
+def _hits(wanted: str, found: Mapping[str, Column]) -> list[str]:
+    """The vectors of that name: whole, else without its unit, else its last part."""
+    hits: list[str] = []
     for same in (
         lambda n: n == wanted,
         lambda n: _plain(n) == wanted,
         lambda n: n.endswith(("." + wanted, "/" + wanted)),
     ):
-        hits = [name for name in found if same(name)]
-        if len(hits) == 1:
-            return hits[0]
-    raise RecordError(f"{file}: no single '{wanted}'; it holds {_listing(found)}")
+        hits = hits or [name for name in found if same(name)]
+    return hits
 
 
 def _plain(name: str) -> str:

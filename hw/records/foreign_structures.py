@@ -34,15 +34,26 @@ def vectors(name: str, value: Any, labels: Sequence[str] = (), depth: int = 0) -
 
 
 def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[tuple[str, Column]]:
-    """dSPACE: X and Y. Simulink, structure with time: `signals` with `values` and `label`. Speedgoat, file scope:
-    `data` with `signalNames`. Else fields side by side."""
+    """dSPACE: X and Y. timeseries: Time and Data. Simulink, structure with time: `signals` with `values` and `label`.
+    Speedgoat, file scope: `data` with `signalNames`. Else fields side by side."""
     if {"X", "Y"} <= set(value):
         yield from _dspace(value)
+        return
+    if {"Time", "Data"} <= set(value):
+        yield from _timeseries(name, value)
         return
     named = {"values": _words(value.get("label")), "data": _words(value.get("signalNames"))}
     for key, part in value.items():
         inner = f"{name}.{key}" if name else str(key)
         yield from vectors(inner, part, named.get(key, ()), depth + 1)
+
+
+def _timeseries(name: str, value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:
+    """A timeseries as a structure, by `struct` or `get` of MATLAB: its data by its own name or that of the variable."""
+    own = value.get("Name")
+    label = own if isinstance(own, str) and own not in ("", "unnamed") else name
+    yield f"{label}.Time", Column(_flat(value["Time"]), "s")
+    yield from _columns(label, np.squeeze(np.asarray(value["Data"])), ())
 
 
 def _dspace(value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -11,37 +10,50 @@ from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records.damage import refused
+from hw.records.foreign_record import OBJECTS, nested_variables
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
 from hw.records.variable import Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
+from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
+from specs.units import UnitMismatch, factor
 
-NO_RENAME: Mapping[str, str] = MappingProxyType({})
-TIME = "t"
+NESTED = ("struct", "cell")  # kinds of variables that may hold the channels
 
 
 def read(
-    path: Path, series: Series, rename: Mapping[str, str] = NO_RENAME, limits: ReadLimits = DEFAULT_LIMITS
+    path: Path,
+    series: Series,
+    rename: Mapping[str, str | ChannelSource] = NO_CHANNELS,
+    limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
     """Record of a file: see `record_of`. Raises RecordError, also where it cannot be read."""
     return record_of(load_bytes(path, limits), series, rename, limits)
 
 
 def record_of(
-    source: Source, series: Series, rename: Mapping[str, str] = NO_RENAME, limits: ReadLimits = DEFAULT_LIMITS
+    source: Source,
+    series: Series,
+    rename: Mapping[str, str | ChannelSource] = NO_CHANNELS,
+    limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
     """Record of the bytes of a .mat (MATLAB 5 to 7.3), .csv, .uff or .tdms file; the content tells which.
 
     series : the channels to read and their units; the time is the vector "t" [s], or starts at 0 and runs in steps of
-    the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file.
+    the scalar that `series.step` names [s] where the file has it. rename : name of a channel here -> in the file, with
+    its gain and unit. What is not a variable of the file itself is looked for in its structures, as Simulink, Speedgoat
+    and dSPACE write them.
     The arrays of the record are read-only. Raises RecordError, naming the file, the channel, what was found and what
     was expected, for everything that could make a verdict wrong; nothing is repaired.
     """
     with refused(source.file):
-        wanted = _wanted(source.file, source.variables(), series, rename)
+        sources = {here: channel_source(there) if isinstance(there, str) else there for here, there in rename.items()}
+        wanted = _wanted(source, series, sources)
+        units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
-        units = {**series.channels, **series.optional_channels}
-        t = _time(source.file, arrays, series, limits)
+        for name in arrays.keys() & sources.keys():
+            arrays[name] = _scaled(source.file, name, arrays[name], sources[name], units.get(name, ""))
+        t = _time(source.file, arrays, series, sources, limits)
         channels = {name: x for name, x in arrays.items() if name not in (TIME, series.step)}
         for name, x in channels.items():
             vet_channel(source.file, name, units[name], x, t)
@@ -50,25 +62,47 @@ def record_of(
     return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256)
 
 
-def _wanted(file: str, found: Variables, series: Series, rename: Mapping[str, str]) -> Variables:
-    """Channel -> variable for all that is declared and there, the time included; refuses what is missing."""
+def _wanted(source: Source, series: Series, sources: Channels) -> Variables:
+    """Return channel -> variable for all that is declared and in the file, the time included. Raises RecordError if one
+    that is required is missing."""
+    file, found = source.file, source.variables()
+    clock = sources.get(TIME)
 
     def theirs(name: str) -> str:
-        return rename.get(name, name)
+        return sources[name].name or name if name in sources else name
 
+    channels = [n for n in series.channels if n != TIME]
+    plain = {name: v for name, v in found.items() if v.kind not in NESTED}
+    if len(plain) < len(found) and any(theirs(n) not in plain for n in channels):
+        names = [*channels, *series.optional_channels]
+        found = {**found, **nested_variables(source, [theirs(n) for n in names], theirs(TIME)), **plain}
     time = series.step if series.step is not None and theirs(series.step) in found else TIME
-    required = [*(n for n in series.channels if n != TIME), time]
+    # A sampling time that [channels] states is for files without one of their own.
+    stated = clock is not None and clock.sampling_time_s is not None and theirs(time) not in found
+    required = channels if stated else [*channels, time]
     missing = [n for n in required if theirs(n) not in found]
     if missing:
         words = ", ".join(f"'{n}'" if theirs(n) == n else f"'{n}' (here '{theirs(n)}')" for n in missing)
-        raise RecordError(f"{file}: lacks {words}; it has {listing(found)}")
+        objects = any(v.kind in ("opaque", "object") for v in found.values())
+        hint = f"; {OBJECTS}" if objects else ""
+        raise RecordError(f"{file}: lacks {words}; it has {listing(found)}{hint}")
     present = [n for n in series.optional_channels if theirs(n) in found]
     wanted = {n: found[theirs(n)] for n in [*required, *present]}
     _refuse_twins(file, wanted)
     for name, unit in {TIME: "s", **series.channels, **series.optional_channels}.items():
-        if name in wanted and wanted[name].unit not in ("", unit):
-            raise RecordError(f"{file}: channel '{name}' is in {wanted[name].unit}, expected {unit}")
+        expected = (sources[name].unit if name in sources else None) or unit
+        if name in wanted and wanted[name].unit not in ("", expected):
+            raise RecordError(f"{file}: channel '{name}' is in {wanted[name].unit}, expected {expected}")
     return wanted
+
+
+def _scaled(file: str, name: str, x: Array, source: ChannelSource, unit: str) -> Array:
+    """Return x (N,) times gain in the declared unit; as it is if neither gain nor unit is given."""
+    try:
+        scale = source.gain * (1.0 if source.unit is None else factor(source.unit, unit))
+    except UnitMismatch as e:
+        raise RecordError(f"{file}: channel '{name}': {e}") from e
+    return x if scale == 1.0 else x * scale
 
 
 def _refuse_twins(file: str, wanted: Variables) -> None:
@@ -89,11 +123,14 @@ def _arrays(file: str, wanted: Variables, limits: ReadLimits) -> dict[str, Array
     return {name: loaded(file, name, v) for name, v in wanted.items()}
 
 
-def _time(file: str, arrays: Mapping[str, Array], series: Series, limits: ReadLimits) -> Array:
-    if series.step is None or series.step not in arrays:
+def _time(file: str, arrays: Mapping[str, Array], series: Series, sources: Channels, limits: ReadLimits) -> Array:
+    if TIME in arrays:
         vet_time(file, arrays[TIME], limits.min_samples)
         return arrays[TIME]
-    step = vet_step(file, series.step, arrays[series.step])
+    if series.step is not None and series.step in arrays:
+        step = vet_step(file, series.step, arrays[series.step])
+    else:
+        step = sources[TIME].sampling_time_s or 0.0  # `_wanted` has a time vector otherwise
     samples = max(x.size for x in arrays.values())
     if samples < limits.min_samples:
         raise RecordError(f"{file}: has {samples} samples, at least {limits.min_samples} are needed")

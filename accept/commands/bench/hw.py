@@ -26,7 +26,7 @@ from accept.units.unit_folder import UNIT_FILE
 from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
-from specs.bench import OFFLINE, BenchFile, InstrumentEntry, load_bench
+from specs.bench import NO_CHANNELS, OFFLINE, BenchFile, InstrumentEntry, RecordPattern, load_bench
 from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
@@ -218,32 +218,56 @@ def _hands(bench: BenchFile, dwell_s: float | None) -> Hands:
 
 @clear_errors
 def pickup(
-    watched: Annotated[Path, typer.Argument(help="Folder into which the rig writes its records.")],
-    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
-    section: Annotated[str, typer.Argument(help="Section of unit.toml, such as frf.")],
-    name: Annotated[str, typer.Argument(help="The record's name there, such as low.")],
+    place: Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Folder of the rig's records; else as [rig] says.")],
+    unit: Annotated[Path | None, typer.Argument(help="Unit folder.")] = None,
+    section: Annotated[str | None, typer.Argument(help="Section of unit.toml, such as frf.")] = None,
+    name: Annotated[str | None, typer.Argument(help="The record's name there, such as low.")] = None,
+    bench: Bench = None,
     wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
     old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
     operator: Measurer = None,
 ) -> Exit:
-    """Copy the rig's next record into a unit folder. Once it is complete; the original stays untouched."""
-    declared_file(unit, section, name)
+    """Copy the rig's next record into a unit folder. With [rig] in the bench file UNIT alone, and all that it names."""
+    file = load_bench(bench_path(bench)) if bench is not None or unit is None else None
+    rig = file.rig if file else None
+    if unit is None and (rig is None or not rig.records):
+        say("accept: without FOLDER, SECTION and NAME a bench file with [rig] and [[rig.records]] is needed")
+        return Exit.BAD_INPUT
+    if unit is not None and (section is None or name is None):
+        say("accept: SECTION and NAME are missing: which record of the unit is it?")
+        return Exit.BAD_INPUT
+    if unit is not None and section is not None and name is not None:
+        watched, records = place, [RecordPattern(pattern="*", section=section, name=name)]
+    else:
+        watched, unit, records = Path(rig.folder if rig else ""), place, list(rig.records if rig else ())
+    for record in records:
+        declared_file(unit, record.section, record.name)
     watch, until = Watched(watched, STABLE_S, old), time.monotonic() + wait
-    say(f"waiting for a record in {watched}, at most {wait:g} s")
+    say(f"waiting for {len(records)} record{'s' * (len(records) > 1)} in {watched}, at most {wait:g} s")
     if watch.not_offered:
         more = "" if len(watch.not_offered) <= NAMED else f" and {len(watch.not_offered) - NAMED} more"
         say(f"there already, and taken with --old only: {', '.join(watch.not_offered[:NAMED])}{more}")
+    left = list(records)
     for source in _arriving(watch, until):
+        fitting = [one for one in records if one.fits(source.name)]
+        if not fitting:
+            say(f"{source.name} is left where it is: no pattern of [rig] fits it")
+            continue
+        record = fitting[0]
         try:
             with open_store() as store:
-                copy = pick_up(source, unit, section, name, store, operator_name(operator))
+                channels = rig.channels if rig else NO_CHANNELS
+                copy = pick_up(source, unit, record.section, record.name, store, operator_name(operator), channels)
         except RecordError as e:
             say(f"{source.name} is left where it is: {e}")
             continue
-        say(f"{source} copied to {unit / copy}, [{section}] {name}")
-        return Exit.ACCEPTED
-    say(f"accept: no record that could be used came into {watched} within {wait:g} s")
-    return Exit.BAD_INPUT
+        say(f"{source} copied to {unit / copy}, [{record.section}] {record.name}")
+        left = [one for one in left if one is not record]
+        if not left:
+            return Exit.ACCEPTED
+    missing = ", ".join(f"[{one.section}] {one.name}" for one in left)
+    say(f"accept: no record that could be used as {missing} came into {watched} within {wait:g} s")
+    return Exit.BAD_INPUT if len(left) == len(records) else Exit.INCOMPLETE
 
 
 def _arriving(watch: Watched, until: float) -> Iterator[Path]:

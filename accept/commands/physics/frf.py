@@ -32,6 +32,7 @@ from checks.picture import Panel
 from checks.rounding import fixed, rounded, rounded_U
 from checks.signals.spectral.bode import bode
 from checks.signals.spectral.frf import Frf
+from specs.bench import ChannelSource, load_bench
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
 LEAST_U = 1e-4  # smaller ones are said to be below it
@@ -58,13 +59,19 @@ def run(
         list[str] | None, typer.Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
     ] = None,
     ts: Annotated[float | None, typer.Option(help="Sampling time [s] where the file has no time vector.")] = None,
+    bench: Annotated[
+        Path | None, typer.Option(help="Bench file: channels, gains and sampling time of its [rig].")
+    ] = None,
 ) -> Exit:
     """Compute frequency responses of records. With coherence, variance and the largest resonance."""
     check_places(json, plot, uff, html)  # said before the work, not after
     format = None if plot is None else format_of(plot)
-    channels = _mapping(map or ())
+    rig = None if bench is None else load_bench(bench).rig
+    if bench is not None and rig is None:
+        raise RecordError(f"{bench}: has no [rig]")
+    channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(map or ())}
     settings = EstimatorSettings(estimator, segment_s, f_lo, f_hi, input, merge_Hz)
-    responses = responses_of([read_any(path, input, channels, ts) for path in records], settings)
+    responses = responses_of([read_any(path, input, channels, ts, rig is not None) for path in records], settings)
     if uff is not None and len(responses) > 1:
         raise RecordError(f"{uff}: a universal file takes one response, not {len(responses)}; merge them or name one")
     for response in responses:

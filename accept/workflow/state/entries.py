@@ -27,7 +27,7 @@ def started(
     parts: Mapping[str, str],
     reason: str,
     spec: str,
-    channels: Mapping[str, str] | None = None,
+    channels: Mapping[str, Any] | None = None,
 ) -> NewEvent:
     """channels: our channel name -> the lab's, of an attempt that begins with a unit folder."""
     payload = {"number": number, "kind": kind, "parts": dict(parts), "reason": reason}

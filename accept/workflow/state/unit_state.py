@@ -107,7 +107,7 @@ class Attempt:
     certificate: str | None = None
     signatures: tuple[Signature, ...] = ()
     gap: tuple[int, Mapping[str, Any]] | None = None
-    channels: Mapping[str, str] = field(default_factory=dict)
+    channels: Mapping[str, Any] = field(default_factory=dict)
 
     def step(self, name: str) -> StepState:
         return self.steps.get(name, StepState())

@@ -21,6 +21,7 @@ from accept.workflow.status import Status
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
 from hw.records import write_csv
+from specs.bench import ChannelSource
 from tests.accept.workflow.test_workflow import fill, take
 
 UNIT = {
@@ -115,7 +116,7 @@ def test_the_labs_own_names_of_channels_go_along(tmp_path: Path):
     session, problems = opened(tmp_path)
     assert problems == []
     session.judge_step("stiffness")
-    assert unit_folder.read(session.folder).channels == {"de": "ENC"}
+    assert unit_folder.read(session.folder).channels == {"de": ChannelSource(name="ENC")}
     session.close()
 
 
