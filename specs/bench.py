@@ -49,10 +49,23 @@ class CalibrationEntry(Strict):
         return self
 
 
+class ReferenceEntry(Strict):
+    """An artefact that an instrument is compared with: a step block, a capacitance standard, a mass. value, U: of its
+    certificate, in `unit`, which is that of the instrument's accuracy; due: the last day on which the certificate
+    holds."""
+
+    what: Words
+    value: Finite
+    unit: Words
+    U: Positive
+    certificate: Words
+    due: datetime.date | None = None
+
+
 class InstrumentEntry(Strict):
     """One instrument. driver: which driver speaks to it, `offline` for none. measures: the checks it serves. link: its
     serial line; resource: where it is otherwise, a VISA name or host:number. settings: the driver's own. accuracy:
-    expanded uncertainty (k = 2) of what it reads, by the check's input."""
+    expanded uncertainty (k = 2) of what it reads, by the check's input. reference: what it is compared with daily."""
 
     driver: Words
     measures: list[Words]
@@ -63,6 +76,7 @@ class InstrumentEntry(Strict):
     settings: dict[str, Any] = Field(default_factory=dict)
     accuracy: StatedU | None = None
     calibration: CalibrationEntry | None = None
+    reference: ReferenceEntry | None = None
 
 
 TIME = "t"

@@ -54,9 +54,11 @@ class StatedU(Strict):
 
 
 class CheckSpec(Strict):
-    """What a spec asks of one check."""
+    """What a spec asks of one check. reference_days: at most so many days before the measurement its instrument must
+    have been compared with its reference (`accept hw check`); None: the spec does not ask for it."""
 
     required: bool = True
+    reference_days: int | None = Field(default=None, ge=0)
     instrument: str | None = None
     limits: dict[str, Limit] = Field(default_factory=dict)
     uncertainty: dict[str, StatedU] = Field(default_factory=dict)

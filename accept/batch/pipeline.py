@@ -21,6 +21,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob, drawn
+from accept.capture.reference_check import days_checked
 from accept.certificate.certify import sign_into
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust.commissioning import bench_statement
@@ -174,7 +175,10 @@ class Pipeline:
         """Return the calibration of the instruments behind the checks of a unit, None without a bench file."""
         if self.bench_file is None:
             return None
-        stated = bench_statement(self.bench_file, self.specs[unit.kind].checks, self.on, self.home)
+        checks = self.specs[unit.kind].checks
+        asked = any(check.reference_days is not None for check in checks.values())
+        references = days_checked(self.store, self.bench_file) if asked else {}
+        stated = bench_statement(self.bench_file, checks, self.on, self.home, references)
         return calibration.checked(stated, unit.measured)
 
     def _reservations(self, unit: UnitFolder, samples: Mapping[str, Any]) -> Reservations:

@@ -115,6 +115,7 @@ COMMANDS: dict[str, Command | Group] = {
             "scan": Command("bench.scan:scan", "Which ports and VISA instruments are there."),
             "test": Command("bench.hw:ask", "Ask every instrument for one reading."),
             "commission": Command("bench.commission:commission", "First run at a real instrument."),
+            "check": Command("bench.check:run", "Compare an instrument with its reference."),
             "transcript": Command("bench.transcript:run", "Print the bytes that an instrument sent and received."),
             "measure": Command("bench.hw:measure", "Measure a section of a unit with its instrument."),
             "pickup": Command("bench.hw:pickup", "Copy the rig's next record into a unit folder."),

@@ -13,19 +13,26 @@ from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, together
 from checks.verdict import Finding, Verdict
 from specs.bench import BenchFile
+from specs.spec import CheckSpec
 
+References = Mapping[str, Sequence[tuple[str, float]]]  # instrument -> day and E_n of each comparison, in order
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
 instrument that serves it: check, name, model, serial, certificate, calibrated, due, commissioned (in words; None: no
 program reads it), and, once held against a unit, measured (the day that counts: when it was measured where the unit
-tells, else of judging) and problem (None: valid)."""
+tells, else of judging) and problem (None: valid). If the spec asks for a daily reference: reference_days, and
+reference, the day and E_n of the last comparison before the measurement (None: there was none)."""
 
 
 def statement(
-    bench: BenchFile, checks: Iterable[str], on: datetime.date, commissioned: Mapping[str, str] | None = None
+    bench: BenchFile,
+    checks: Mapping[str, CheckSpec],
+    on: datetime.date,
+    commissioned: Mapping[str, str] | None = None,
+    references: References | None = None,
 ) -> Statement:
-    """What the bench file says about the instruments behind these checks. on: the day of judging. commissioned: by
-    instrument, what is known of its commissioning."""
+    """Return what the bench file says about the instruments behind these checks. on: the day of judging. commissioned:
+    by instrument, what is known of its commissioning."""
     rows = [
         {
             "check": check,
@@ -36,12 +43,29 @@ def statement(
             "calibrated": _iso(entry.calibration.calibrated if entry.calibration else None),
             "due": _iso(entry.calibration.due if entry.calibration else None),
             "commissioned": (commissioned or {}).get(name),
+            **_asked_reference(asked, (references or {}).get(name, ())),
         }
-        for check in checks
+        for check, asked in checks.items()
         for name, entry in bench.instruments.items()
         if check in entry.measures
     ]
     return {"bench": bench.name, "sha256": bench.sha256, "on": on.isoformat(), "instruments": rows}
+
+
+def _asked_reference(asked: CheckSpec, comparisons: Sequence[tuple[str, float]]) -> dict[str, Any]:
+    if asked.reference_days is None:
+        return {}
+    known = [{"day": day, "E_n": E_n} for day, E_n in comparisons]
+    return {"reference_days": asked.reference_days, "references": known}
+
+
+def _with_reference(row: Mapping[str, Any], day: datetime.date) -> dict[str, Any]:
+    """Return a row with the last comparison on or before the day of the measurement in place of all of them."""
+    if "references" not in row:
+        return dict(row)
+    before = [one for one in row["references"] if one["day"] <= day.isoformat()]
+    rest = {key: value for key, value in row.items() if key != "references"}
+    return rest | {"reference": before[-1] if before else None}
 
 
 def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
@@ -53,6 +77,7 @@ def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statemen
     rows = []
     for row in given["instruments"]:
         day = measured.get(row["check"], today)
+        row = _with_reference(row, day)
         rows.append({**row, "measured": day.isoformat(), "problem": _problem(row, day, today)})
     return {**given, "instruments": rows}
 
@@ -69,6 +94,19 @@ def _problem(row: Mapping[str, Any], day: datetime.date, today: datetime.date) -
         return f"the calibration of {who} ({row['certificate']}) expired on {row['due']}, it was measured on {day}"
     if row["calibrated"] and day < datetime.date.fromisoformat(row["calibrated"]):
         return f"{who} was calibrated on {row['calibrated']} ({row['certificate']}), after it measured on {day}"
+    return None if row.get("reference_days") is None else _reference_problem(row, who, day)
+
+
+def _reference_problem(row: Mapping[str, Any], who: str, day: datetime.date) -> str | None:
+    """Why the last comparison with the reference does not cover what was measured on a day, None if it does."""
+    last, most = row.get("reference"), int(row["reference_days"])
+    if last is None:
+        return f"{who} was never compared with its reference before it measured on {day}"
+    if (day - datetime.date.fromisoformat(last["day"])).days > most:
+        words = f"the spec allows {most} day{'s' * (most != 1)}"
+        return f"{who} was last compared with its reference on {last['day']}, it measured on {day}; {words}"
+    if not abs(float(last["E_n"])) <= 1.0:
+        return f"{who} missed its reference on {last['day']} (E_n = {float(last['E_n']):.2g})"
     return None
 
 
@@ -123,5 +161,5 @@ def same(one: Statement | None, other: Statement | None) -> bool:
 
 
 def _timeless(given: Statement) -> Statement:
-    rows = [{**row, "measured": ""} for row in given["instruments"]]
+    rows = [{**row, "measured": "", "reference": None} for row in given["instruments"]]
     return {**given, "on": "", "instruments": rows}

@@ -8,7 +8,7 @@ import base64
 import datetime
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,9 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.trust import authority, keys
-from accept.judging.calibration import Statement, statement
+from accept.judging.calibration import References, Statement, statement
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
+from specs.spec import CheckSpec
 
 FOLDER = "commissioning"
 WITHOUT_WIRE = (OFFLINE, "manual")
@@ -49,10 +50,12 @@ def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> byt
     return json.dumps(file, indent=1).encode() + b"\n"
 
 
-def bench_statement(bench: BenchFile, checks: Iterable[str], on: datetime.date, home: Path) -> Statement:
+def bench_statement(
+    bench: BenchFile, checks: Mapping[str, CheckSpec], on: datetime.date, home: Path, references: References
+) -> Statement:
     """Return what the bench file says about the instruments behind these checks, with what is proven of their
-    commissioning. on: the day of judging."""
-    return statement(bench, checks, on, commissioned(bench, home))
+    commissioning. on: the day of judging; references: their comparisons with their references."""
+    return statement(bench, checks, on, commissioned(bench, home), references)
 
 
 def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
