@@ -136,7 +136,7 @@ class Pipeline:
             start=self._start(unit),
             out=self.out,
             certificate=certificate,
-            provenance=None if certificate is None else self._provenance(spec, before),
+            provenance=None if certificate is None else self._provenance(spec, unit.serial, before),
             draws=not known.reservations,
             uncertified=None if due is None else due.seq,
         )
@@ -151,7 +151,7 @@ class Pipeline:
         due = job.uncertified
         if due is not None and not self._is_stored(due, result):
             last = fold(store.events(unit.serial)).units[unit.serial]
-            job = replace(job, uncertified=None, provenance=self._provenance(job.spec, last))
+            job = replace(job, uncertified=None, provenance=self._provenance(job.spec, unit.serial, last))
         page = judgement.page
         if job.certificate is not None and (page is None or result is not found or due != job.uncertified):
             page = drawn(job.contents(result))
@@ -198,10 +198,10 @@ class Pipeline:
             self._starts[unit.kind] = StartModel.of(self.specs[unit.kind], self.model)
         return self._starts[unit.kind]
 
-    def _provenance(self, spec: Spec, before: UnitState | None) -> dict[str, Any]:
+    def _provenance(self, spec: Spec, serial: str, before: UnitState | None) -> dict[str, Any]:
         if self._head is None:
             self._head = self.store.signed_head()
-        return provenance(spec, before, self._head, self.home, self.credential)
+        return provenance(spec, serial, before, self._head, self.home, self.credential)
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
         """Whether the last judgement was made by the same person of the same inputs, spec and code, and has no

@@ -62,7 +62,7 @@ class Sealer:
         """The seal; None where there is none that this bench signed, or it is too old to be believed unasked."""
         try:
             stored = json.loads(read_bounded(self.file))
-            self._key().public_key().verify(bytes.fromhex(stored["signature"]), stored["sealed"].encode())
+            own_key(self.key_file).public_key().verify(bytes.fromhex(stored["signature"]), stored["sealed"].encode())
             inner = json.loads(stored["sealed"])
             seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
         except (OSError, ValueError, KeyError, TypeError, InvalidSignature):
@@ -73,40 +73,43 @@ class Sealer:
         """Seal. A bench whose folder cannot be written does without: the chain is then walked every time."""
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
-            signature = self._key().sign(seal.encode()).hex()
+            signature = own_key(self.key_file).sign(seal.encode()).hex()
             write_atomic(self.file, json.dumps({"sealed": seal, "signature": signature}).encode())
         except (OSError, ValueError):
             self.file.unlink(missing_ok=True)
 
     def signed_head(self, head: StoreHead) -> SignedHead:
         """Raises OSError."""
-        key = self._key()
+        key = own_key(self.key_file)
         public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
         return SignedHead(head, public, key.sign(_said(head)).hex())
 
-    def _key(self) -> Ed25519PrivateKey:
-        try:
-            return self._stored_key()
-        except FileNotFoundError:
-            pass
-        raw = Ed25519PrivateKey.generate().private_bytes(Encoding.Raw, PrivateFormat.Raw, NoEncryption())
-        try:
-            self.key_file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            handle = os.open(self.key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with os.fdopen(handle, "wb") as file:
-                file.write(raw.hex().encode() + b"\n")
-        except FileExistsError:
-            pass  # another program made it meanwhile
-        return self._stored_key()
 
-    def _stored_key(self) -> Ed25519PrivateKey:
-        return Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(self.key_file).decode().strip()))
+def own_key(key_file: Path) -> Ed25519PrivateKey:
+    """Return the bench's own key, made if there is none. Raises OSError."""
+    try:
+        return _stored_key(key_file)
+    except FileNotFoundError:
+        pass
+    raw = Ed25519PrivateKey.generate().private_bytes(Encoding.Raw, PrivateFormat.Raw, NoEncryption())
+    try:
+        key_file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        handle = os.open(key_file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "wb") as file:
+            file.write(raw.hex().encode() + b"\n")
+    except FileExistsError:
+        pass  # another program made it meanwhile
+    return _stored_key(key_file)
+
+
+def _stored_key(key_file: Path) -> Ed25519PrivateKey:
+    return Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(key_file).decode().strip()))
 
 
 def bench_of(key_file: Path) -> str | None:
     """Public key of the bench whose own key lies in a file, as heads state it; None where there is none."""
     try:
-        key = Ed25519PrivateKey.from_private_bytes(bytes.fromhex(read_bounded(key_file).decode().strip()))
+        key = _stored_key(key_file)
     except (OSError, ValueError):
         return None
     return key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()

@@ -10,7 +10,7 @@ from accept.certificate.contents.disposition import decided
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
-from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.trust.provenance import provenance
 from accept.certificate.verify.against_store import check_store
@@ -41,7 +41,9 @@ def sign_unit(session: Session, passphrase: str) -> Verification:
     result = session.result or session.judge()
     number = session.attempt.number
     before = fold(session.before_attempt()).units.get(session.serial)
-    stated = provenance(session.spec, before, session.store.signed_head(), session.home, credential, number)
+    stated = provenance(
+        session.spec, session.serial, before, session.store.signed_head(), session.home, credential, number
+    )
     page = drawn(content_of(result, session.spec, session.folder, credential.person, provenance=stated))
     path = session.home / "certificates" / certificate_name(session.serial, number)
     _keep_older(path)

@@ -3,6 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from cryptography import x509
+from cryptography.x509.oid import NameOID
+
 from accept.certificate.contents.content import CertificateContent
 from accept.models.evidence import hashes
 
@@ -18,6 +21,7 @@ def statements(contents: CertificateContent) -> dict[str, str]:
         "Calibration": _calibration(contents.result.get("calibration")),
         "Copies": _copies(contents.result.get("copies") or []),
         "Store": _head(contents.provenance.get("head")),
+        "Bench": _bench(contents.provenance),
     }
 
 
@@ -69,6 +73,15 @@ def _one_copy(copy: Mapping[str, Any]) -> str:
         return f"{same}: without a result until somebody says whose it is"
     whose = ", ".join(f"{serial} {sample}" for serial, sample in said["measured"])
     return f"{same}: measured at {whose}, said {said['who']} on {str(said['time'])[:10]}: {said['reason']}"
+
+
+def _bench(provenance: Mapping[str, Any]) -> str:
+    """Return the name in the bench's certificate, and that the authority's key lies there if it does."""
+    if "bench" not in provenance:
+        return "" if "demo" in provenance else "without a certificate of the authority"
+    certificate = x509.load_pem_x509_certificate(str(provenance["bench"]).encode("ascii"))
+    name = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+    return f"{name}; the authority's key lies at this bench" if "authority" in provenance else name
 
 
 def _head(head: Mapping[str, Any] | None) -> str:

@@ -1,18 +1,19 @@
 """The bench's own certificate authority: one self-signed root, one certificate for each role (EC P-256, SHA-256)."""
 
-import unicodedata
 from datetime import datetime, timedelta
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.x509.oid import NameOID
 
 ORGANISATION = "accept bench"
 _DEMO = "demonstration only"
 _ROOT_LIFE = timedelta(days=365 * 20)
 _ROLE_LIFE = timedelta(days=365 * 5)
+PublicKey = ec.EllipticCurvePublicKey | Ed25519PublicKey  # of a person, of a bench
 _CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little after the keys were made
 
 
@@ -36,12 +37,12 @@ def root(key: ec.EllipticCurvePrivateKey, when: datetime, demo: bool = False) ->
 def leaf(
     role: str,
     person: str,
-    public_key: ec.EllipticCurvePublicKey,
+    public_key: PublicKey,
     issuer: x509.Certificate,
     issuer_key: ec.EllipticCurvePrivateKey,
     when: datetime,
 ) -> x509.Certificate:
-    """Certificate of a person in a role; the role stands in the subject's organisational unit."""
+    """Certificate of a person in a role, or of a bench; the role stands in the subject's organisational unit."""
     builder = _builder(_name(person, role), issuer.subject, public_key, when, _ROLE_LIFE)
     builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
     builder = builder.add_extension(_usage(digital_signature=True, content_commitment=True), critical=True)
@@ -54,15 +55,6 @@ def leaf(
 def is_demo(ca: x509.Certificate) -> bool:
     """Whether an authority is that of a demonstration."""
     return role_of(ca) == _DEMO
-
-
-def same_person(one: str, other: str) -> bool:
-    """Whether two names are the same but for case, spaces and how their letters are composed."""
-    return _folded(one) == _folded(other)
-
-
-def _folded(name: str) -> str:
-    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())
 
 
 def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
@@ -101,7 +93,7 @@ def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str
 
 
 def _builder(
-    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePublicKey, when: datetime, life: timedelta
+    subject: x509.Name, issuer: x509.Name, key: PublicKey, when: datetime, life: timedelta
 ) -> x509.CertificateBuilder:
     return (
         x509.CertificateBuilder()

@@ -8,14 +8,17 @@ from pathlib import Path
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic
 from accept.certificate.trust import authority, encrypted_key, keys, revocation
-from accept.certificate.trust.authority import same_person
-from accept.certificate.trust.keys import CA, ROLES, KeysError
+from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import REASONS, Revoked
+from accept.store.opening import BENCH_KEY
+from accept.store.seal import bench_of, own_key
 
 ISSUED = "issued"  # the authority's own list of whom it knows, a certificate a file
 
@@ -25,9 +28,11 @@ def request(home: Path, role: str, person: str, passphrase: str) -> tuple[Path, 
 
     Raises KeysError, OSError.
     """
-    if role not in ROLES:
-        raise KeysError(f"no role '{role}' (roles: {', '.join(ROLES)})")
+    if role not in (*ROLES, BENCH):
+        raise KeysError(f"no role '{role}' (roles: {', '.join((*ROLES, BENCH))})")
     keys.check_name(person)
+    if role == BENCH:
+        return _request_of_bench(home, person)
     keys.check_passphrase(passphrase)
     key = authority.new_key()
     asked = x509.CertificateSigningRequestBuilder().subject_name(authority.subject(person, role))
@@ -40,6 +45,15 @@ def request(home: Path, role: str, person: str, passphrase: str) -> tuple[Path, 
     return place / f"{name}.key.pem", text
 
 
+def _request_of_bench(home: Path, name: str) -> tuple[Path, bytes]:
+    key = own_key(home / BENCH_KEY)
+    asked = x509.CertificateSigningRequestBuilder().subject_name(authority.subject(name, BENCH))
+    text = asked.sign(key, None).public_bytes(Encoding.PEM)
+    keys.folder(home).mkdir(parents=True, exist_ok=True, mode=0o700)
+    write_atomic(keys.folder(home) / f"{BENCH}.request.pem", text)
+    return home / BENCH_KEY, text
+
+
 def issue_request(office: Path, content: bytes, passphrase: str, when: datetime | None = None) -> x509.Certificate:
     """Certificate for a request, by the authority whose files are in the folder `office`. Raises KeysError."""
     try:
@@ -47,8 +61,8 @@ def issue_request(office: Path, content: bytes, passphrase: str, when: datetime 
     except ValueError as e:
         raise KeysError(f"is not a certificate request ({e})") from e
     key = asked.public_key()
-    if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey):
-        raise KeysError("the request is not signed by its own key, which must be of the curve P-256")
+    if not asked.is_signature_valid or not isinstance(key, ec.EllipticCurvePublicKey | Ed25519PublicKey):
+        raise KeysError("the request is not signed by its own key, of P-256 for a person and Ed25519 for a bench")
     return issue(
         office, _one(asked, NameOID.ORGANIZATIONAL_UNIT_NAME), _one(asked, NameOID.COMMON_NAME), key, passphrase, when
     )
@@ -58,16 +72,22 @@ def issue(
     office: Path,
     role: str,
     person: str,
-    public_key: ec.EllipticCurvePublicKey,
+    public_key: authority.PublicKey,
     passphrase: str,
     when: datetime | None = None,
 ) -> x509.Certificate:
-    """Certificate of a person in a role for a key, such as one on a token. office: folder of the authority.
+    """Certificate of a person in a role for a key, such as one on a token, or of a bench for its own. office: folder of
+    the authority.
 
     Raises KeysError, also where this person or key is known in the other role: four eyes are those of two persons.
     """
-    if role not in ROLES or not isinstance(public_key.curve, ec.SECP256R1):
-        raise KeysError(f"a certificate is for a role ({', '.join(ROLES)}) and a P-256 key, not for {role!r}")
+    if isinstance(public_key, Ed25519PublicKey):
+        fits = role == BENCH
+    else:
+        fits = role in ROLES and isinstance(public_key.curve, ec.SECP256R1)
+    if not fits:
+        roles = f"a role ({', '.join(ROLES)}) and a P-256 key, or for a bench and an Ed25519 key"
+        raise KeysError(f"a certificate is for {roles}, not for {role!r}")
     keys.check_name(person)
     for known in _known(office):
         other = authority.role_of(known)
@@ -92,6 +112,8 @@ def install(home: Path, certificate: x509.Certificate) -> Path:
         asked = x509.load_pem_x509_csr(keys.read_key_file(path))
         if asked.public_key() == certificate.public_key():
             return _put(path.with_name(path.name.replace(".request.pem", ".pem")), certificate)
+    if keys.public_of(certificate) is not None and keys.public_of(certificate) == bench_of(home / BENCH_KEY):
+        return _put(keys.folder(home) / f"{BENCH}.pem", certificate)
     for path in keys.person_files(home):
         if keys.certificate_of(path).public_key() == certificate.public_key():
             return _put(path, certificate)
@@ -103,7 +125,7 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
     path = _path_of(home, who)
     old = keys.certificate_of(path)
     key = old.public_key()
-    if not isinstance(key, ec.EllipticCurvePublicKey):
+    if not isinstance(key, ec.EllipticCurvePublicKey | Ed25519PublicKey):
         raise KeysError(f"{path}: is for no key of this kind")
     if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
         raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
@@ -155,13 +177,15 @@ def _known(office: Path) -> Iterator[x509.Certificate]:
     paths = [
         *sorted((office / ISSUED).glob("*.pem")),
         *(keys.person_files(home) if office == keys.folder(home) else []),
+        *(keys.folder(home).glob(f"{BENCH}.pem") if office == keys.folder(home) else []),
     ]
     seen = {c.serial_number: c for c in map(keys.certificate_of, paths)}
     yield from seen.values()
 
 
 def _path_of(home: Path, who: str) -> Path:
-    found = [path for path in keys.person_files(home) if _is(keys.certificate_of(path), who)]
+    own = keys.folder(home).glob(f"{BENCH}.pem")
+    found = [path for path in (*keys.person_files(home), *own) if _is(keys.certificate_of(path), who)]
     if len(found) != 1:
         raise KeysError(f"{keys.folder(home)}: {len(found)} keys here are those of '{who}'; `accept keys list`")
     return found[0]

@@ -5,6 +5,7 @@ but nobody can make himself quality assurance. `accept.certificate.trust.key_cha
 """
 
 import os
+import platform
 import re
 import secrets
 import shutil
@@ -16,16 +17,19 @@ from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.certificate.trust import authority, encrypted_key, revocation
-from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.names import same_person, scripts
+from accept.store.opening import BENCH_KEY
+from accept.store.seal import bench_of, own_key
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
 TECHNICIAN, QA = "technician", "qa"
 ROLES = (TECHNICIAN, QA)
-CA = "ca"
+CA, BENCH = "ca", "bench"
 PASSPHRASE, PASSPHRASE_FILE = "ACCEPT_PASSPHRASE", "ACCEPT_PASSPHRASE_FILE"
 AUTHORITY_PASSPHRASE = "authority-passphrase.txt"  # where a passphrase that nobody chose is left for its owner
 SHORTEST_PASSPHRASE = 8  # characters (NIST SP 800-63B, 5.1.1.1)
@@ -99,12 +103,14 @@ def init(
     *,
     authority_passphrase: str | None = None,
     demo: bool = False,
+    bench_key: Path | None = None,
 ) -> Path:
-    """Make the authority and the technician's key, all or none; returns their folder.
+    """Make the authority, the technician's key and the certificate of the bench, all or none; returns their folder.
 
     qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own.
     authority_passphrase: None makes one and leaves it in `authority-passphrase.txt` of the folder, for its owner to
-    take off the bench. demo: an authority that only demonstrations trust.
+    take off the bench. demo: an authority that only demonstrations trust. bench_key: the bench's own key, by default in
+    `home`.
     Raises KeysError when there are keys already, a name is empty or taken twice, a passphrase is too short or used
     twice, or the folder cannot be written.
     """
@@ -112,6 +118,7 @@ def init(
         raise KeysError(f"{folder(home)}: there are keys already; move them away to make new ones")
     check_name(technician_name)
     check_passphrase(passphrase)
+    bench = own_key(bench_key or home / BENCH_KEY).public_key()
     persons = {TECHNICIAN: (technician_name, passphrase)}
     if qa_name is not None:
         check_name(qa_name)
@@ -124,7 +131,7 @@ def init(
     if authority_passphrase is not None:
         check_passphrase(authority_passphrase)
     now = (when or datetime.now(UTC)).replace(microsecond=0)
-    files = _make(persons, authority_passphrase, now, demo)
+    files = _make(persons, bench, authority_passphrase, now, demo)
     try:
         _place(files, folder(home))
     except OSError as e:
@@ -168,7 +175,9 @@ def check_usable(home: Path, credential: Credential, now: datetime) -> None:
 def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
     """Certificates of persons at this bench, those of a role where it is named."""
     for path in sorted(folder(home).glob("*.pem"), reverse=True):  # technicians first
-        if path.name in (f"{CA}.pem", revocation.FILE) or path.name.endswith((".key.pem", ".request.pem")):
+        if path.name in (f"{CA}.pem", f"{BENCH}.pem", revocation.FILE) or path.name.endswith(
+            (".key.pem", ".request.pem")
+        ):
             continue
         if role is None or authority.role_of(certificate_of(path)) == role:
             yield path
@@ -192,6 +201,38 @@ def _chosen(home: Path, role: str, person: str | None) -> Path:
 def ca(home: Path) -> x509.Certificate:
     """The bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
     return certificate_of(folder(home) / f"{CA}.pem")
+
+
+def bench_name() -> str:
+    """Return how a bench is called that nobody named: as its machine."""
+    plain = "".join(c for c in platform.node() if c.isascii() and (c.isalnum() or c in "._-"))
+    return f"bench {plain[:50]}".strip()
+
+
+def bench_certificate(home: Path, ca: x509.Certificate) -> x509.Certificate | None:
+    """Return the certificate that an authority gave this bench, None if there is none for the bench's own key: a
+    second folder with copied keys is another bench. Raises KeysError."""
+    path = folder(home) / f"{BENCH}.pem"
+    if not path.is_file():
+        return None
+    certificate = certificate_of(path)
+    own = bench_of(home / BENCH_KEY)
+    return (
+        certificate
+        if own is not None and public_of(certificate) == own and authority.issued_by(certificate, ca)
+        else None
+    )
+
+
+def public_of(certificate: x509.Certificate) -> str | None:
+    """Return the public key of a bench in its certificate, in hexadecimal; None for another kind of key."""
+    key = certificate.public_key()
+    return key.public_bytes(Encoding.Raw, PublicFormat.Raw).hex() if isinstance(key, Ed25519PublicKey) else None
+
+
+def authority_here(home: Path) -> bool:
+    """Return whether the authority's key lies at this bench: who opens it there can be everybody."""
+    return (folder(home) / f"{CA}.key.pem").is_file()
 
 
 def stamping_roots(home: Path) -> list[x509.Certificate]:
@@ -224,6 +265,8 @@ def listing(home: Path) -> list[KeyInfo]:
     """The CA and every person's key. Raises KeysError when there are no keys."""
     found = [(CA, ca(home))]
     found += [(authority.role_of(c), c) for c in map(certificate_of, person_files(home))]
+    own = bench_certificate(home, ca(home))
+    found += [] if own is None else [(BENCH, own)]
     return [
         KeyInfo(
             role,
@@ -265,6 +308,9 @@ def check_name(name: str) -> None:
     """Raises KeysError for a name that no certificate can bear."""
     if not name.strip() or not name.isprintable() or len(name) > 64:
         raise KeysError(f"name {name!r}: expected 1 to 64 printable characters; no key was made")
+    if len(mixed := scripts(name)) > 1:
+        words = " and ".join(sorted(s.capitalize() for s in mixed))
+        raise KeysError(f"name {name!r}: has letters of several scripts ({words}), which look alike; no key was made")
 
 
 def check_passphrase(chosen: str) -> None:
@@ -306,7 +352,11 @@ def _revoked_since(home: Path, certificate: x509.Certificate) -> datetime | None
 
 
 def _make(
-    persons: dict[str, tuple[str, str]], authority_passphrase: str | None, now: datetime, demo: bool
+    persons: dict[str, tuple[str, str]],
+    bench: Ed25519PublicKey,
+    authority_passphrase: str | None,
+    now: datetime,
+    demo: bool,
 ) -> dict[str, bytes]:
     ca_key = authority.new_key()
     root = authority.root(ca_key, now, demo)
@@ -314,6 +364,8 @@ def _make(
     files = {f"{CA}.pem": root.public_bytes(Encoding.PEM), f"{CA}.key.pem": encrypted_key.lock(ca_key, chosen)}
     if authority_passphrase is None:
         files[AUTHORITY_PASSPHRASE] = f"{chosen}\n".encode("ascii")
+    own = authority.leaf(BENCH, bench_name(), bench, root, ca_key, now)
+    files[f"{BENCH}.pem"] = own.public_bytes(Encoding.PEM)
     for role, (person, passphrase) in persons.items():
         key = authority.new_key()
         certificate = authority.leaf(role, person, key.public_key(), root, ca_key, now)

@@ -1,41 +1,70 @@
 """What a certificate states beside its result: which attempt it is, what it replaces, where the bench's store stood,
 who approved the spec, whether a demo made it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.certificate.contents.content import canonical
 from accept.certificate.trust import keys, revocation
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
 from accept.store import SignedHead, UnitState
+from accept.store.opening import BENCH_KEY
+from accept.store.seal import own_key
 from specs.spec import Spec
+
+AT_THE_BENCH = "its key lies at this bench"
 
 
 def provenance(
     spec: Spec,
+    serial: str,
     before: UnitState | None,
     head: SignedHead | None,
     home: Path,
     credential: Credential | None,
     attempt: int | None = None,
 ) -> dict[str, Any]:
-    """As it stands in the certificate's manifest. before: what the store knows of the unit's last judgement; attempt:
-    its number, where it is not one more than that; head: of the store when the unit was judged.
+    """Return what the certificate of a unit states beside its result, signed by the bench.
 
-    replaces: verdict, time and certificate of the last judgement, None for a first one; where that had no certificate,
-    the last one that there was, of which attempt. approval: of the spec, as it is attached. crl: the authority's list
-    of revoked keys as it is now, PEM, for whoever verifies when the authority is gone. Raises RevocationError."""
+    before: what the store knows of the unit's last judgement; attempt: its number, if it is not one more than that;
+    head: of the store when the unit was judged.
+
+    replaces: verdict, time and certificate of the last judgement, None for a first one; if that had no certificate, the
+    last one that there was, of which attempt. approval: of the spec, as it is attached. crl: the authority's list of
+    revoked keys as it is now, PEM, for a verification after the authority is gone. authority: only if its key lies at
+    the bench. bench: the bench's certificate, PEM; signature: of all this and the serial by the bench's key. Raises
+    RevocationError, KeysError."""
     listed = keys.folder(home) / revocation.FILE
     ca = credential.ca if credential else None
     demo = credential is not None and credential.demo
     gone = () if ca is None or demo else revocation.revoked_in(listed, ca)
-    stated = {
+    stated: dict[str, Any] = {
         "attempt": attempt or (before.attempts + 1 if before else 1),
         "replaces": replaced_by(before),
         "approval": approval_of(spec, home, ca, gone),
     }
-    more = {"head": head and head.to_json(), "crl": revocation.kept(listed), "demo": demo or None}
-    return stated | {key: value for key, value in more.items() if value is not None}
+    bench = None if ca is None or demo else keys.bench_certificate(home, ca)
+    more = {
+        "head": head and head.to_json(),
+        "crl": revocation.kept(listed),
+        "demo": demo or None,
+        "authority": AT_THE_BENCH if keys.authority_here(home) and not demo else None,
+        "bench": bench and bench.public_bytes(Encoding.PEM).decode("ascii"),
+    }
+    stated |= {key: value for key, value in more.items() if value is not None}
+    if bench is not None:
+        stated["signature"] = own_key(home / BENCH_KEY).sign(signed_text(serial, stated)).hex()
+    return stated
+
+
+def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:
+    """Return the bytes that a bench signs: the serial and all that is stated but for the signature itself."""
+    rest = {key: value for key, value in stated.items() if key != "signature"}
+    return canonical({"serial": serial, "provenance": rest})
 
 
 def replaced_by(before: UnitState | None) -> dict[str, Any] | None:

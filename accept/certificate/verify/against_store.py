@@ -12,7 +12,7 @@ from typing import Any
 from accept.base.home import home
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.step import Step
-from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import replaced_by
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.judging.copies import Copy, copies_of

@@ -12,7 +12,7 @@ from accept.base import version
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
-from accept.certificate.trust.authority import same_person
+from accept.certificate.trust.names import same_person
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
 from accept.store.seal import head_problem

@@ -16,12 +16,13 @@ from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.contents.step import Step
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
-from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import QA
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.revocation import RevocationError, Revoked, entries_of, is_canonical
 from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
 from accept.certificate.verify.attachments import Rejudge
+from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_stated
@@ -128,8 +129,10 @@ def _verify(
         if records is not None:
             judged = guarded("the records", attachments.with_records, contents, records)
         again = None if rejudge is None else guarded("judging again", rejudge, judged)
+        benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [
             *stated,
+            *benches,
             guarded("the page", check_page, signed, contents),
             guarded("judging again", attachments.check_result, judged, again),
             spec_step := guarded("the spec", check_spec, contents, roots, revoked),
@@ -141,7 +144,7 @@ def _verify(
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
     return Verification(
         Validity.SIGNED if lacking else Validity.VALID,
-        one_line("; ".join([_summary(contents, signatures), *(s.remark for s in steps if s.remark), *lacking])),
+        one_line("; ".join([_summary(contents, signatures), *(s.remark for s in steps if s.remark), *lacking]), 1000),
         contents.serial,
         str(contents.result["verdict"]),
         signatures,

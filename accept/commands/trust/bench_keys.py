@@ -9,8 +9,9 @@ from pathlib import Path
 from accept.base.console import say
 from accept.base.operator_name import operator_name
 from accept.certificate.trust import keys
-from accept.certificate.trust.authority import same_person
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
+from accept.certificate.trust.names import same_person
+from accept.store.opening import BENCH_KEY
 from specs.files import read_bounded
 
 DEMO = "demo"  # keys and events of the demo, apart from those of the bench: a demo must never sign as the bench
@@ -63,7 +64,7 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
             f"operator '{operator}' has no key here, {credential.person} has: who signs is the operator on the record; "
             f"leave --operator out, or `accept keys request` a key for {operator}"
         )
-    for words in (credential.warning(datetime.now(UTC)), *_exposed(home)):
+    for words in (credential.warning(datetime.now(UTC)), _uncertified(home, credential), *_exposed(home)):
         if words:
             say(f"warning: {words}")
     return keys.stamping(credential, tsa, home)
@@ -86,6 +87,16 @@ def _make(home: Path, phrase: str, technician: str) -> None:
     )
 
 
+def _uncertified(home: Path, credential: Credential) -> str | None:
+    """Why what this bench signs is not plainly valid: its own key has no certificate, or that of another bench."""
+    if keys.bench_certificate(home, credential.ca) is not None:
+        return None
+    return (
+        "this bench has no certificate of the authority, so that its certificates of units verify with exit 4: "
+        "`accept keys request --role bench --name NAME`, then `accept keys issue` by the authority"
+    )
+
+
 def _exposed(home: Path) -> list[str]:
     return [f"{path} can be read by others than its owner: chmod 600" for path in keys.exposed(home)]
 
@@ -94,5 +105,8 @@ def demo_credential(home: Path) -> Credential:
     """The technician's key of the demo, made when there is none."""
     place = home / DEMO
     if not keys.exist(place):
-        keys.init(place, _DEMO_PASSPHRASE, "Demo technician", authority_passphrase=_DEMO_PASSPHRASE, demo=True)
+        own = home / BENCH_KEY
+        keys.init(
+            place, _DEMO_PASSPHRASE, "Demo technician", authority_passphrase=_DEMO_PASSPHRASE, demo=True, bench_key=own
+        )
     return keys.unlock(place, TECHNICIAN, _DEMO_PASSPHRASE)

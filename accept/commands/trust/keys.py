@@ -14,7 +14,7 @@ from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
-from accept.certificate.trust.keys import QA
+from accept.certificate.trust.keys import BENCH, QA
 from accept.commands.trust.bench_keys import passphrase_of, terminal_prompt
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
@@ -61,6 +61,10 @@ def show() -> Exit:
         if key.valid_to - now < keys.WARN_BEFORE:
             say(f"warning: the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}")
     stdout.print(table)
+    if keys.authority_here(home()):
+        say("warning: the authority's key lies at this bench: who opens it can sign as everybody; docs: signing")
+    if keys.bench_certificate(home(), keys.ca(home())) is None:
+        say("warning: this bench has no certificate of the authority: accept keys request --role bench --name NAME")
     for path in keys.exposed(home()):
         say(f"warning: {path} can be read by others than its owner: chmod 600")
     return Exit.ACCEPTED
@@ -68,16 +72,18 @@ def show() -> Exit:
 
 @clear_errors
 def request(
-    role: Annotated[str, typer.Option(help="technician or qa.")],
-    name: Annotated[str, typer.Option(help="The person.")],
+    role: Annotated[str, typer.Option(help="technician, qa, or bench for this bench's own key.")],
+    name: Annotated[str, typer.Option(help="The person, or what the bench is called.")],
     out: Annotated[Path | None, typer.Option(help="Where to write the request; else beside the key.")] = None,
     passphrase_file: PassphraseFile = None,
 ) -> Exit:
-    """Make a person's key and the request for its certificate."""
+    """Make a person's key and the request for its certificate; of a bench, the request for the key that it has."""
     variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
-    phrase = passphrase_of(passphrase_file, f"passphrase of the key of {name}: ", variable, only=role == QA)
+    words, only = f"passphrase of the key of {name}: ", role == QA
+    phrase = "" if role == BENCH else passphrase_of(passphrase_file, words, variable, only=only)
     made, text = key_changes.request(home(), role, name, phrase)
-    target = out or made.with_name(made.name.replace(".key.pem", ".request.pem"))
+    beside = f"{BENCH}.request.pem" if role == BENCH else made.name.replace(".key.pem", ".request.pem")
+    target = out or keys.folder(home()) / beside
     if out is not None:
         write_atomic(out, text)
     stdout.print(f"key of {name} ({role}) made in {made}; to be issued: accept keys issue {target}")

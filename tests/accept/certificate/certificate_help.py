@@ -6,10 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cryptography import x509
+from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 
 from accept.certificate.contents.content import CertificateContent, content_of
+from accept.certificate.trust import authority
+from accept.certificate.trust.provenance import signed_text
 from accept.judging.result import UnitResult
 from accept.store import SignedHead, StoreHead
 from checks.picture import Band, Heights, Line, Mark, Panel
@@ -106,11 +111,24 @@ def stated_head(seq: int = 7, key: Ed25519PrivateKey = BENCH_KEY) -> dict[str, A
     return SignedHead(head, bench, key.sign(f"accept store head {head}".encode()).hex()).to_json()
 
 
-def stated(**more: Any) -> dict[str, Any]:
-    """Provenance of a first attempt by a spec that quality assurance has not approved."""
+ROOT_KEYS: dict[bytes, ec.EllipticCurvePrivateKey] = {}  # of the authorities of tests, by their fingerprint
+
+
+def stated(ca: x509.Certificate | None = None, serial: str = "APA-03", **more: Any) -> dict[str, Any]:
+    """Provenance of a first attempt by a spec that quality assurance has not approved, signed by a bench of an
+    authority if one is given."""
     reason = {"reason": "nobody of quality assurance signed it"}
-    return {"attempt": 1, "replaces": None, "approval": reason, "head": stated_head()} | more
+    given = {"attempt": 1, "replaces": None, "approval": reason, "head": stated_head()} | more
+    if ca is None:
+        return given
+    root_key = ROOT_KEYS[ca.fingerprint(SHA256())]
+    own = authority.leaf("bench", "bench 1", BENCH_KEY.public_key(), ca, root_key, WHEN)
+    given["bench"] = own.public_bytes(Encoding.PEM).decode()
+    return given | {"signature": BENCH_KEY.sign(signed_text(serial, given)).hex()}
 
 
-def certificate_contents(path: Path, unit: UnitResult | None = None, **more: Any) -> CertificateContent:
-    return content_of(unit or result(), spec(), folder(path), "M. Keller", **({"provenance": stated()} | more))
+def certificate_contents(
+    path: Path, unit: UnitResult | None = None, ca: x509.Certificate | None = None, **more: Any
+) -> CertificateContent:
+    given: dict[str, Any] = {"provenance": stated(ca)} | more
+    return content_of(unit or result(), spec(), folder(path), "M. Keller", **given)

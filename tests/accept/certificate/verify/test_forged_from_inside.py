@@ -224,7 +224,7 @@ def test_a_fresh_bench_has_no_qa_key(tmp_path: Path) -> None:
     assert str(left) in done.stderr
     assert "off the bench" in done.stderr
     assert left.stat().st_mode & 0o077 == 0
-    assert [k.role for k in keys.listing(home())] == ["ca", TECHNICIAN]
+    assert [k.role for k in keys.listing(home())] == ["ca", TECHNICIAN, "bench"]
     with pytest.raises(KeysError, match="no key for the role 'qa'"):
         keys.unlock(home(), QA, "correct horse")
     other = accept("report", tmp_path / "u", "--spec", "apa-basic", "--operator", "Eve", "--out", tmp_path / "b.pdf")
@@ -355,7 +355,7 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
     unit = unit_folder.read(written(tmp_path / "u", 1.72))
 
     def verified(since: datetime, compromised: bool) -> Validity:
-        said = stated(approval=spec_approval.approve(spec, bench.qa, LATER))
+        said = stated(bench.technician.ca, "APA-02", approval=spec_approval.approve(spec, bench.qa, LATER))
         contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
         pdf = sign(render(contents), bench.technician, LATER)

@@ -24,6 +24,7 @@ from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
+from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge
@@ -32,6 +33,7 @@ from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.pictures.pdf.assemble import assemble
 from accept.store import open_store
+from accept.store.seal import own_key
 from specs.model import builtin_models
 from tests.soak import SOAK
 
@@ -177,7 +179,7 @@ def test_the_table_names_every_statement(tmp_path: Path) -> None:
     more = replace(contents, result={**contents.result, "remark": "accepted after review"})
     assert unlisted(more) == ["results.json: remark"]
     assert verified(forged(tmp_path / "f.pdf", more)).exit_code == 3
-    more = replace(contents, provenance={**contents.provenance, "customer": "somebody"})
+    more = replaced(contents, customer="somebody")
     assert verified(forged(tmp_path / "g.pdf", more)).exit_code == 3
 
 
@@ -200,10 +202,9 @@ def test_another_code_hash_is_never_plainly_valid(tmp_path: Path) -> None:
 
 def test_this_program_writes_one_format(tmp_path: Path) -> None:
     contents = read(certified(tmp_path, "B-1").read_bytes())
-    bare = {k: v for k, v in contents.provenance.items() if k != "head"}
-    old = replace(contents, format=1, operator="Somebody Else", provenance=bare)
+    headless = replaced(contents, without="head")
+    old = replace(headless, format=1, operator="Somebody Else")
     assert verified(forged(tmp_path / "f.pdf", old, told=False)).exit_code == 3
-    headless = replace(contents, provenance=bare)
     done = verified(forged(tmp_path / "g.pdf", headless), "--trust", keys.folder(home()) / "ca.pem")
     assert (done.exit_code, "does not state: head" in done.stdout) == (4, True), done.output
 
@@ -216,7 +217,7 @@ def test_copies_are_looked_for_in_the_attached_records(tmp_path: Path) -> None:
     result = {k: v for k, v in first.result.items() if k != "samples"}
     result |= {"serial": "X-1", "inputs": {"unit.toml": digest}}
     copied = replace(
-        first, files={"unit.toml": text}, inputs={"unit.toml": digest}, sizes={"unit.toml": len(text)}, result=result
+        replaced(replace(first, result=result)), files={"unit.toml": text}, inputs={"unit.toml": digest}, sizes={"unit.toml": len(text)}, result=result
     )
     for code in (first.code_sha256, "0" * 64):
         done = verified(forged(tmp_path / "x.pdf", replace(copied, code_sha256=code)))
@@ -227,8 +228,11 @@ def test_copies_are_looked_for_in_the_attached_records(tmp_path: Path) -> None:
 # --- what the bench's store has ---------------------------------------------------------------------------------------
 
 
-def replaced(contents: CertificateContent, **more: Any) -> CertificateContent:
-    return replace(contents, provenance={**contents.provenance, **more})
+def replaced(contents: CertificateContent, *, without: str = "", **more: Any) -> CertificateContent:
+    """With other statements in its provenance, signed by the bench's own key, which lies open at the bench."""
+    given = {k: v for k, v in {**contents.provenance, **more}.items() if k != without}
+    signature = own_key(home() / "bench.key").sign(signed_text(contents.serial, given)).hex()
+    return replace(contents, provenance=given | {"signature": signature})
 
 
 def _attempt(contents: CertificateContent) -> CertificateContent:

@@ -193,7 +193,7 @@ def test_too_large_records_are_not_judged_but_the_other_sections_are(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An outcome of its own; with the records beside it is judged in full, and only with those records."""
-    small = sign(render(certificate_contents(tmp_path, size_limit=100)), bench.technician, WHEN)
+    small = sign(render(certificate_contents(tmp_path, ca=bench.technician.ca, size_limit=100)), bench.technician, WHEN)
     refused(bench.check(small), "although there is room for it")
     monkeypatch.setattr(contents, "SIZE_LIMIT", 100)
     report = bench.check(small)

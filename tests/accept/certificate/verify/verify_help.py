@@ -10,6 +10,7 @@ from typing import Any
 
 from asn1crypto import cms
 from cryptography import x509
+from cryptography.hazmat.primitives.hashes import SHA256
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.certificate.page.document import render
@@ -17,7 +18,7 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import Verification, verify
-from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again
+from tests.accept.certificate.certificate_help import ROOT_KEYS, WHEN, certificate_contents, judged_again
 
 NOW = WHEN + timedelta(days=400)
 LATER = WHEN + timedelta(hours=2)
@@ -45,6 +46,7 @@ class Bench:
 def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> tuple[Credential, Credential]:
     root_key = authority.new_key()
     root = authority.root(root_key, WHEN)
+    ROOT_KEYS[root.fingerprint(SHA256())] = root_key
     made = []
     for role, person in ((TECHNICIAN, technician), (QA, qa)):
         key = authority.new_key()
@@ -55,7 +57,7 @@ def credentials(technician: str = "M. Keller", qa: str = "Dr. A. Åström") -> t
 def made_bench(folder: Path) -> Bench:
     """Of a unit in a folder."""
     technician, qa = credentials()
-    unsigned = render(certificate_contents(folder))
+    unsigned = render(certificate_contents(folder, ca=technician.ca))
     signed = sign(unsigned, technician, WHEN)
     return Bench(technician, qa, unsigned, signed, sign(signed, qa, LATER))
 

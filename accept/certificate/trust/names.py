@@ -1,0 +1,116 @@
+"""Names of persons: two that a reader takes for one are one person (Unicode Technical Standard 39, skeletons).
+
+The table holds the letters of living scripts that Unicode's list of confusables gives for a Latin letter or digit.
+"""
+
+import unicodedata
+
+_LOOK_LIKE = {
+    "2": "ƧϨᒿꙄꝚ",
+    "3": "ƷȜЗӠⳌꝪꞫ",
+    "4": "Ꮞ",
+    "5": "Ƽ",
+    "6": "бᏮⳒ",
+    "8": "Ȣȣ",
+    "9": "ⳊꝮ",
+    "A": "ΑАᎪᗅꓮ",
+    "AA": "Ꜳ",
+    "AE": "ÆӔ",
+    "AO": "Ꜵ",
+    "AU": "Ꜷ",
+    "AV": "ꜸꜺ",
+    "AY": "Ꜽ",
+    "B": "ΒВᏴᗷꓐꞴ",
+    "C": "СᏟⲤꓚ",
+    "D": "Ꭰᗞᗪꓓ",
+    "E": "ΕЕᎬⴹꓰ",
+    "F": "ϜᖴꓝꞘ",
+    "G": "ԌᏀᏳꓖ",
+    "H": "ΗНᎻᕼⲎꓧ",
+    "J": "ͿЈᎫᒍꓙꞲ",
+    "K": "ΚКᏦⲔꓗ",
+    "L": "ᏞᒪⳐꓡ",
+    "M": "ΜϺМᎷᗰⲘꓟ",
+    "N": "ΝⲚꓠ",
+    "O": "ΟОՕⲞⵔꓳ",
+    "OE": "Œ",
+    "OO": "ꚘꝎ",
+    "P": "ΡРᏢᑭⲢꓑ",
+    "Q": "ⵕ",
+    "R": "ƦᎡᏒᖇꓣ",
+    "S": "ЅՏᏕᏚꓢ",
+    "T": "ΤТᎢⲦꓔ",
+    "T3": "Ꜩ",
+    "U": "Սᑌꓴ",
+    "V": "ѴᏙᐯⴸꓦ",
+    "W": "ԜᎳᏔꓪ",
+    "X": "ΧХⲬⵝꓫꞳ",
+    "Y": "ΥУҮᎩᎽⲨꓬ",
+    "Z": "ΖᏃꓜ𐋵",
+    "a": "ɑαа",
+    "aa": "ꜳ",
+    "ae": "æӕ",
+    "ao": "ꜵ",
+    "au": "ꜷ",
+    "av": "ꜹꜻ",
+    "ay": "ꜽ",
+    "b": "ƄЬᏏᑲᖯ",
+    "bl": "Ы",
+    "c": "сᴄⲥꮯ",
+    "d": "ԁᏧᑯꓒ",
+    "dz": "ʣ",
+    "e": "еҽꬲ",
+    "f": "քẝꞙꬵ",
+    "g": "ƍɡցᶃ",
+    "h": "һհᏂ",
+    "i": "ıɩɪιіӏᎥꙇꭵ",
+    "j": "ϳј",
+    "l": "ƖǀΙІӀⲒⵏꓲ",
+    "lO": "Ю",
+    "ll": "ǁ",
+    "ls": "ʪ",
+    "lz": "ʫ",
+    "n": "ոռ",
+    "o": "οσоօჿᴏᴑⲟꬽ",
+    "oe": "œ",
+    "oo": "ꚙꝏ",
+    "p": "ρрⲣ",
+    "q": "ԛգզ",
+    "r": "гᴦⲅꭇꭈꮁ",
+    "s": "ƽѕꜱꮪ",
+    "tf": "ꝷ",
+    "ts": "ʦ",
+    "u": "ʋυսᴜꞟꭎꭒ",
+    "ue": "ᵫ",
+    "uo": "ꭣ",
+    "v": "νѵᴠꮩ",
+    "w": "ɯѡԝաᴡꮃ",
+    "x": "хᕁᕽ",
+    "y": "ɣʏγуүყᶌỿꭚ",
+    "z": "ᴢꮓ",
+}
+_PROTOTYPE = {ord(letter): latin for latin, letters in _LOOK_LIKE.items() for letter in letters}
+_PROTOTYPE |= {ord("I"): "l", ord("1"): "l", ord("|"): "l", ord("0"): "O"}
+_EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HIRAGANA"}  # written beside Latin letters
+
+
+def same_person(one: str, other: str) -> bool:
+    """Return whether two names are the same to a reader: but for case, spaces, how letters are composed, and letters
+    that look alike."""
+    return _folded(one) == _folded(other) or skeleton(one) == skeleton(other)
+
+
+def skeleton(name: str) -> str:
+    """Return what names that look alike have in common."""
+    plain = unicodedata.normalize("NFKC", name).translate(_PROTOTYPE)
+    return " ".join(plain.casefold().translate(_PROTOTYPE).replace("rn", "m").replace("vv", "w").split())
+
+
+def scripts(name: str) -> set[str]:
+    """Return the scripts of the letters in a name, but for those that are written beside others."""
+    letters = (c for c in unicodedata.normalize("NFKC", name) if c.isalpha())
+    return {unicodedata.name(c, "?").split()[0] for c in letters} - _EAST_ASIAN
+
+
+def _folded(name: str) -> str:
+    return " ".join(unicodedata.normalize("NFKC", name).casefold().split())

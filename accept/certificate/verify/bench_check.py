@@ -1,0 +1,81 @@
+"""Which bench made a certificate: one that the authority certified, or an unknown one."""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Any
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.step import Step
+from accept.certificate.trust import authority
+from accept.certificate.trust.keys import BENCH, public_of
+from accept.certificate.trust.provenance import AT_THE_BENCH, signed_text
+from accept.certificate.trust.revocation import Revoked
+
+_SIGNED_ONLY = ("bench", "authority")  # statements that only a bench's signature carries
+
+
+def check_bench(
+    contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked], when: datetime
+) -> list[Step]:
+    """Check that a bench of a trusted authority signed head and provenance. when: time of the technician's signature.
+
+    Steps are not complete for an unknown bench, whose store nobody can ask, and for one whose key was lost. Raises
+    InvalidCertificate for a signature or a certificate that does not hold."""
+    given = contents.provenance
+    if "signature" not in given:
+        if stated := [name for name in _SIGNED_ONLY if name in given]:
+            raise InvalidCertificate(f"provenance.{stated[0]} is stated without the bench's signature")
+        return [Step("it was made at an unknown bench, which has no certificate of the authority", complete=False)]
+    certificate = _certificate(given, roots)
+    _check_signature(contents, certificate)
+    name = authority.person_of(certificate)
+    if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
+        return [Step(f"the certificate of its bench, {name}, was not valid at {when.isoformat()}", complete=False)]
+    steps = [Step(f"made at {name}, which signed what is stated beside the result")]
+    for entry in revoked:
+        if entry.serial_number == certificate.serial_number and (entry.compromised or when >= entry.since):
+            words = f"the key of its bench, {name}, was revoked on {entry.since:%Y-%m-%d}"
+            steps.append(Step(words, complete=False))
+    if "authority" in given:
+        if given["authority"] != AT_THE_BENCH:
+            raise InvalidCertificate(f"provenance.authority is {given['authority']!r}")
+        steps.append(Step("the authority's key lay at this bench: who opens it can sign as everybody"))
+    return steps
+
+
+def _certificate(given: Mapping[str, Any], roots: Sequence[x509.Certificate]) -> x509.Certificate:
+    try:
+        certificate = x509.load_pem_x509_certificate(str(given["bench"]).encode("ascii"))
+    except (KeyError, ValueError) as e:
+        raise InvalidCertificate(f"the certificate of its bench cannot be read ({type(e).__name__})") from e
+    if certificate.public_bytes(Encoding.PEM).decode("ascii") != given["bench"]:
+        raise InvalidCertificate("provenance.bench is not a certificate as this program writes it")
+    if not any(authority.issued_by(certificate, ca) for ca in roots):
+        raise InvalidCertificate("the certificate of its bench was not issued by a trusted authority")
+    if authority.role_of(certificate) != BENCH:
+        raise InvalidCertificate(f"its bench has the certificate of a {authority.role_of(certificate)}")
+    return certificate
+
+
+def _check_signature(contents: CertificateContent, certificate: x509.Certificate) -> None:
+    given, key = contents.provenance, certificate.public_key()
+    if not isinstance(key, Ed25519PublicKey):
+        raise InvalidCertificate("the key of its bench is of another kind")
+    head = given.get("head")
+    if head is not None and head["bench"] != public_of(certificate):
+        raise InvalidCertificate("the head of its store is signed by another bench than the one that is named")
+    try:
+        signature = bytes.fromhex(given["signature"])
+        if signature.hex() != given["signature"]:
+            raise InvalidCertificate("provenance.signature is not in lower-case hexadecimal digits")
+        key.verify(signature, signed_text(contents.serial, given))
+    except (TypeError, ValueError, InvalidSignature) as e:
+        if isinstance(e, InvalidCertificate):
+            raise
+        raise InvalidCertificate("what is stated beside the result was changed after the bench signed it") from e
