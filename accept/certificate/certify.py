@@ -1,10 +1,10 @@
 """A document signed, written, and its signature stored: the same for technician and quality assurance."""
 
-import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
+from accept.certificate import events
 from accept.certificate.contents.disposition import Disposition
 from accept.certificate.trust.keys import Credential
 from accept.store import Event, Store
@@ -28,6 +28,5 @@ def sign_into(
 
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
     write_atomic(path, signed)
-    what = {"path": str(path.resolve()), "sha256": hashlib.sha256(signed).hexdigest(), "role": credential.role}
-    decided = {} if disposition is None else {"disposition": disposition.to_json()}
-    return store.append("certificate_signed", serial, what | decided, who=who, spec=spec)
+    decided = None if disposition is None else disposition.to_json()
+    return events.signed(store, serial, path, signed, credential.role, who=who, spec=spec, disposition=decided)

@@ -10,8 +10,8 @@ from accept.certificate.contents.disposition import decided
 from accept.certificate.signature.signing import SigningRefused
 from accept.certificate.signature.timestamp import VARIABLE
 from accept.certificate.trust import keys
-from accept.certificate.trust.names import same_person
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
+from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import provenance
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, verify_file

@@ -22,6 +22,7 @@ from accept.certificate.page.document import render
 from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
 from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
+from accept.certificate.trust.provenance import signed_text
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import read
 from accept.certificate.verify.rejudge import rejudge, verify_file
@@ -29,6 +30,7 @@ from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.judging import judge_unit
 from accept.store import open_store
+from accept.store.seal import own_key
 from accept.units import unit_folder
 from accept.workflow.certify import countersign_unit
 from specs.model import builtin_models
@@ -399,25 +401,26 @@ def test_a_certificate_of_a_store_that_was_rewritten_is_not_plainly_valid(tmp_pa
 
 
 def test_a_certificate_that_the_store_never_heard_of_is_not_plainly_valid(tmp_path: Path) -> None:
-    """Signed with the technician's own key by a program of his own, with the head of the day: he measured until it was
-    good, and left the other attempts out."""
+    """Signed with the technician's own key and the bench's by a program of his own, with the head of the day: he
+    measured until it was good, and left the other attempts out."""
     pdf = reported(tmp_path)
     technician = keys.unlock(home(), TECHNICIAN, "correct horse")
     with open_store() as store:
         head = store.signed_head()
     contents = read(pdf.read_bytes())
-    aside = replace(contents, provenance={**contents.provenance, "head": head.to_json()})
-    (tmp_path / "b.pdf").write_bytes(sign(render(aside), technician, datetime.now(UTC)))
-    done = accept("verify", tmp_path / "b.pdf")
+
+    def signed(name: str, head: dict[str, Any] | None) -> Result:
+        given = {k: v for k, v in {**contents.provenance, "head": head}.items() if v is not None or k == "replaces"}
+        given["signature"] = own_key(home() / "bench.key").sign(signed_text(contents.serial, given)).hex()
+        aside = replace(contents, provenance=given)
+        (tmp_path / name).write_bytes(sign(render(aside), technician, datetime.now(UTC)))
+        return accept("verify", tmp_path / name)
+
+    done = signed("b.pdf", head.to_json())
     assert (done.exit_code, "does not hold that it was signed" in done.stdout) == (4, True), done.output
     assert accept("verify", pdf).exit_code == 0
-    nowhere = replace(contents, provenance={k: v for k, v in contents.provenance.items() if k != "head"})
-    (tmp_path / "d.pdf").write_bytes(sign(render(nowhere), technician, datetime.now(UTC)))
-    assert accept("verify", tmp_path / "d.pdf").exit_code == 4
-    forged = head.to_json() | {"seq": 1}
-    elsewhere = replace(contents, provenance={**contents.provenance, "head": forged})
-    (tmp_path / "c.pdf").write_bytes(sign(render(elsewhere), technician, datetime.now(UTC)))
-    done = accept("verify", tmp_path / "c.pdf")
+    assert signed("d.pdf", None).exit_code == 4
+    done = signed("c.pdf", head.to_json() | {"seq": 1})
     assert (done.exit_code, "changed after the bench signed it" in done.stdout) == (3, True), done.output
 
 

@@ -9,6 +9,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from cryptography.hazmat.primitives.serialization import Encoding
 from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
@@ -20,13 +21,23 @@ from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
+from accept.certificate.trust.provenance import signed_text
 from accept.certificate.verify import attachments as contents
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise
 from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.judging.result import UnitResult
 from accept.pictures.pdf.assemble import assemble
-from tests.accept.certificate.certificate_help import UNIT_TOML, WHEN, certificate_contents, judged_again, result
+from accept.store.seal import own_key
+from tests.accept.certificate.certificate_help import (
+    UNIT_TOML,
+    WHEN,
+    certificate_contents,
+    judged_again,
+    result,
+    stated,
+    stated_head,
+)
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused
 
 
@@ -236,7 +247,12 @@ def test_keys_made_by_init_verify_by_the_bench_ca(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     keys.init(tmp_path, "correct horse", "M. Keller", "B. Assurance", "battery staple", when=WHEN)
-    pdf = sign(bench.unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
+    own = own_key(tmp_path / "bench.key")
+    certificate = keys.bench_certificate(tmp_path, keys.ca(tmp_path))
+    given = stated(head=stated_head(key=own)) | {"bench": certificate.public_bytes(Encoding.PEM).decode()}
+    given["signature"] = own.sign(signed_text("APA-03", given)).hex()
+    unsigned = render(certificate_contents(tmp_path / "unit", provenance=given))
+    pdf = sign(unsigned, keys.unlock(tmp_path, TECHNICIAN, "correct horse"), WHEN)
     assert verify(
         sign(pdf, keys.unlock(tmp_path, QA, "battery staple"), LATER),
         [keys.ca(tmp_path)],

@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
+from pathlib import Path
 
 import pytest
 from cryptography import x509
@@ -15,12 +16,13 @@ from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 from pypdf import PdfReader, PdfWriter
 
 from accept.certificate.contents import content as certificate_content
+from accept.certificate.page.document import render
 from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import SigningRefused, _append, _signer, sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from accept.certificate.verify.verification import verify
-from tests.accept.certificate.certificate_help import WHEN, judged_again, result
+from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
 from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, made_bench, refused
 
 
@@ -99,9 +101,10 @@ def test_a_third_signature_is_found_even_by_a_known_key(bench: Bench, state: str
 # --- wrong keys and roles --------------------------------------------------------------------------------------------
 
 
-def test_a_foreign_bench_with_the_same_names_is_refused(bench: Bench) -> None:
+def test_a_foreign_bench_with_the_same_names_is_refused(bench: Bench, tmp_path: Path) -> None:
     technician, qa = credentials()
-    forged = sign(sign(bench.unsigned, technician, WHEN), qa, LATER)
+    unsigned = render(certificate_contents(tmp_path, ca=technician.ca))
+    forged = sign(sign(unsigned, technician, WHEN), qa, LATER)
     refused(bench.check(forged), "not made under a trusted CA")
     assert verify(forged, [technician.ca], lambda _: judged_again(), now=NOW).valid  # it is only the trust that lacks
     refused(bench.check(sign(bench.signed, qa, LATER)), "not made under a trusted CA")

@@ -1,0 +1,133 @@
+"""Benches have certificates of the authority; an unknown bench is exit 4, and a second home with copied keys is one."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from accept.base.home import home
+from accept.certificate.trust import keys
+from accept.certificate.trust.keys import KeysError
+from accept.certificate.trust.names import same_person, scripts
+from accept.certificate.verify.attachments import read
+from tests.accept.certificate.certificate_help import stated_head
+from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
+
+
+@pytest.fixture
+def authority(monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A bench whose authority's passphrase is known to its owner alone."""
+    monkeypatch.setenv("ACCEPT_CA_PASSPHRASE", "authority phrase")
+    return keys.init(home(), "correct horse", "Test Technician", authority_passphrase="authority phrase")
+
+
+def test_a_head_of_an_invented_bench_is_not_valid(authority: Path, tmp_path: Path) -> None:
+    contents = read(certified(tmp_path, "B-1").read_bytes())
+    invented = stated_head(12345, Ed25519PrivateKey.generate())
+    bare = {k: v for k, v in contents.provenance.items() if k not in ("bench", "signature", "authority")}
+    for number, made in enumerate(
+        (replace(contents, provenance=bare | {"head": invented}), replaced(contents, head=invented))
+    ):
+        done = verified(forged(tmp_path / f"{number}.pdf", made))
+        assert done.exit_code == (4, 3)[number], done.output
+        assert "unknown bench" in done.output or "another bench" in done.output
+
+
+def test_what_a_bench_states_cannot_be_changed_without_its_key(authority: Path, tmp_path: Path) -> None:
+    contents = read(certified(tmp_path, "B-1").read_bytes())
+    assert contents.provenance["authority"] == "its key lies at this bench"
+    for change in ({"attempt": 2}, {"authority": "off the bench"}):
+        made = replace(contents, provenance={**contents.provenance, **change})
+        assert verified(forged(tmp_path / "f.pdf", made)).exit_code == 3
+    silent = {k: v for k, v in contents.provenance.items() if k != "authority"}
+    assert verified(forged(tmp_path / "f.pdf", replace(contents, provenance=silent))).exit_code == 3
+
+
+def test_a_second_home_with_copied_keys_is_another_bench(
+    authority: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Measure until it passes, with the product's own commands."""
+    first, second = home(), tmp_path / "second"
+    certified(tmp_path, "T-1", serial="T-1", stroke=265.5)
+    shutil.copytree(first / "keys", second / "keys")
+    monkeypatch.setenv("ACCEPT_HOME", str(second))
+    warned = accept("report", tmp_path / "T-1", "--spec", "apa-basic", "--out", tmp_path / "w.pdf")
+    assert "this bench has no certificate of the authority" in warned.stderr
+    pdf = certified(tmp_path, "T-1", serial="T-1", stroke=366.1)
+    for place in (second, first):
+        monkeypatch.setenv("ACCEPT_HOME", str(place))
+        done = verified(pdf, "--require", "accepted")
+        assert (done.exit_code, "unknown bench" in done.stdout) == (4, True), done.output
+
+
+def test_a_bench_is_certified_renewed_and_revoked(
+    authority: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    second = tmp_path / "second"
+    shutil.copytree(home() / "keys", second / "keys")
+    monkeypatch.setenv("ACCEPT_HOME", str(second))
+    assert "has no certificate of the authority" in accept("keys", "list").stderr
+    assert accept("keys", "request", "--role", "bench", "--name", "bench 2").exit_code == 0
+    asked = second / "keys" / "bench.request.pem"
+    issued = accept("keys", "issue", asked)
+    assert issued.exit_code == 0, issued.output
+    listed = accept("keys", "list")
+    assert "bench 2" in listed.stdout
+    assert "the authority's key lies at this bench" in listed.stderr
+    pdf = certified(tmp_path, "T-1", serial="T-1")
+    done = verified(pdf)
+    assert plainly(done), done.output
+    assert "made at bench 2" in done.stderr
+    assert accept("keys", "renew", "bench 2").exit_code == 0
+    assert accept("keys", "revoke", "bench 2", "--reason", "lost").exit_code == 0
+    done = verified(pdf)
+    assert (done.exit_code, "bench 2, was revoked" in done.stdout) == (4, True), done.output
+
+
+def test_a_technician_is_no_bench(authority: Path, tmp_path: Path) -> None:
+    contents = read(certified(tmp_path, "B-1").read_bytes())
+    technician = (authority / "technician.pem").read_text()
+    done = verified(forged(tmp_path / "f.pdf", replaced(contents, bench=technician)))
+    assert (done.exit_code, "certificate of a technician" in done.stdout) == (3, True), done.output
+
+
+def test_the_passphrase_of_the_authority_is_read_from_no_file_unasked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ACCEPT_CA_PASSPHRASE", raising=False)
+    assert plainly(verified(certified(tmp_path, "A-1")))  # makes the keys, unattended
+    left = keys.folder(home()) / keys.AUTHORITY_PASSPHRASE
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    assert accept("keys", "request", "--role", "qa", "--name", "Grace").exit_code == 0
+    request = keys.folder(home()) / "qa-grace.request.pem"
+    assert accept("keys", "issue", request).exit_code == 6
+    assert accept("keys", "issue", request, "--passphrase-file", left).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("Ada", "Ad\u0430", True),  # Cyrillic
+        ("root", "r\u043e\u043et", True),
+        ("\u0421\u043e\u0441\u043e", "Coco", True),  # Cyrillic throughout
+        ("Ada  Lovelace", "ADA LOVELACE", True),
+        ("Ian", "lan", True),
+        ("Harn", "Ham", True),
+        ("Grace Hopper", "Ada Lovelace", False),
+        ("M. Keller", "N. Keller", False),
+        ("Åström", "Aström", False),
+    ],
+)
+def test_names_that_read_the_same_are_of_one_person(one: str, other: str, same: bool) -> None:
+    assert same_person(one, other) is same
+
+
+def test_a_name_has_letters_of_one_script() -> None:
+    for name in ("Ad\u0430", "\u0391da"):
+        with pytest.raises(KeysError, match="several scripts"):
+            keys.check_name(name)
+    for name in ("Åsa Øst", "\u0410\u043d\u043d\u0430", "O'Brien-Núñez 2", "Wang 王"):
+        keys.check_name(name)
+        assert len(scripts(name)) <= 1
