@@ -51,8 +51,22 @@ class Cause(Enum):
     CHANNEL_REVERSED = "{channel} is reversed: below the resonance it moves {found} {reference}, not {expected} it"
     CHANNELS_EXCHANGED = "{channel} and {other} are exchanged: {evidence}"
     CHANNEL_SIZE = "{channel} moves by {value:.3g}; expected {lo:g} to {hi:g}"
+    CHANNEL_UNIT = "{channel} moves by {value:.3g} {unit}; expected at most {hi:g} {unit}: did you mean {guess}?"
     CHANNEL_STEP = "{channel} has steps of {value:.3g}; expected {expected:g}"
     CHANNEL_STUCK = "{channel} stays at one value from sample {sample} while {reference} changes by {span:.3g} V"
+    CHANNEL_HELD = (
+        "{channel} holds {value:.4g} over {count} samples from {at_s:.4g} s on while {reference} moves: its reading "
+        "stood still"
+    )
+    CHANNEL_SLIPPED = (
+        "{channel} is {samples} samples ({ms:.3g} ms) off from {at_s:.4g} s on: a block of it was lost or stored twice"
+    )
+    CHANNEL_DISTURBED = "{channel} does not go with {reference} at {at_s:.4g} s as it does elsewhere in the record"
+    SAMPLES_LOST = "a block of samples was lost at {at_s:.4g} s: {channels} jump there at once"
+    SAMPLING_JITTER = (
+        "the times of the samples scatter by {jitter_us:.2g} us (standard deviation): errors go with the velocity of "
+        "the channels"
+    )
     CHANNEL_COPIED = "{other} is {channel} times a number at every sample: a channel was stored twice or looped back"
     CHANNEL_DELAYED = "{channel} is {samples:.2f} samples behind {reference}; expected 0 to {most:g} samples"
     CHANNEL_OFFSET = "{channel} is stored {samples:.2f} samples behind {other}; at most {most:g} are possible"

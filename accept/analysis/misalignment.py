@@ -29,9 +29,8 @@ def estimate_or_reason(
 ) -> MisalignmentEstimate | Reason:
     """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
     of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
-    given = opened(model or AS_BUILT)
+    given, measured = opened(model or AS_BUILT), _measured(folder)  # records are refused before a table is built
     table = table_for(given.model, say, workers=workers)
-    measured = _measured(folder)
     try:
         weighed = as_weighed(given, measured.serial, measured.payload_kg).model
         return estimate(weighed, measured.first, table, measured.second)

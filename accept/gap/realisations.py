@@ -4,7 +4,7 @@ condition of its experiments."""
 from collections.abc import Mapping
 from dataclasses import replace
 
-from accept.gap.responses import Responses, records_of
+from accept.gap.responses import Responses, records_of, refuse_faults
 from accept.units.loaded_unit import LoadedUnit
 from checks.errors import RecordError
 from checks.fitting.dataset import Dataset, dataset_from_records
@@ -40,6 +40,7 @@ def trials_of(
 
 def _trial(unit: LoadedUnit, name: str, measured: Responses, tolerance: float) -> ConditionTrial:
     records = records_of(unit.experiment(name))
+    refuse_faults(records)
     if "low_repeat" in records:
         A = _dataset(records["low"], records.get("high"), measured, tolerance)
         B = _dataset(records["low_repeat"], records.get("high_repeat"), measured, tolerance)

@@ -1,6 +1,6 @@
 """The measured responses of a unit, from the records that its folder names under [frf]."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -8,12 +8,15 @@ from accept.units import unit_folder as units
 from accept.units.loaded_unit import LoadedUnit, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from checks.acceptance import CHECKS
+from checks.acceptance.responses.rules import unusable
+from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
 from checks.record import Record
 
 _SHARED = CHECKS["frf"].inputs["merge_Hz"]
+USED = ("low", "high", "low_repeat", "high_repeat")
 DEFAULT_MERGE_HZ = _SHARED.default if isinstance(_SHARED, Scalar) else None
 
 
@@ -45,10 +48,12 @@ def responses(
 ) -> Responses:
     """Responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
 
-    Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used."""
+    Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used, for the same causes
+    as judging."""
     held = loaded(given)
     unit, values = held.folder, _values(held)
     records = records_of(values)
+    refuse_faults({key: records[key] for key in USED if key in records})
     merge_Hz = _number(values.get("merge_Hz"), DEFAULT_MERGE_HZ)
     if "low" not in records or merge_Hz is None:
         raise UnitError(unit.path / units.UNIT_FILE, ["[frf] names no record 'low'"])
@@ -75,6 +80,14 @@ def responses(
         records=records,
         inputs={record.name: record.sha256 for record in records.values()},
     )
+
+
+def refuse_faults(records: Mapping[str, Record]) -> None:
+    """Raise RecordError for records with faults that no model explains, as judging refuses them: a channel in another
+    unit, clipped, held, with samples missing or of scattered times. records: by input name."""
+    found = [r.within(key, record.name) for key, record in records.items() for r in unusable(record)]
+    if found:
+        raise RecordError(together(found))
 
 
 def records_of(values: Values) -> dict[str, Record]:

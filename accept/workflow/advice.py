@@ -15,6 +15,7 @@ _OFFSET = "check the acquisition settings: {channel} is stored with an offset; t
 _WHOLE_CYCLE = "begin at -20 V, go up to 150 V and record the whole cycle"
 _TWO_STEPS = "add the mass once and remove it once, ten seconds apart, within one record; touch nothing else"
 
+_LOST = "close other programs on the recorder, or sample more slowly; then record again"
 ADVICE: Mapping[Cause, str] = {
     Cause.ENTRY_MISSING: "enter the {entry}",
     Cause.FILE_DAMAGED: "copy the file again, or record again",
@@ -29,6 +30,12 @@ ADVICE: Mapping[Cause, str] = {
     Cause.CHANNELS_EXCHANGED: "exchange the plugs of {channel} and {other}, then record again",
     Cause.CHANNEL_SIZE: "check plug and range of {channel}, then record again",
     Cause.CHANNEL_STUCK: "check {channel}: it must move freely and stay within its range; then record again",
+    Cause.CHANNEL_UNIT: "name the unit of {channel} in the file's header, or in [channels] of unit.toml",
+    Cause.CHANNEL_HELD: "check plug and supply of {channel}, then record again",
+    Cause.CHANNEL_SLIPPED: _LOST,
+    Cause.SAMPLES_LOST: _LOST,
+    Cause.CHANNEL_DISTURBED: "check the plug of {channel}, then record again",
+    Cause.SAMPLING_JITTER: "let one clock of hardware time every sample, then record again",
     Cause.CHANNEL_COPIED: "check that {channel} and {other} are on inputs of their own, then record again",
     Cause.CHANNEL_DELAYED: _OFFSET,
     Cause.CHANNEL_OFFSET: _OFFSET,

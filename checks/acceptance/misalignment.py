@@ -8,7 +8,8 @@ answer give none: missing bands, turned channels, a model that does not explain 
 import numpy as np
 
 from checks.acceptance.responses import check
-from checks.cause import Cause, NoResult
+from checks.acceptance.responses.rules import unusable
+from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
 from checks.fitting.calibrate import of_damping
@@ -23,15 +24,21 @@ from checks.record import Record
 from checks.signals.interpolation import said_of
 from specs.spec import CheckSpec
 
+BANDS = ("low", "high", "low_repeat", "high_repeat")
 PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
 DIGITS = 2  # of um: far below U, far above what another processor's rounding does
 
 
 def measure(values: Values, _: CheckSpec) -> Outcome:
-    """dx_um and dy_um with U. Raises NoResult without both records or a model."""
+    """dx_um and dy_um with U. Raises NoResult without both records or a model, or for records that no model can be
+    compared with."""
     model = values.get("model")
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)
+    records = {k: v for k, v in values.items() if isinstance(v, Record) and k in BANDS}
+    faults = [reason.within(key, record.name) for key, record in records.items() for reason in unusable(record)]
+    if faults:
+        raise NoResult(together(faults))
     data = _dataset(values, "low", "high")
     if data is None:
         raise NoResult(Cause.NOT_MEASURED, record=" and ".join(k for k in ("low", "high") if k not in values))

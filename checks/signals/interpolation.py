@@ -16,16 +16,15 @@ import scipy.fft
 
 from checks.arrays import Array, Complex
 from checks.record import Record
+from checks.signals.spectral.unexplained import DrivePart, blocks, power
 
 PERIODS_M = (0.3e-6, 6e-6)  # of scales that are read by interpolation
 WHOLE = 5.0  # periods within the motion, at least: a curve of few bends is the strut's
 STANDS_OUT = 10.0  # times the median over all periods: chance makes it once in 1e30 records
 LINES = 3  # the period and two of its harmonics
-BINS, ORDER = 24, 3  # of the spectrum at once, and of the polynomials for response and transient
 CELL_M = 10e-9  # of position, in which the residual is added up
 LONGEST_M = 10e-3  # of a motion: no strut goes as far, and nothing is to be found in what says so
 FINE = 8  # places within the resolution over 1 / period
-LEAST_BLOCKS = 20  # of a record that says anything
 ROUNDS = 4  # each weighs by what the last one left
 ZEROED = 50.0  # of the sum of squares in standard deviations: chance makes it once in 1e10 records
 
@@ -48,11 +47,11 @@ Errors = tuple[PeriodicError, ...]
 
 @dataclass(frozen=True, eq=False)
 class _Left:
-    """What the drive does not explain. x (N,) reading [m]; Q (B, BINS, 2 (ORDER + 1)) what it explains in each of B
-    blocks of the spectrum; E (B, BINS) the reading's part that is left."""
+    """What the drive does not explain. x (n,) reading [m]; drive: what it explains; E (B, BINS) the reading's part that
+    is left."""
 
     x: Array
-    Q: Complex
+    drive: DrivePart
     E: Complex
 
     @classmethod
@@ -60,26 +59,15 @@ class _Left:
         """None for a record that has no such channel, is too short, or moves as no strut does."""
         if channel not in record.channels or drive not in record.channels:
             return None
-        n = scipy.fft.prev_fast_len(record.t.size, real=True)
-        if not np.ptp(record[channel]) < LONGEST_M:
-            return None
-        U = _blocks(record[drive][:n])
-        if len(U) < LEAST_BLOCKS:
-            return None
-        powers = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
-        explaining = np.concatenate([U[..., None] * powers, np.broadcast_to(powers, (*U.shape, ORDER + 1))], axis=2)
-        Q = np.linalg.qr(explaining)[0]
-        x = record[channel][:n]
-        return cls(x, Q, _off(_blocks(x), Q))
+        part = DrivePart.of(record[drive]) if np.ptp(record[channel]) < LONGEST_M else None
+        return None if part is None else cls(record[channel][: part.n], part, part.left(record[channel]))
 
     def period(self, known: Errors) -> float | None:
         """Of the strongest line over position that is not known, None where none stands out."""
         E = self._less(known)
-        spectrum = np.zeros(self.x.size // 2 + 1, dtype=complex)
-        weighed = E / _power(E)[:, None]
-        spectrum[1 : weighed.size + 1] = weighed.ravel()
+        weighed = self.drive.in_time(E / power(E)[:, None])
         cells = np.rint(self.x / CELL_M).astype(np.intp)
-        over = np.bincount(cells - cells.min(), scipy.fft.irfft(spectrum, self.x.size))
+        over = np.bincount(cells - cells.min(), weighed)
         n = scipy.fft.next_fast_len(FINE * over.size, real=True)
         k = scipy.fft.rfftfreq(n, CELL_M)
         longest = min(PERIODS_M[1], over.size * CELL_M / WHOLE)
@@ -94,10 +82,10 @@ class _Left:
     def fitted(self, errors: Errors) -> Errors:
         """The same with the cosine and sine that explain most, and periods that do so too."""
         for turn in range(ROUNDS):
-            root = np.sqrt(_power(self._less(errors)))[:, None]
+            root = np.sqrt(power(self._less(errors)))[:, None]
             place = self.x - _error(self.x, errors)
             columns = [_waves(place, errors), *([_slopes(place, errors)] if turn else [])]
-            R = np.array([(_off(_blocks(column), self.Q) / root).ravel() for column in np.concatenate(columns)])
+            R = np.array([(self.drive.off(blocks(column)) / root).ravel() for column in np.concatenate(columns)])
             y = (self.E / root).ravel()
             unit = np.maximum(np.linalg.norm(R, axis=1), 1e-300)  # of a size and of a period
             R /= unit[:, None]
@@ -115,29 +103,11 @@ class _Left:
 
     def cost(self, errors: Errors) -> float:
         """Sum of squares of what is left, in standard deviations of it all."""
-        return 2.0 * float(np.sum(np.abs(self._less(errors)) ** 2 / _power(self.E)[:, None]))
+        return 2.0 * float(np.sum(np.abs(self._less(errors)) ** 2 / power(self.E)[:, None]))
 
     def _less(self, errors: Errors) -> Complex:
         """(B, BINS) what neither the drive nor the errors explain."""
-        return self.E - _off(_blocks(_error(self.x, errors)), self.Q) if errors else self.E
-
-
-def _blocks(x: Array) -> Complex:
-    """(B, BINS) of the transform of x (N,), from the first bin above 0 Hz on."""
-    X = scipy.fft.rfft(x - x.mean())[1:]
-    whole = X.size // BINS * BINS
-    return np.asarray(X[:whole].reshape(-1, BINS))
-
-
-def _off(X: Complex, Q: Complex) -> Complex:
-    """(B, BINS) without what lies in the columns of Q."""
-    return X - (Q @ (np.conj(Q.transpose(0, 2, 1)) @ X[..., None]))[..., 0]
-
-
-def _power(E: Complex) -> Array:
-    """(B,) of each bin, for what the polynomials have taken out."""
-    share = BINS / (BINS - 2 * (ORDER + 1))
-    return np.asarray(np.maximum(share * np.mean(np.abs(E) ** 2, axis=1), 1e-300))
+        return self.E - self.drive.off(blocks(_error(self.x, errors))) if errors else self.E
 
 
 def _between(size: Array, k: int) -> float:

@@ -12,7 +12,8 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Setting
 from checks.record import Record
-from checks.signals.record_checks import ChannelDelay, Expected, dead, delay, mismatches, overload, responds
+from checks.signals.record_checks import ChannelDelay, Expected, dead, delay, mismatches, responds
+from checks.signals.sampling_faults import sampling_faults
 from checks.signals.spectral.frf import Frf
 from specs.bench_ranges import GAIN_UM_PER_V, RECORDED_V, STATIC_HZ
 from specs.spec import CheckSpec
@@ -24,6 +25,8 @@ LOOKS = {  # what a channel of the bench can be at all, largest departure from i
     "de": Expected(1e-9, 4e-4),
     "da": Expected(1e-9, 4e-4),
 }
+MOTIONS = ("de", "da")
+PREFIXES = {"um": 1e-6, "nm": 1e-9, "mm": 1e-3}  # the likeliest first
 LOOKED_AT = 16  # every 16th sample tells the size of a channel
 DELAY_HZ = (350.0, 1000.0)  # above the resonances that carry the response: phase is 0 or 180 degrees but for the delay
 EXCUSED_ZERO, EXCUSED_POLE = 0.2, 0.1  # around the zero of Vs and the resonance coherence may drop ([STB] 3.2.4)
@@ -98,14 +101,38 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 
 
 def _wrong_channels(record: Record) -> list[Reason]:
-    """The first kind of fault that channels of a record show: dead, of another channel's size, clipped."""
-    columns = {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
+    """The first kind of fault that channels of a record show: dead, of another channel's size, faults of sampling."""
+    columns = _looked_at(record)
     still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only where a part stands still
     return (
         [reason for n in still for reason in dead(n, record[n])]
-        or list(mismatches(columns, LOOKS))
-        or [reason for c in OUTPUTS if c in record.channels for reason in overload(c, record[c])]
+        or list(_wrong_sizes(columns))
+        or list(sampling_faults(record))
     )
+
+
+def unusable(record: Record) -> list[Reason]:
+    """Why no model can be compared with a record: a motion in another unit, or faults of sampling. Channels that are
+    dead, reversed or exchanged are left to the comparison, which names them."""
+    in_another_unit = [r for r in _wrong_sizes(_looked_at(record)) if r.cause is Cause.CHANNEL_UNIT]
+    return in_another_unit or list(sampling_faults(record))
+
+
+def _looked_at(record: Record) -> dict[str, Array]:
+    return {n: record[n][::LOOKED_AT] for n in LOOKS if n in record.channels}
+
+
+def _wrong_sizes(columns: Mapping[str, Array]) -> Iterator[Reason]:
+    """Channels that do not look like their names; a motion that is plausible in nm, um or mm is said to be so."""
+    for reason in mismatches(columns, LOOKS):
+        channel, value = reason.parameters["channel"], reason.parameters.get("value", 0.0)
+        expected = LOOKS[channel]
+        fitting = [unit for unit, m in PREFIXES.items() if expected.lo <= m * value <= expected.hi]
+        if reason.cause is Cause.CHANNEL_SIZE and channel in MOTIONS and fitting:
+            about = {"value": value, "hi": expected.hi, "unit": "m", "guess": fitting[0]}
+            yield because(Cause.CHANNEL_UNIT, channel=channel, **about)
+        else:
+            yield reason
 
 
 def vet_responses(key: str, file: str, frf: Frf) -> None:

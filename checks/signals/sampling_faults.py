@@ -1,0 +1,289 @@
+"""Faults of sampling, seen in a record before any model: clipped or held values, lost samples, a clock that jitters.
+
+None of them is a linear effect of the strut or its bench, and each ends in responses that look sound: noisier, or with
+poles where nothing resonates. Two looks find them. What the drive does not explain, block by block of the spectrum and
+each block over its own power, is even in time for any linear system in noise; where it bursts, something happened. And
+a sample can be foretold from those before it, but for the noise; where it cannot, by far, the series was cut there.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from checks.arrays import Array, Complex
+from checks.cause import Cause, Reason, because
+from checks.record import Record
+from checks.signals.record_checks import overload
+from checks.signals.spectral.segments import hann
+from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
+from specs.labels import CHANNEL_LABELS
+
+OUTPUTS = ("Vs", "de", "da")
+# Equal samples in a row: at the turns of a signal that is coarsely quantised some follow each other, with the longest
+# run of 1e5 no more than three times as long as that of each thousand.
+HELD_SAMPLES, HELD_BY = 12, 5.0
+MOVING = 0.1  # of its standard deviation: the drive is not at rest
+SLOT = 64  # samples: a burst is told by the power within so many
+BURST = 2.5  # times the median over all slots; 1.4 on sound records, and 3 and more for two lost samples
+AHEAD = 12  # samples before from which one is foretold
+TRAINED_ON = 8000
+JUMP, SURE_JUMP = 10.0, 30.0  # standard deviations of what cannot be foretold; 5.5 on sound records
+ABOUT = 8  # stretches to one side that say how well a sample is foretold there
+CREST = 3  # equal samples at the extreme; two neighbours are so at the crest of any sine
+TOGETHER = 4  # samples within which channels jump at once
+CORRELATED = 4096  # samples of a segment in which a shift is looked for
+SHIFT_STANDS_OUT = 8.0  # standard deviations of the correlation
+DISTURBED = 0.5  # of a channel's standard deviation that the drive does not explain of some of its samples
+SPREAD = 8 * SLOT  # samples about a burst in which it may have begun
+UNEXPLAINED = 0.1  # of the power where there is most: a shift within the record leaves more
+PART = 16  # samples whose motion and error are held against each other
+JITTER_s = 1.5e-6  # a clock has below 0.1 us; 2 us take 2 % of a response at 2 kHz away as noise
+JITTER_SURE = 10.0  # standard deviations
+JITTER_SHARE = 0.1  # of what is left: below, jitter is not what matters
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What is looked at: the record's channels with the drive first, and what the drive leaves of the others."""
+
+    record: Record
+    drive: str
+    part: DrivePart
+    left: dict[str, Complex]
+    found: dict[str, Array] = field(default_factory=dict)  # what cannot be foretold, by channel
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        return (self.drive, *self.left)
+
+    def foretold(self, channel: str) -> Array:
+        """Return how far each sample (N,) is off what those before it foretell, in standard deviations about there."""
+        if channel not in self.found:
+            self.found[channel] = _off_foretold(self.record[channel])
+        return self.found[channel]
+
+
+_KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictionary()
+
+
+def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
+    """Return why a record must not be used, whatever it is compared with; empty if it is sound.
+
+    Each record is looked at once: several checks ask for the same one."""
+    known = _KNOWN.setdefault(record, {})
+    there = tuple(c for c in outputs if c in record.channels)
+    key = " ".join((drive, *there))
+    if key not in known:
+        known[key] = _faults(record, drive, there) if drive in record.channels else ()
+    return known[key]
+
+
+def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason, ...]:
+    clipped = [reason for c in outputs for reason in overload(c, record[c])]
+    if clipped:
+        return tuple(clipped)
+    held = [reason for c in outputs for reason in _held(record, c, drive)]
+    if held:
+        return tuple(held)
+    part = DrivePart.of(record[drive]) if np.ptp(record[drive]) > 0.0 else None
+    moving = [c for c in outputs if np.ptp(record[c]) > 0.0]
+    if part is None or not moving:
+        return ()
+    look = _Look(record, drive, part, {c: part.left(record[c]) for c in moving})
+    return _lost(look) or _jitter(look)
+
+
+def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
+    """A channel that stays at one value while the drive moves: the longest such run; clipped, at its extreme."""
+    x, u = record[channel], record[drive]
+    i, n, usual = _longest_run(x)
+    if n < max(HELD_SAMPLES, HELD_BY * usual) or not np.std(u[i : i + n]) > MOVING * np.std(u):
+        return ()
+    if x[i] in (x.max(), x.min()):
+        return _clipped(channel, x, x[i])
+    return (because(Cause.CHANNEL_HELD, channel=channel, count=n, at_s=_at(record, i), value=x[i], reference=drive),)
+
+
+def _longest_run(x: Array) -> tuple[int, int, int]:
+    """First sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000 keep."""
+    first = np.concatenate([[0], np.flatnonzero(np.diff(x)) + 1])
+    lengths = np.diff(np.concatenate([first, [x.size]]))
+    at = int(np.argmax(lengths))
+    usual = np.searchsorted(np.cumsum(np.bincount(lengths)), 0.999 * lengths.size)
+    return int(first[at]), int(lengths[at]), int(usual)
+
+
+def _clipped(channel: str, x: Array, value: float) -> tuple[Reason, ...]:
+    end, count = "largest" if value == x.max() else "smallest", np.count_nonzero(x == value)
+    return (because(Cause.CHANNEL_CLIPPED, channel=channel, count=count, end=end, value=value, where=""),)
+
+
+def _at(record: Record, sample: int) -> float:
+    return float(record.t[sample] - record.t[0])
+
+
+def _lost(look: _Look) -> tuple[Reason, ...]:
+    """Samples missing in all channels or in one, or a disturbed one: where what the drive does not explain bursts, or
+    where a channel jumps and is late or early from there on."""
+    bursts = [sample for E in look.left.values() if (sample := _burst(look.part, E)) is not None]
+    if not bursts:
+        if not any(_unexplained_share(look, c) > UNEXPLAINED for c in look.left):
+            return ()
+        cut = {c: int(np.argmax(z)) for c in look.channels if (z := look.foretold(c)).max() > SURE_JUMP}
+        return _slipped(look, cut) if cut else ()
+    first, last = max(AHEAD, min(bursts) - SPREAD), max(bursts) + SLOT + SPREAD
+    u = look.record[look.drive]
+    i, n, _ = _longest_run(u[first:last])
+    if n >= max(HELD_SAMPLES, HELD_BY * _longest_run(u)[2]):
+        value, at, other = u[first + i], _at(look.record, first + i), next(iter(look.left))
+        return (because(Cause.CHANNEL_HELD, channel=look.drive, count=n, at_s=at, value=value, reference=other),)
+    cut = {c: first + int(np.argmax(z)) for c in look.channels if (z := look.foretold(c)[first:last]).max() > JUMP}
+    if not cut:
+        return ()  # a bench that was hit, say: it is in the noise
+    return _cut_together(look, cut) or _slipped(look, cut) or _disturbed(look, cut, slice(first, last))
+
+
+def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
+    """A block that is missing in every channel: drive and outputs jump at once. Where the drive goes on, somebody may
+    have hit the bench."""
+    at = cut.get(look.drive)
+    together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
+    if len(together) < 2 or at is None:
+        return ()
+    names = ", ".join(CHANNEL_LABELS.get(c, c) for c in together)
+    return (because(Cause.SAMPLES_LOST, channels=names, at_s=_at(look.record, at)),)
+
+
+def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
+    """The channels that come earlier or later from where they jump on."""
+    shifts = [(c, at, _shift(look, c, at)) for c, at in cut.items()]
+    return tuple(
+        because(
+            Cause.CHANNEL_SLIPPED, channel=c, samples=abs(n), ms=1e3 * abs(n) / look.record.fs, at_s=_at(look.record, i)
+        )
+        for c, i, n in shifts
+        if n
+    )
+
+
+def _disturbed(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason, ...]:
+    """One channel that jumps on its own, by much."""
+    if len(cut) != 1:
+        return ()
+    ((channel, at),) = cut.items()
+    x = look.record[channel]
+    for extreme in (x.max(), x.min()):
+        if np.count_nonzero(x[near] == extreme) >= CREST:
+            return _clipped(channel, x, extreme)
+    reference = next(iter(look.left)) if channel == look.drive else look.drive
+    if channel in look.left and not np.ptp(look.part.in_time(look.left[channel])[near]) > DISTURBED * np.std(x):
+        return ()
+    return (because(Cause.CHANNEL_DISTURBED, channel=channel, reference=reference, at_s=_at(look.record, at)),)
+
+
+def _unexplained_share(look: _Look, channel: str) -> float:
+    """Part of a channel's power that the drive does not explain, of half of the blocks that hold power at all."""
+    size = power(blocks(look.record[channel][: look.part.n]))
+    strong = size >= np.quantile(size, 0.8)
+    return float(np.median(power(look.left[channel])[strong] / size[strong])) * SHARE
+
+
+def _burst(part: DrivePart, E: Complex) -> int | None:
+    """First sample of the slot where most is left unexplained, each block over its own power; None if it is even."""
+    left = part.in_time(E / np.sqrt(power(E))[:, None])
+    whole = left.size // SLOT * SLOT
+    size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
+    top = int(np.argmax(size))
+    return top * SLOT if size[top] > BURST * float(np.median(size)) else None
+
+
+def _off_foretold(x: Array) -> Array:
+    """(N,) errors of linear prediction over their standard deviation about there; 0 for the first AHEAD samples."""
+    centred = (x - x.mean()) / (np.std(x) or 1.0)
+    at = np.unique(np.linspace(AHEAD, x.size - 1, min(x.size, TRAINED_ON)).astype(np.intp))
+    before = np.stack([centred[at - k] for k in range(1, AHEAD + 1)], axis=1)
+    squares = before.T @ before
+    weights = np.linalg.solve(squares + 1e-13 * np.trace(squares) * np.eye(AHEAD), before.T @ centred[at])
+    error = np.abs(np.convolve(centred, np.concatenate([[1.0], -weights]))[: x.size])
+    error[:AHEAD] = 0.0
+    width = 4 * SLOT
+    whole = error.size // width * width
+    if not whole:
+        return np.zeros_like(error)
+    median = np.median(error[:whole].reshape(-1, width), axis=1)
+    # A drive that begins raises the error from there on: no jump. So the side where it is larger counts.
+    padded = np.pad(median, ABOUT - 1, mode="edge")
+    sides = np.median(sliding_window_view(padded, ABOUT), axis=1)
+    scale = np.maximum(np.maximum(sides[: median.size], sides[-median.size :]), np.median(error))
+    out = np.zeros_like(error)
+    out[:whole] = 0.6745 * error[:whole] / np.repeat(np.maximum(scale, 1e-12), width)
+    return out
+
+
+def _shift(look: _Look, channel: str, at: int) -> int:
+    """Samples by which a channel comes earlier after a cut than before it; 0 if it does not, or the parts are short."""
+    u = look.record[look.drive]
+    y = look.record[channel]
+    if channel == look.drive:
+        u, y = look.record[next(iter(look.left))], u
+    both = [_cross_spectrum(u[part], y[part]) for part in (slice(0, at), slice(at, None))]
+    if any(S is None for S in both):
+        return 0
+    before, after = (S for S in both if S is not None)
+    product = after * before.conj()
+    size = np.abs(product)
+    driven = size > 1e-6 * size.max()
+    along = np.fft.irfft(np.where(driven, product / np.maximum(size, 1e-300), 0.0))
+    lag = int(np.argmax(along))
+    if not along[lag] > SHIFT_STANDS_OUT * np.std(along):
+        return 0
+    lag = lag if lag < CORRELATED // 2 else lag - CORRELATED
+    return -lag
+
+
+def _cross_spectrum(u: Array, y: Array) -> Complex | None:
+    count = u.size // (CORRELATED // 2) - 1
+    if count < 2:
+        return None
+    window = hann(CORRELATED)
+    total = np.zeros(CORRELATED // 2 + 1, dtype=complex)
+    for i in range(count):
+        part = slice(i * CORRELATED // 2, i * CORRELATED // 2 + CORRELATED)
+        U, Y = (np.fft.rfft(window * (x[part] - x[part].mean())) for x in (u, y))
+        total += U.conj() * Y
+    return total
+
+
+def _jitter(look: _Look) -> tuple[Reason, ...]:
+    """Times of samples that scatter: the error of each is its velocity times that of its time, so the error grows with
+    the velocity, sample by sample. Two channels must say so: an encoder's interpolation alone looks alike."""
+    found = [s for c, E in look.left.items() if (s := _time_error(look, c, E)) > JITTER_s]
+    return (because(Cause.SAMPLING_JITTER, jitter_us=1e6 * max(found)),) if len(found) > 1 else ()
+
+
+def _time_error(look: _Look, channel: str, E: Complex) -> float:
+    """Standard deviation [s] of the times of a channel's samples; 0 if its error does not go with its velocity."""
+    y = look.record[channel][: look.part.n]
+    velocity = np.gradient(y) * look.record.fs
+    rough = np.diff(look.part.in_time(E), 2)  # differs from sample to sample, as nothing that drifts or creeps does
+    whole = rough.size // PART * PART
+    error = np.mean((rough[:whole] ** 2 / 6.0).reshape(-1, PART), axis=1)
+    motion = np.mean((velocity[1 : whole + 1] ** 2).reshape(-1, PART), axis=1)
+    mean = float(np.mean(motion))
+    if error.size < 10 * PART or mean == 0.0:
+        return 0.0
+    error = np.minimum(error, np.quantile(error, 0.999))
+    # A response that depends on the level errs with higher powers of the motion.
+    place = np.mean(((y - y.mean())[1 : whole + 1] ** 2).reshape(-1, PART), axis=1)
+    place /= max(float(np.mean(place)), 1e-300)
+    A = np.column_stack([np.ones_like(motion), motion / mean, (motion / mean) ** 2, place])
+    found = np.linalg.lstsq(A, error, rcond=None)[0]
+    rest, share = float(found[0]), float(found[1])
+    left = error - A @ found
+    sd = float(np.sqrt(np.var(left) * np.linalg.pinv(A.T @ A)[1, 1]))
+    if share < max(JITTER_SURE * sd, JITTER_SHARE * abs(rest)):
+        return 0.0
+    return float(np.sqrt(SHARE * share / mean))
