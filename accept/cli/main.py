@@ -63,6 +63,7 @@ COMMANDS: dict[str, Command | Group] = {
             "check": Command("trust.store:check", "Walk the chain of events."),
             "log": Command("trust.store:log", "Who did what, when, with which verdict, by which spec and code."),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
+            "publish": Command("trust.store:publish_list", "Publish judgements and signatures, as hashes."),
             "copies": Command("trust.store:copies", "Recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),

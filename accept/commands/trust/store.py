@@ -13,13 +13,16 @@ from accept.base.console import clear_errors, operator_name, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.trust import keys
+from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
 from accept.judging.copies import RESOLVED, resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
 from accept.store.chain import START
-from accept.store.seal import head_problem
+from accept.store.opening import BENCH_KEY
+from accept.store.seal import head_problem, own_key
 
 
 @clear_errors
@@ -66,6 +69,21 @@ def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdo
     else:
         write_atomic(out, text.encode())
         say(f"event {signed.head.seq}: head in {out}; `accept store check --head {out}` holds the store against it")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def publish_list(
+    file: Annotated[Path, typer.Argument(help="The list, shared with other benches; made if absent.")],
+) -> Exit:
+    """Publish this bench's judgements and signatures, as hashes, for `accept verify --log FILE`."""
+    ca = keys.ca(home())
+    bench = keys.bench_certificate(home(), ca)
+    if bench is None:
+        raise keys.KeysError("this bench has no certificate of the authority: accept keys request --role bench")
+    with open_store() as store:
+        new = publish(store, file, bench, own_key(home() / BENCH_KEY))
+    stdout.print(f"{new.name}: {len(new.entries)} entries up to event {new.head.seq} in {file}")
     return Exit.ACCEPTED
 
 

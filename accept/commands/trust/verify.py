@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -11,13 +12,18 @@ from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import busy
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
+from accept.certificate.trust.published_list import BenchList
 from accept.certificate.trust.revocation import beside, revoked_in
+from accept.certificate.verify.against_list import check_list, trusted_lists
 from accept.certificate.verify.against_store import check_store
 from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
-from accept.certificate.verify.verification import Validity, Verification, verify
+from accept.certificate.verify.verification import Known, Validity, Verification, verify
 from accept.commands.options import LargeRecords
 from accept.commands.trust.bench_keys import DEMO
+from accept.judging.result import UnitResult
 from specs.errors import AcceptError
 from specs.spec import load
 
@@ -34,7 +40,7 @@ class RequirementError(AcceptError, ValueError):
 class VerifyOptions:
     """trust: CA certificates instead of this bench's. records: folder with what was too large to attach. require: what
     must be true beside validity. spec: the spec that it must have been judged by. demo: of a demonstration. stamping:
-    root certificates of time stamping authorities."""
+    root certificates of time stamping authorities. lists: files that benches publish, the newest and earlier copies."""
 
     trust: Sequence[Path] = ()
     records: Path | None = None
@@ -42,6 +48,7 @@ class VerifyOptions:
     spec: str | None = None
     demo: bool = False
     stamping: Sequence[Path] = ()
+    lists: Sequence[Path] = ()
 
 
 @clear_errors
@@ -55,10 +62,13 @@ def run(
     spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None,
     demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False,
     tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None,
+    log: Annotated[
+        list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
+    ] = None,
 ) -> Exit:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
     required = [word.strip() for word in require.split(",") if word.strip()]
-    options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [])
+    options = VerifyOptions(trust or [], records, required, spec, demo, tsa_trust or [], log or [])
     unknown = [word for word in options.require if word not in REQUIREMENTS and not word.startswith(SERIAL)]
     if unknown:
         known = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
@@ -109,10 +119,20 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     unlisted = [path for path in paths if not options.demo and not beside(path).is_file()]
     revoked = [r for path, ca in zip(paths, trust, strict=True) for r in revoked_in(beside(path), ca)]
     judge = rejudge_demo if options.demo else rejudge
-    known = None if options.demo else check_store
+    known = None if options.demo else _known(trusted_lists(options.lists, trust) if options.lists else None)
     stamping = [keys.certificate_of(path) for path in options.stamping] or keys.stamping_roots(place)
     report = verify(
         pdf, trust, judge, demo=options.demo, records=options.records, revoked=revoked, known=known, stamping=stamping
     )
     said = tuple(f"no list of revoked keys was looked at: {beside(path)} is not there" for path in unlisted)
     return replace(report, details=(*report.details, *said))
+
+
+def _known(lists: Sequence[BenchList] | None) -> Known:
+    """What is asked about a certificate: the bench's store, and the published lists if any are given."""
+
+    def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
+        listed = [] if lists is None else check_list(signed, contents, when, lists)
+        return [*check_store(signed, contents, when, again), *listed]
+
+    return ask

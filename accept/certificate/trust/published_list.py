@@ -1,0 +1,184 @@
+"""The list that benches publish: every judgement and every signature, without values, to be checked by anybody.
+
+A bench writes its part with `accept store publish FILE`: an entry for each judgement and each signature of its store,
+and a signed checkpoint with the Merkle root over them. Who holds the authority's certificate and the file sees whether
+a certificate is in its bench's store, and whether the unit was judged again since. Who kept an earlier file sees that
+the new one was only appended to.
+
+A serial stands in the list as a hash, and no value and no verdict stands in it.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path, PurePath
+from typing import Any
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from accept.base.atomic_files import write_atomic
+from accept.certificate.contents.content import canonical
+from accept.certificate.trust import authority, merkle
+from accept.certificate.trust.keys import BENCH, public_of
+from accept.store import Event, Store, StoreHead
+from specs.errors import AcceptError
+from specs.files import CERTIFICATE_BYTES, read_bounded
+
+JUDGED, SIGNED = "unit_judged", "certificate_signed"
+_STARTED = "attempt_started"
+_ATTEMPT = re.compile(r"attempt-(\d+)")  # the folder of an attempt in the workflow
+_KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
+
+
+class ListError(AcceptError, ValueError):
+    """A published list that cannot be used; the text names the file and what is wrong."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One event. unit: hash of the serial; content: hash of the result, or of the signed certificate; event: hash in
+    the store's chain; attempt: number of the judgement, 0 for a signature."""
+
+    seq: int
+    time: str
+    what: str
+    unit: str
+    content: str
+    event: str
+    attempt: int = 0
+
+    def leaf(self) -> bytes:
+        """Return the hash of this entry in the tree."""
+        return merkle.leaf_hash(json.dumps(vars(self), sort_keys=True, separators=(",", ":")).encode())
+
+
+@dataclass(frozen=True)
+class BenchList:
+    """What one bench published. bench: its certificate; head: of its store; time: of publishing, UTC, ISO 8601."""
+
+    bench: x509.Certificate
+    entries: tuple[Entry, ...]
+    head: StoreHead
+    time: str
+    signature: str = ""
+
+    @property
+    def name(self) -> str:
+        """What the bench is called."""
+        return authority.person_of(self.bench)
+
+    @cached_property
+    def leaves(self) -> list[bytes]:
+        """Hashes of the entries, in order."""
+        return [entry.leaf() for entry in self.entries]
+
+    def text(self) -> bytes:
+        """Return what the bench signs: how many entries, their root, the head of its store, the time."""
+        root = merkle.root(self.leaves).hex()
+        return f"accept list\n{len(self.entries)}\n{root}\n{self.head}\n{self.time}\n".encode()
+
+    def extends(self, earlier: "BenchList") -> bool:
+        """Return whether an earlier list of the same bench is the beginning of this one, by a consistency proof."""
+        if not earlier.entries:
+            return True
+        if len(earlier.entries) > len(self.entries):
+            return False
+        proof = merkle.consistency_proof(self.leaves, len(earlier.entries))
+        sizes = len(earlier.entries), len(self.entries)
+        return merkle.is_consistent(*sizes, merkle.root(earlier.leaves), merkle.root(self.leaves), proof)
+
+
+def unit_key(serial: str) -> str:
+    """Return what stands for a serial in a list."""
+    return hashlib.sha256(f"accept unit {serial}".encode()).hexdigest()
+
+
+def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
+    """Return the entries of a store's events, in order."""
+    found, judged, started = [], dict[str, int](), set[str]()
+    for event in events:
+        if event.what == _STARTED:
+            started.add(event.subject)
+        if event.what not in (JUDGED, SIGNED) or not event.subject:
+            continue
+        content, attempt = str(event.data.get("sha256", "")), 0
+        if event.what == JUDGED:
+            judged[event.subject] = attempt = judged.get(event.subject, 0) + 1
+            content = hashlib.sha256(canonical(event.data["result"])).hexdigest()
+            folder = _ATTEMPT.fullmatch(PurePath(str(event.data["path"])).name)
+            attempt = int(folder[1]) if folder and event.subject in started else attempt
+        found.append(Entry(event.seq, event.time, event.what, unit_key(event.subject), content, event.hash, attempt))
+    return tuple(found)
+
+
+def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519PrivateKey) -> BenchList:
+    """Write what this bench's store holds into a list, beside what other benches published in the same file.
+
+    Raises ListError for a store that does not go on from what the bench published before, StoreError, OSError."""
+    others = read(path) if path.exists() else []
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    unsigned = BenchList(bench, entries_of(store.events()), store.head(), now)
+    for earlier in others:
+        if public_of(earlier.bench) == public_of(bench) and not unsigned.extends(earlier):
+            raise ListError(f"{path}: this bench published {len(earlier.entries)} entries that its store does not hold")
+    new = BenchList(bench, unsigned.entries, unsigned.head, now, key.sign(unsigned.text()).hex())
+    kept = [other for other in others if public_of(other.bench) != public_of(bench)]
+    document = {"format": 1, "lists": [_to_json(one) for one in sorted([*kept, new], key=lambda one: one.name)]}
+    write_atomic(path, json.dumps(document, indent=0).encode() + b"\n")
+    return new
+
+
+def read(path: Path) -> list[BenchList]:
+    """Return the lists in a file. Raises ListError, OSError."""
+    try:
+        document = json.loads(read_bounded(path, CERTIFICATE_BYTES))
+        if document["format"] != 1:
+            raise ListError(f"{path}: has format {document['format']!r}, this program reads 1")
+        return [_from_json(given) for given in document["lists"]]
+    except (KeyError, TypeError, ValueError, RecursionError) as e:
+        if isinstance(e, ListError):
+            raise
+        raise ListError(f"{path}: is not a published list ({type(e).__name__}: {e})") from e
+
+
+def check(lists: Sequence[BenchList], roots: Sequence[x509.Certificate], path: Path) -> None:
+    """Raise ListError for a list that no bench of a trusted authority signed as it is."""
+    for one in lists:
+        key = one.bench.public_key()
+        if not any(authority.issued_by(one.bench, ca) for ca in roots) or authority.role_of(one.bench) != BENCH:
+            raise ListError(f"{path}: the list of {one.name} is of no bench of a trusted authority")
+        try:
+            if not isinstance(key, Ed25519PublicKey):
+                raise ListError(f"{path}: the key of {one.name} is of another kind")
+            key.verify(bytes.fromhex(one.signature), one.text())
+        except (InvalidSignature, ValueError) as e:
+            raise ListError(f"{path}: the list of {one.name} was changed after the bench signed it") from e
+
+
+def _to_json(one: BenchList) -> dict[str, Any]:
+    return {
+        "bench": one.bench.public_bytes(Encoding.PEM).decode("ascii"),
+        "entries": [list(vars(entry).values()) for entry in one.entries],
+        "head": str(one.head),
+        "time": one.time,
+        "root": merkle.root(one.leaves).hex(),
+        "signature": one.signature,
+    }
+
+
+def _from_json(given: Mapping[str, Any]) -> BenchList:
+    bench = x509.load_pem_x509_certificate(str(given["bench"]).encode("ascii"))
+    entries: list[Entry] = []
+    for row in given["entries"]:
+        if len(row) != len(_KEYS) or any(type(v) is not kind for v, kind in zip(row, _KEYS.values(), strict=True)):
+            raise ListError(f"entry {len(entries) + 1} is not of {', '.join(_KEYS)}")
+        entries.append(Entry(*row))
+    datetime.fromisoformat(given["time"])
+    return BenchList(bench, tuple(entries), StoreHead.parse(given["head"]), given["time"], str(given["signature"]))

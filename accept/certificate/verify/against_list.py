@@ -1,0 +1,94 @@
+"""What the benches' published list knows of a certificate: whether its bench's store holds it, and what was judged
+since then. It takes the authority's certificate and the file, and no store."""
+
+import hashlib
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from cryptography import x509
+
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.step import Step
+from accept.certificate.trust.keys import public_of
+from accept.certificate.trust.published_list import (
+    JUDGED,
+    SIGNED,
+    BenchList,
+    Entry,
+    ListError,
+    check,
+    read,
+    unit_key,
+)
+from accept.certificate.verify.stated_check import SAME_SECOND
+
+
+def trusted_lists(paths: Sequence[Path], roots: Sequence[x509.Certificate]) -> list[BenchList]:
+    """Return the newest list of each bench in these files. Earlier copies must be the beginning of later ones.
+
+    Raises ListError, OSError."""
+    newest: dict[str | None, BenchList] = {}
+    for path in paths:
+        lists = read(path)
+        check(lists, roots, path)
+        for one in lists:
+            other = newest.setdefault(public_of(one.bench), one)
+            longer, shorter = (one, other) if len(one.entries) > len(other.entries) else (other, one)
+            if not longer.extends(shorter):
+                raise ListError(f"{path}: the list of {one.name} was rewritten: an earlier copy is not its beginning")
+            newest[public_of(one.bench)] = longer
+    return list(newest.values())
+
+
+def check_list(signed: bytes, contents: CertificateContent, when: datetime, lists: Sequence[BenchList]) -> list[Step]:
+    """Compare a certificate with the published lists.
+
+    signed: the bytes up to the technician's signature, it included; when: its time. Steps are not complete if its
+    bench's list lacks the certificate or its judgement, and if a later attempt is listed."""
+    bench = (contents.provenance.get("head") or {}).get("bench")
+    own = next((one for one in lists if public_of(one.bench) == bench), None)
+    if own is None:
+        return [Step("its bench published nothing in this list", complete=False)]
+    mine = [e for e in own.entries if e.unit == unit_key(contents.serial)]
+    digest = hashlib.sha256(signed).hexdigest()
+    signature = next((e for e in mine if e.what == SIGNED and e.content == digest), None)
+    if signature is None:
+        older = datetime.fromisoformat(own.time) < when
+        why = "was published before it was signed" if older else "does not hold it: it is not of that bench's store"
+        return [Step(f"the list of {own.name} of {_minute(own.time)} {why}", complete=False)]
+    judged = [e for e in mine if e.what == JUDGED and e.seq < signature.seq and e.content == contents.record_sha256]
+    if not judged:
+        return [Step(f"the list of {own.name} holds no judgement with this result", complete=False)]
+    steps = [Step(f"the list of {own.name} of {_minute(own.time)} holds judgement and signature")]
+    if contents.provenance.get("attempt") != judged[-1].attempt:
+        words = f"it states attempt {contents.provenance.get('attempt')}, the list of its bench {judged[-1].attempt}"
+        steps.append(Step(words, complete=False))
+    return [*steps, _later(own, judged[-1], lists)]
+
+
+def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
+    """Newest wins, whichever bench judged last. Benches that share a store publish the same events."""
+    since = datetime.fromisoformat(judged.time) + SAME_SECOND
+    known = {e.event for e in own.entries}
+    later = [
+        entry
+        for one in lists
+        for entry in one.entries
+        if entry.what == JUDGED
+        and entry.unit == judged.unit
+        and (entry.seq > judged.seq if one is own else entry.event not in known and _time(entry.time) > since)
+    ]
+    if later:
+        last = max(later, key=lambda e: e.time)
+        return Step(f"the list knows a later attempt, of {_minute(last.time)}", complete=False, current=False)
+    until = min(one.time for one in lists)
+    return Step(f"the list knows no later attempt, up to {_minute(until)}", current=True)
+
+
+def _time(text: str) -> datetime:
+    return datetime.fromisoformat(text)
+
+
+def _minute(text: str) -> str:
+    return f"{text[:16].replace('T', ' ')} UTC"

@@ -1,0 +1,145 @@
+"""The list that benches publish: append-only by Merkle proofs, and what it shows to who has no store."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from accept.base.home import home
+from accept.certificate.trust import keys, merkle
+from tests.accept.certificate.verify.test_statements import accept, certified, plainly, verified
+
+# Of the reference implementation of [RFC6962]: these entries, and the roots over the first 0 to 8 of them.
+ENTRIES = ["", "00", "10", "2021", "3031", "40414243", "5051525354555657", "606162636465666768696a6b6c6d6e6f"]
+ROOTS = [
+    "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855",
+    "6e340b9cffb37a989ca544e6bb780a2c78901d3fb33738768511a30617afa01d",
+    "fac54203e7cc696cf0dfcb42c92a1d9dbaf70ad9e621f4bd8d98662f00e3c125",
+    "aeb6bcfe274b70a14fb067a5e5578264db0fa9b51af5e0ba159158f329e06e77",
+    "d37ee418976dd95753c1c73862b9398fa2a2cf9b4ff0fdfe8b30cd95209614b7",
+    "4e3bbb1f7b478dcfe71fb631631519a3bca12c9aefca1612bfce4c13a86264d4",
+    "76e67dadbcdf1e10e1b74ddc608abd2f98dfb16fbce75277b5232a127f2087ef",
+    "ddb89be403809e325750d3d263cd78929c2942b7942a34b77e122c9594a74c8c",
+    "5dc9da79a70659a9ad559cb701ded9a2ab9d823aad2f4960cfe370eff4604328",
+]
+LEAVES = [merkle.leaf_hash(bytes.fromhex(entry)) for entry in ENTRIES]
+
+
+def test_roots_are_those_of_the_reference() -> None:
+    assert [merkle.root(LEAVES[:size]).hex() for size in range(9)] == ROOTS
+
+
+def test_every_leaf_is_proven_and_no_other() -> None:
+    for size in range(1, 9):
+        tree = bytes.fromhex(ROOTS[size])
+        for index in range(size):
+            proof = merkle.inclusion_proof(LEAVES[:size], index)
+            assert merkle.is_included(LEAVES[index], index, size, proof, tree)
+            assert not merkle.is_included(LEAVES[(index + 1) % 8], index, size, proof, tree)
+            assert not merkle.is_included(LEAVES[index], (index + 1) % size, size, proof, tree) or size == 1
+            assert not merkle.is_included(LEAVES[index], index, size, [*proof, b"\0" * 32], tree)
+    assert [h.hex() for h in merkle.inclusion_proof(LEAVES, 0)] == [
+        "96a296d224f285c67bee93c30f8a309157f0daa35dc5b87e410b78630a09cfc7",
+        "5f083f0a1a33ca076a95279832580db3e0ef4584bdff1f54c8a360f50de3031e",
+        "6b47aaf29ee3c2af9af889bc1fb9254dabd31177f16232dd6aab035ca39bf6e4",
+    ]
+
+
+def test_every_beginning_is_proven_and_no_rewritten_one() -> None:
+    for size in range(1, 9):
+        for earlier in range(1, size + 1):
+            proof = merkle.consistency_proof(LEAVES[:size], earlier)
+            first, second = bytes.fromhex(ROOTS[earlier]), bytes.fromhex(ROOTS[size])
+            assert merkle.is_consistent(earlier, size, first, second, proof)
+            rewritten = merkle.root([b"\1" * 32, *LEAVES[1:earlier]])
+            assert not merkle.is_consistent(earlier, size, rewritten, second, proof)
+    for wrong in (0, 9):
+        with pytest.raises(IndexError):
+            merkle.consistency_proof(LEAVES, wrong)
+
+
+# --- what it shows away from the bench --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def office(tmp_path: Path) -> Path:
+    """What somebody elsewhere has: the authority's certificate."""
+    keys.init(home(), "correct horse", "Test Technician", authority_passphrase="authority phrase")
+    place = tmp_path / "office"
+    place.mkdir()
+    shutil.copy(keys.folder(home()) / "ca.pem", place / "ca.pem")
+    return place
+
+
+def elsewhere(monkeypatch: pytest.MonkeyPatch, office: Path, pdf: Path, *words: object):  # type: ignore[no-untyped-def]
+    with monkeypatch.context() as patch:
+        patch.setenv("ACCEPT_HOME", str(office / "home"))
+        return verified(pdf, "--trust", office / "ca.pem", *words)
+
+
+def test_replay_shows_up_away_from_the_bench(office: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = tmp_path / "list.json"
+    first = certified(tmp_path, "A-1", serial="A-1").rename(tmp_path / "first.pdf")
+    done = accept("store", "publish", log)
+    assert done.exit_code == 0, done.output
+    assert "A-1" not in log.read_text()
+    done = elsewhere(monkeypatch, office, first, "--log", log, "--require", "current")
+    assert plainly(done), done.output
+    shutil.copy(log, tmp_path / "earlier.json")
+    second = certified(tmp_path, "A-1", serial="A-1", stroke=265.5)
+    done = elsewhere(monkeypatch, office, second, "--log", log)
+    assert (done.exit_code, "published before it was signed" in done.stdout) == (4, True), done.output
+    assert accept("store", "publish", log).exit_code == 0
+    done = elsewhere(monkeypatch, office, first, "--log", log, "--log", tmp_path / "earlier.json")
+    assert (done.exit_code, "knows a later attempt" in done.stdout) == (4, True), done.output
+    assert plainly(elsewhere(monkeypatch, office, second, "--log", log, "--require", "current"))
+
+
+def test_a_deleted_attempt_and_a_rolled_back_store_show_up(
+    office: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bench's own technician measures until it is good, with an empty store each time."""
+    log, kept = tmp_path / "list.json", tmp_path / "earlier.json"
+    certified(tmp_path, "A-1", serial="A-1", stroke=265.5)
+    assert accept("store", "publish", log).exit_code == 0
+    shutil.copy(log, kept)
+    for file in home().glob("store.*"):
+        file.unlink()
+    pdf = certified(tmp_path, "A-1", serial="A-1", stroke=366.1)
+    assert plainly(elsewhere(monkeypatch, office, pdf))  # without the list nobody sees it
+    refused = accept("store", "publish", log)
+    assert (refused.exit_code, "its store does not hold" in refused.stderr) == (6, True)
+    done = elsewhere(monkeypatch, office, pdf, "--log", log)
+    assert done.exit_code == 4, done.output
+    log.unlink()
+    assert accept("store", "publish", log).exit_code == 0  # a new list, without the rejected attempt
+    done = elsewhere(monkeypatch, office, pdf, "--log", log, "--log", kept)
+    assert (done.exit_code, "was rewritten" in done.stderr) == (6, True), done.output
+
+
+def test_a_changed_list_and_a_foreign_one_are_refused(
+    office: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = tmp_path / "list.json"
+    pdf = certified(tmp_path, "A-1", serial="A-1")
+    assert accept("store", "publish", log).exit_code == 0
+    whole = json.loads(log.read_text())
+    entries = whole["lists"][0]["entries"]
+    changes = {
+        "left out": entries[:-1],
+        "changed": [[*entries[0][:-1], entries[0][-1] + 1], *entries[1:]],
+        "of another form": [entry[:-1] for entry in entries],
+    }
+    for words, changed in changes.items():
+        log.write_text(json.dumps({**whole, "lists": [{**whole["lists"][0], "entries": changed}]}))
+        assert elsewhere(monkeypatch, office, pdf, "--log", log).exit_code == 6, words
+    log.write_text("[" * 100_000)
+    assert elsewhere(monkeypatch, office, pdf, "--log", log).exit_code == 6
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "foreign"))
+    keys.init(tmp_path / "foreign", "correct horse", "Test Technician", authority_passphrase="authority phrase")
+    certified(tmp_path, "F-1", serial="F-1")
+    log.unlink()
+    assert accept("store", "publish", log).exit_code == 0
+    done = elsewhere(monkeypatch, office, pdf, "--log", log)
+    assert (done.exit_code, "no bench of a trusted authority" in done.stderr) == (6, True), done.output
