@@ -42,6 +42,28 @@ def _readable(source: Path, declared: Series | CsvTable, channels: Channels) -> 
         records.read(source, declared, channels)
 
 
+def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bool:
+    """Return whether a file has every channel or column that is declared, by their names alone: no data are read.
+
+    A structure, whose channels stand inside it, may fit. channels: our name -> where it stands in the file.
+    """
+    try:
+        found = records.list_channels(source)
+    except (RecordError, OSError):
+        return False
+    if isinstance(declared, CsvTable):
+        return set(declared.columns) <= set(found)
+
+    def there(name: str) -> str:
+        return (channels[name].name or name) if name in channels else name
+
+    needed = {there(name) for name in declared.channels if name != "t"}
+    time = {there(name) for name in ("t", declared.step) if name}
+    timed = bool(time & set(found)) or ("t" in channels and channels["t"].sampling_time_s is not None)
+    vectors = [shape for shape in found.values() if max(shape, default=0) > 1]
+    return not vectors or (needed <= set(found) and timed)
+
+
 def _free_name(folder: Path, name: str, digest: str) -> str:
     path, number = Path(name), 1
     tried = name

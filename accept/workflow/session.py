@@ -87,10 +87,13 @@ class Session:
     def status(self, step: WorkflowStep) -> Status:
         return status_of(step, self.state(step.name), self.spec_name, code_sha256())
 
-    def next_step(self) -> WorkflowStep | None:
-        """The first step that is not complete: where a restarted workflow stands."""
+    def next_step(self, after: str | None = None) -> WorkflowStep | None:
+        """Return the first step that is not complete, where a restarted workflow stands; of those behind `after`, then
+        of those before it."""
         states = {step.name: self.state(step.name) for step in self.steps}
-        return next_step(self.steps, states, self.spec_name, code_sha256())
+        at = next((i + 1 for i, step in enumerate(self.steps) if step.name == after), 0)
+        others = [step for step in (*self.steps[at:], *self.steps[:at]) if step.name != after]
+        return next_step(others, states, self.spec_name, code_sha256())
 
     def judgement(self, step: str) -> StepJudgement | None:
         """The stored judgement of a step where it still holds."""
@@ -169,6 +172,10 @@ class Session:
         form = self.step(step).form_with(declared.name).name
         name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
         return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source), day))
+
+    def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
+        """Return whether a file has the channels of a record of this unit, by their names."""
+        return attach.may_fit(source, declared, channel_map(self.attempt.channels))
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
         """Keep words about a step. Raises EntryError for none."""

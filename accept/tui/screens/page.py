@@ -72,4 +72,4 @@ class Page(Working[bool]):
 
     def action_leave(self) -> None:
         """Back; what takes long is stopped first."""
-        self.stop_or(lambda: self.leave(True))
+        self.stop_or(lambda: self.leave(False))

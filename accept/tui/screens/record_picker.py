@@ -1,8 +1,12 @@
-"""Choosing a record file: the folder's newest first, with time, size and content, looked at again every second, so that
-a record that has just been written appears by itself."""
+"""Choosing a record file: those that fit first, the newest on top, with time, size and content.
+
+The folder is looked at again every second, so that a record that has just been written appears by itself; letters that
+are typed leave the files whose name holds them.
+"""
 
 import os
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
@@ -11,6 +15,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
+from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
 from accept.tui.background.busy_screen import Working
@@ -27,13 +32,17 @@ _MOST = 500  # of one folder
 _PREVIEW_MOST = 64 * 2**20  # bytes of a file that is looked into unasked
 
 
+_HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
+
+
 @dataclass(frozen=True)
 class PickableFile:
-    """One file. mtime: seconds of the epoch."""
+    """One file. mtime: seconds of the epoch; fits: whether it has what is wanted."""
 
     name: str
     mtime: float
     size: int
+    fits: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,15 +53,30 @@ class Listing:
     files: tuple[PickableFile, ...]
 
 
-def look(folder: Path) -> Listing:
-    """Raises OSError."""
+class FitsByFile:
+    """Whether files fit, each looked into once: again only if it has changed."""
+
+    def __init__(self, fits: Callable[[Path], bool]) -> None:
+        self._fits = fits
+        self._known: dict[tuple[Path, float, int], bool] = {}
+
+    def __call__(self, path: Path, mtime: float, size: int) -> bool:
+        key = path, mtime, size
+        if key not in self._known:
+            self._known[key] = size > _PREVIEW_MOST or self._fits(path)
+        return self._known[key]
+
+
+def look(folder: Path, fits: Callable[[Path, float, int], bool] = lambda *_: True) -> Listing:
+    """Return what a folder holds: files that fit before the others, the newest first. Raises OSError."""
     with os.scandir(folder) as found:
         seen = [entry for entry in found if not entry.name.startswith(".")]
     folders = sorted(entry.name for entry in seen if entry.is_dir())
     files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
     listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
     listed.sort(key=lambda entry: (-entry.mtime, entry.name))
-    return Listing(tuple(folders[:_MOST]), tuple(listed[:_MOST]))
+    judged = [replace(entry, fits=fits(folder / entry.name, entry.mtime, entry.size)) for entry in listed[:_MOST]]
+    return Listing(tuple(folders[:_MOST]), tuple(sorted(judged, key=lambda entry: not entry.fits)))
 
 
 def content_words(path: Path, size: int) -> str:
@@ -97,12 +121,18 @@ class Pick(Working[Path | None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "choose", show=False, priority=True),
         Binding("escape", "leave", "Back"),
-        Binding("backspace", "up", "Folder above"),
+        Binding("backspace", "shorten", "Folder above"),
+        Binding("end", "to_row(-1)", show=False, priority=True),
+        Binding("home", "to_row(0)", show=False, priority=True),
     ]
 
-    def __init__(self, what: str, folder: Path) -> None:
+    def __init__(self, what: str, folder: Path, fits: Callable[[Path], bool] = lambda _: True) -> None:
+        """fits: whether a file has what is wanted; asked in a thread."""
         super().__init__()
         self._what, self._folder = what, folder
+        self._fits = FitsByFile(fits)
+        self._placed = 0  # row on which the cursor was put
+        self._typed = ""  # letters that the name must hold
         self._listing: Listing | None = None
         self._first: frozenset[str] = frozenset()
 
@@ -112,7 +142,7 @@ class Pick(Working[Path | None]):
             yield Label("", id="folder", markup=False)
             yield DataTable(id="files", cursor_type="row")
             yield Static("", id="preview", markup=False)
-            yield Label("New files appear here. Enter: choose, Esc: cancel", id="status")
+            yield Label(_HINT, id="status")
 
     def on_mount(self) -> None:
         if not self.alive:
@@ -131,7 +161,7 @@ class Pick(Working[Path | None]):
 
     def _again(self) -> None:
         folder = self._folder
-        self.aside(lambda: (folder, look(folder)), self._looked, "look")
+        self.aside(lambda: (folder, look(folder, self._fits)), self._looked, "look")
 
     def _looked(self, seen: tuple[Path, Listing]) -> None:
         folder, listing = seen
@@ -144,20 +174,29 @@ class Pick(Working[Path | None]):
 
     def _fill(self, listing: Listing) -> None:
         table, now = self.query_one(DataTable), datetime.now().timestamp()
-        before = self._here()
+        before = self._here() if self._moved else ""
         table.clear()
-        names = [f"{entry.name}{'' if entry.name in self._first else '  ← new'}" for entry in listing.files]
+        files = [entry for entry in listing.files if self._typed.lower() in entry.name.lower()]
+        names = [f"{entry.name}{'' if entry.name in self._first else '  ← new'}" for entry in files]
         folders = [f"{name}/" for name in ("..", *listing.folders)]
         column = table.ordered_columns[0]  # left to itself it shows cut names until the program has nothing to do
         column.auto_width, column.width = False, max(map(len, ("file", *names, *folders)))
-        for name, entry in zip(names, listing.files, strict=True):
-            kind = TYPES[Path(entry.name).suffix.lower()]
+        for name, entry in zip(names, files, strict=True):
+            kind = TYPES[Path(entry.name).suffix.lower()] if entry.fits else "no fit"
             cells = (age_words(entry.mtime, now), size_words(entry.size), kind)
-            table.add_row(Text(name), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}")
+            table.add_row(
+                Text(name, "" if entry.fits else "dim"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}"
+            )
         for folder in folders:
             table.add_row(Text(folder), "", "", Text("folder", "dim"), key=f"d:{folder[:-1]}")
         keys = [str(row.value) for row in table.rows]
         table.move_cursor(row=keys.index(before) if before in keys else 0)
+        self._placed = table.cursor_row
+
+    @property
+    def _moved(self) -> bool:
+        """Whether the cursor was moved by hand: else it stays on top, where a new record that fits appears."""
+        return self.query_one(DataTable).cursor_row != self._placed
 
     def _here(self) -> str:
         """Key of the row under the cursor, "" without any."""
@@ -188,7 +227,31 @@ class Pick(Working[Path | None]):
         elif kind == "d":
             self._open(self._folder / name)
 
+    def on_key(self, event: Key) -> None:
+        """Take a letter into the filter."""
+        if event.character is not None and event.is_printable:
+            event.stop()
+            self._filter(self._typed + event.character)
+
+    def _filter(self, text: str) -> None:
+        self._typed = text
+        self.say(f"Files with '{text}' in the name. Backspace: less" if text else _HINT)
+        if self._listing is not None:
+            self._fill(self._listing)
+
+    def action_shorten(self) -> None:
+        """Take back a letter of the filter; without one, go to the folder above."""
+        if self._typed:
+            self._filter(self._typed[:-1])
+        else:
+            self.action_up()
+
+    def action_to_row(self, row: int) -> None:
+        table = self.query_one(DataTable)
+        table.move_cursor(row=row % max(1, table.row_count))
+
     def action_up(self) -> None:
+        self._filter("")
         self._open(self._folder.parent)
 
     def action_leave(self) -> None:

@@ -16,6 +16,8 @@ from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, par
 from accept.workflow.steps.plan import has_files
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 
+TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; nobody reads a refusal and types sooner
+
 
 class StepScreen(StepForm):
     """Values and files of one step, stored one by one; judged as soon as nothing is missing."""
@@ -42,15 +44,20 @@ class StepScreen(StepForm):
         """Save what stands in the line, and go on at once: the next key belongs to the next line."""
         field = await self._typed_field()
         if field is None:
-            self.say("Step complete. ↑ ↓: choose a field to correct. Esc: step list")
-            self.app.bell()
+            self.leave(True)  # nothing is missing here: the list opens the next step
         elif not field.input.value.strip():
+            if not self._has(field.place):
+                self.say(f"{field.place.label} left empty")
             self._go_on(field)
         else:
             self._give(field, field.input.value, repeat=False)
 
     def _give(self, field: Field, text: str, repeat: bool, sure: bool = False) -> None:
-        """Send what was typed to the store, or say beside the field why not. sure: it was asked about already."""
+        """Send what was typed to the store, or say beside the field why not. sure: it was asked about already.
+
+        The cursor goes on at once, because what was typed ahead belongs to the next field, and comes back to what was
+        refused if nothing was.
+        """
         place, step = field.place, self.step.name
         try:
             match place.declared:
@@ -67,7 +74,15 @@ class StepScreen(StepForm):
             field.refuse(text, str(e))
             self.say(f"{field.place.name}: {e}", "bad")
             self.app.bell()
+            self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
         self._go_on(field)
+
+    async def _return_to(self, field: Field) -> None:
+        """Put the cursor back to what was refused, unless something was typed elsewhere meanwhile."""
+        here = await self._typed_field()
+        if here is None or not here.input.value:
+            self.set_focus(field.input)
+            field.input.select_all()
 
     def _take(self, field: Field, measured: Measured, repeat: bool, text: str, sure: bool) -> None:
         place, step = field.place, self.step.name
@@ -125,11 +140,10 @@ class StepScreen(StepForm):
             self.judge()
 
     def _lost(self, field: Field, text: str, why: str) -> None:
-        """It is not on the disk: what was typed comes back; the cursor only where it stands nowhere."""
+        """It is not on the disk: what was typed comes back, and the cursor, unless something else was typed already."""
         field.arrived()
         field.refuse(text, why)
-        if self.focused is None:
-            self._go_on(None)
+        self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
 
     async def action_pick(self) -> None:
         field = await self._typed_field()
@@ -138,9 +152,11 @@ class StepScreen(StepForm):
         if field is None:
             self.say("No empty field for a file. ↑ ↓: choose the field to replace", "bad")
             return
-        chosen = field
+        chosen, declared = field, field.place.declared
+        if not isinstance(declared, Series | CsvTable):
+            return
         await self.app.push_screen(
-            Pick(chosen.place.name, self.bench.records),
+            Pick(chosen.place.name, self.bench.records, partial(self.session.may_fit, declared)),
             lambda path: self._give(chosen, self._from_records(path), repeat=False) if path else None,
         )
 

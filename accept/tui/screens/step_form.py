@@ -15,6 +15,8 @@ from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
 from checks.declare import Measured
 
+COMPLETE = "Step complete. Enter: next step, ↑ ↓: correct a field, Esc: step list"
+
 
 class StepForm(StepView):
     """Lays out the fields and moves the cursor, always at once, so that every key has its field."""
@@ -39,7 +41,7 @@ class StepForm(StepView):
     async def on_mount(self) -> None:
         await self._lay_out()
         self.show()
-        self.say("Step complete. Esc: step list" if self.complete else "Enter: save the field")
+        self.say(COMPLETE if self.complete else "Enter: save the field")
         if self.complete:
             self.judge()
 

@@ -108,9 +108,17 @@ class Steps(Working[bool]):
             kind = DerivedScreen if step.derived else StepScreen
             await self.app.push_screen(kind(self.bench, self.session, step.name), self._back)
 
-    def _back(self, _: bool | None) -> None:
+    def _back(self, goes_on: bool | None) -> None:
+        """Stand at the next incomplete step, and open it if Enter asked for it."""
         self._show()
-        self._stand_at_next()
+        left = self._step_here()
+        step = self.session.next_step(left.name if goes_on and left else None)
+        if step is not None:
+            self.query_one(StepList).stand_at(step.name)
+            if goes_on:
+                self.run_worker(self.action_open(), group="open")
+        elif goes_on:
+            self.say("All steps complete. F9: summary", "good")
 
     def action_to_row(self, row: int) -> None:
         rail = self.query_one(StepList)

@@ -2,6 +2,7 @@
 
 import asyncio
 import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,18 @@ from accept.tui.widgets.fields import Field
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
-from tests.accept.tui.tui_help import WIDE, begin, fill_basic, loader, press, running, sign_first, type_line, words
+from tests.accept.tui.tui_help import (
+    HEIGHTS,
+    WIDE,
+    begin,
+    fill_basic,
+    loader,
+    press,
+    running,
+    sign_first,
+    type_line,
+    words,
+)
 from tests.accept.units.units import DATA
 
 
@@ -298,6 +310,58 @@ async def test_a_file_that_is_no_record_is_refused(tmp_path: Path):
         await press(pilot, "enter")
         assert "z_um" in str(pilot.app.screen.query(Field).first().query_one(".reason").render())
     assert not stored("record_linked")
+
+
+async def test_files_that_fit_come_first_and_letters_filter(tmp_path: Path):
+    """The newest file is a table without heights: the older one that fits stands on top, the other is marked."""
+    heights = "x_mm,y_mm,z_um\n" + "".join(f"{x},{y},0\n" for x in (-29.5, -16, 16, 29.5) for y in (-9, 9))
+    (tmp_path / "flat.csv").write_text(heights)
+    (tmp_path / "note.csv").write_text("x_mm,y_mm\n1,2\n")
+    os.utime(tmp_path / "flat.csv", (1, 1))
+    async with running(loader(records=tmp_path)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter", "f6", "f2")
+        table = pilot.app.screen.query_one(DataTable)
+        assert [str(table.get_row_at(i)[0]) for i in (0, 1)] == ["flat.csv", "note.csv"]
+        assert [str(table.get_row_at(i)[3]) for i in (0, 1)] == ["table", "no fit"]
+        await press(pilot, "n", "o")
+        assert str(table.get_row_at(0)[0]) == "note.csv"
+        await press(pilot, "backspace", "backspace", "enter")
+        assert screen(pilot) == "StepScreen"
+    assert stored("record_linked")
+
+
+async def test_a_refused_value_keeps_the_cursor_and_typed_again_it_is_that_value():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        first, second = list(pilot.app.screen.query(Field))[:2]
+        await type_line(pilot, "abc")
+        for _ in range(500):  # the cursor comes back when nothing was typed ahead
+            if pilot.app.focused is first.input:
+                break
+            await pilot.pause(0.01)
+        for key in ("1", ".", "5"):
+            await pilot.press(key)
+        await press(pilot, "enter")
+        assert "1.5" in str(first.query_one(".stored").render())
+        assert not str(second.query_one(".stored").render())
+        assert pilot.app.focused is second.input
+
+
+async def test_enter_on_a_complete_step_opens_the_next_and_the_last_leads_to_the_summary():
+    async with running() as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        seen = []
+        for lines in ([HEIGHTS], ["4,99", "9.85 uF"], ["0.3655 mm"], ["1.75"]):
+            seen.append(pilot.app.screen.step.name)
+            for line in lines:
+                await type_line(pilot, line)
+            await press(pilot, "enter")
+        assert seen == [step.name for step in pilot.app.session.steps]
+        assert screen(pilot) == "Steps"
+        assert "F9: summary" in words(pilot, "#status")
 
 
 @pytest.mark.slow
