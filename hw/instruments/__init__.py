@@ -1,13 +1,19 @@
-"""Instruments: one file each, and what opens them from a bench file's entry."""
+"""Instruments: a file of this folder with a `DRIVER` is one. Other packages bring theirs as `accept.instruments`."""
 
-from hw.instruments.driver import Driver, Instrument, link_of, serial_driver, settings_of
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any
+
+from hw.errors import SettingsError
+from hw.instruments.driver import Ask, Driver, Instrument, link_of, serial_driver, settings_of
 from hw.instruments.heidenhain import Heidenhain
 from hw.instruments.lcr800 import Lcr800
 from hw.instruments.manual import Manual
 from hw.instruments.millimar_m1240 import MillimarM1240
 from hw.instruments.millimar_optors import MillimarOptors
-from hw.instruments.opening import DRIVERS, add_plugins, open_instrument
 from hw.instruments.reading import Identity, Reading
+from specs import plugins
+from specs.bench import OFFLINE, InstrumentEntry
 
 __all__ = [
     "DRIVERS",
@@ -20,10 +26,42 @@ __all__ = [
     "MillimarM1240",
     "MillimarOptors",
     "Reading",
+    "find_drivers",
     "link_of",
     "open_instrument",
     "serial_driver",
     "settings_of",
 ]
 
-add_plugins()
+DRIVERS: dict[str, Driver] = {}  # by each of its names in a bench file
+
+
+def find_drivers() -> None:
+    """Put the drivers of this folder into `DRIVERS`, then those of other packages, which can add and never replace."""
+    for module in iter_modules(__path__):
+        driver = getattr(import_module(f"{__name__}.{module.name}"), "DRIVER", None)
+        if driver is not None:
+            DRIVERS.update(dict.fromkeys(driver.names, driver))
+    for driver in plugins.plugins(plugins.INSTRUMENTS, driver_problem, DRIVERS).values():
+        DRIVERS.update({name: driver for name in driver.names if name not in DRIVERS})
+
+
+def driver_problem(driver: Any) -> str:
+    """Return what is wrong with a driver of another package, "" for nothing."""
+    if not isinstance(driver, Driver):
+        return f"is a {type(driver).__name__}, expected a Driver"
+    if OFFLINE in driver.names or not all(driver.names):
+        return f"a driver cannot be called {driver.names}"
+    return ""
+
+
+def open_instrument(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
+    """Return the driver of an entry; the port is opened by its first use. ask: how the manual driver asks a person.
+    Raises SettingsError."""
+    if entry.driver not in DRIVERS:
+        words = f"'{OFFLINE}' has no wire to it" if entry.driver == OFFLINE else f"unknown driver {entry.driver!r}"
+        raise SettingsError(f"{name}: {words} (known: {', '.join(DRIVERS)})")
+    return DRIVERS[entry.driver].open(name, entry, ask)
+
+
+find_drivers()
