@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 DEV    := $(VENV)/.developer
 LOCK   := uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header
 
-.PHONY: demo test tests clone-tests quick docs test-python coverage soak bench challenge false-acceptance lint lock clean setup pictures
+.PHONY: demo test tests clone-tests quick docs test-python coverage soak bench challenge false-acceptance format lint lock clean setup pictures
 
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
@@ -21,6 +21,11 @@ tests quick soak coverage: export PYTHONDONTWRITEBYTECODE :=
 
 tests: $(DEV)
 	$(BIN)/python -m pytest -n 4 --dist worksteal
+
+# What the linters can put right by themselves: lines, imports.
+format: $(DEV)
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
 
 lint: $(DEV)
 	$(BIN)/ruff check .

@@ -7,8 +7,10 @@ that nothing is ever judged by half of it. It can add, never replace: a name tha
 import os
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
@@ -46,6 +48,14 @@ def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -
         package, version = (entry.dist.name, entry.dist.version) if entry.dist else ("unknown", "?")
         USED.append(Plugin(value.name, value, package, version))
     return found
+
+
+def listed(package: str) -> list[str]:
+    """Return the modules of a package and of the rooms in it by their full names, in the order of the alphabet.
+
+    What the program brings is found by listing its folder, what other packages bring by their entry points."""
+    found = walk_packages(import_module(package).__path__, f"{package}.")
+    return sorted(module.name for module in found if not module.ispkg)
 
 
 def packaged() -> list[tuple[str, bytes]]:

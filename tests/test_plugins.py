@@ -130,7 +130,7 @@ BROKEN = {
     "is no check": ("accept.checks", "accept_plugin_example.encoder_lowpass:EFFECT", "is a Effect, expected a Check"),
     "takes a name": ("accept.checks", "checks.acceptance.stroke:CHECK", "one check per quantity"),
     "is no effect": ("accept.effects", "accept_plugin_example.insulation:CHECK", "is a Check, expected an Effect"),
-    "replaces an effect": ("accept.effects", "checks.gap.effects.creep:EFFECT", "the name 'creep' is taken"),
+    "replaces an effect": ("accept.effects", "checks.gap.effects.piezo.creep:EFFECT", "the name 'creep' is taken"),
     "is no driver": ("accept.instruments", "accept_plugin_example.insulation:CHECK", "is a Check, expected a Driver"),
 }
 

@@ -33,6 +33,25 @@ WEAK = (2.0, 100.0)  # standard deviations
 TINY = 0.01  # share of an effect at which all is in proportion
 ROUNDS = 6
 USED = 0.65  # of the bins' power that is left to the estimate once local polynomials have taken theirs
+# What the sets that were drawn until now hide, in this order. A set names the effects that it draws from: a new effect
+# goes into a list of its own, which new sets name, and shifts none of these.
+DRAWN = (
+    "misalignment",
+    "joint_axial_compliance",
+    "loop_delay",
+    "amplifier_bandwidth",
+    "sensor_highpass",
+    "crosstalk",
+    "bench_mode",
+    "encoder_bracket_mode",
+    "encoder_scale",
+    "encoder_mass",
+    "sensor_polarity",
+    "hysteresis",
+    "creep",
+    "open_circuit_stiffening",
+    "payload_mass",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,24 +196,28 @@ def counts(number: int, shares: Mapping[str, float] = SHARES) -> dict[str, int]:
 
 
 def draw_cases(
-    number: int, seed: int | Sequence[int], prefix: str = "B", shares: Mapping[str, float] = SHARES
+    number: int,
+    seed: int | Sequence[int],
+    prefix: str = "B",
+    shares: Mapping[str, float] = SHARES,
+    names: Sequence[str] = DRAWN,
 ) -> list[Case]:
-    """The units of a blind test, in no order that tells anything."""
+    """Draw the units of a blind test, in no order that tells anything. names: effects to draw from."""
     rng = np.random.default_rng(seed)
     kinds = [kind for kind, n in counts(number, shares).items() for _ in range(n)][:number]
-    turns = {kind: _turns(kind, rng) for kind in dict.fromkeys(kinds)}
+    turns = {kind: _turns(kind, rng, names) for kind in dict.fromkeys(kinds)}
     made = [(kind, *next(turns[kind])) for kind in kinds]
     order = rng.permutation(number)
     return [_case(f"{prefix}-{i:03d}", *made[k], rng) for i, k in enumerate(order)]
 
 
-def _turns(kind: str, rng: np.random.Generator) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
+def _turns(kind: str, rng: np.random.Generator, names: Sequence[str]) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
     """Names inside and outside the library, for one unit of a kind after the other, for ever."""
     choices: dict[str, list[tuple[Sequence[str], Sequence[str]]]] = {
         "none": [((), ())],
-        "one": [((name,), ()) for name in LIBRARY],
-        "two": [(names, ()) for names in combinations(LIBRARY, 2) if _together(names)],
-        "three": [(names, ()) for names in combinations(LIBRARY, 3) if _together(names)],
+        "one": [((name,), ()) for name in names],
+        "two": [(pair, ()) for pair in combinations(names, 2) if _together(pair)],
+        "three": [(some, ()) for some in combinations(names, 3) if _together(some)],
         "outside": [((), (name,)) for name in OUTSIDE],
     }
     while True:
@@ -218,7 +241,7 @@ def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str],
 def draw_weak(number: int, seed: int, prefix: str = "W") -> list[Case]:
     """Units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the logarithm."""
     rng = np.random.default_rng([seed, 1])
-    names = [name for name, hidden in LIBRARY.items() if hidden.grows or hidden.fades]
+    names = [name for name in DRAWN if LIBRARY[name].grows or LIBRARY[name].fades]
     turns = [names[k] for k in np.resize(rng.permutation(len(names)), number)]
     return [_weak(_case(f"{prefix}-{k:03d}", "weak", (name,), (), rng), name, rng) for k, name in enumerate(turns)]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.bench import draw_rough
-from validation.cases import SHARES, Case, draw_cases, draw_weak
+from validation.cases import DRAWN, SHARES, Case, draw_cases, draw_weak
 from validation.effects import LIBRARY
 from validation.shell import draw_bias, draw_shell
 
@@ -31,7 +31,8 @@ BATCH = 10  # units that are judged with what was learned from others
 class Set:
     """units: how many in the full run. frequency: scatter of the modes, 1 sd; stated: what the model file says of it,
     zero where it says nothing; bias: 1 sd of what is alike in a batch; lopsided: 1 sd of the coupling of modes; beside:
-    the ruler is not read where the head is; learned: the model is learned from other units of the batch first."""
+    the ruler is not read where the head is; learned: the model is learned from other units of the batch first; effects:
+    those that it draws from."""
 
     units: int
     shares: Mapping[str, float]
@@ -42,6 +43,7 @@ class Set:
     beside: bool = False
     rough: bool = False
     learned: bool = False
+    effects: tuple[str, ...] = DRAWN
     seconds: float = 12.0
 
     @property
@@ -85,7 +87,11 @@ def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, o
         beside = _beside(rng) if it.beside else None
         prefix = f"{name}-{chr(65 + k)}" if it.learned else name
         judged = _drawn(it, size, [*own, k, 1], prefix)
-        learn = draw_cases(TO_LEARN, [*own, k, 2], f"{prefix}-L", {"none": 0.9, "one": 0.1}) if it.learned else []
+        learn = (
+            draw_cases(TO_LEARN, [*own, k, 2], f"{prefix}-L", {"none": 0.9, "one": 0.1}, it.effects)
+            if it.learned
+            else []
+        )
         dressed = [[_dress(c, it, rng, bias, beside) for c in cases] for cases in (learn, judged)]
         batches.append(Batch(prefix, tuple(dressed[0]), tuple(dressed[1])))
     if weak and it.exact:
@@ -105,7 +111,7 @@ def _drawn(it: Set, number: int, seed: Sequence[int], prefix: str) -> list[Case]
             rng = np.random.default_rng([*seed, 9])
             plain = draw_cases(number, seed, prefix, {"none": 1.0})
             return [change(replace(case, kind=kind), k, rng) for k, case in enumerate(plain)]
-    return draw_cases(number, seed, prefix, it.shares)
+    return draw_cases(number, seed, prefix, it.shares, it.effects)
 
 
 def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, beside: Array | None) -> Case:

@@ -1,9 +1,11 @@
-"""The acceptance checks: one file each, one line here. Other packages add theirs under `accept.checks`."""
+"""The acceptance checks: a file of this folder is a check of its name and holds its `CHECK`; what several share
+stands in rooms beside. Other packages add theirs under `accept.checks`."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import chain
+from pkgutil import iter_modules
 from typing import Any
 
 from checks.cause import Cause, NoResult
@@ -15,18 +17,7 @@ from specs.spec import CheckSpec
 
 RESERVED = ("serial", "kind", "parts", "channels", "measured", "notes", "experiments")  # of a unit.toml's own
 
-# Name -> module that holds its CHECK.
-_OWN = {
-    "flatness": "flatness",
-    "capacitance": "capacitance",
-    "stroke": "stroke",
-    "stiffness": "stiffness",
-    "hysteresis": "hysteresis",
-    "sensor_highpass": "sensor_highpass",
-    "spurious_modes": "spurious_modes",
-    "frf": "responses.check",
-    "misalignment": "misalignment",
-}
+_OWN = frozenset(module.name for module in iter_modules(__path__) if not module.ispkg)  # files of this folder
 
 
 @dataclass(frozen=True)
@@ -54,14 +45,20 @@ class Checks(Mapping[str, Check]):
 
     def __getitem__(self, name: str) -> Check:
         if name not in self._loaded:
-            self._loaded[name] = import_module(f"checks.acceptance.{_OWN[name]}").CHECK
+            self._loaded[name] = self._own(name)
         return self._loaded[name]
 
+    def _own(self, name: str) -> Check:
+        if name not in _OWN:
+            raise KeyError(name)
+        found: Check = import_module(f"checks.acceptance.{name}").CHECK
+        return found
+
     def __iter__(self) -> Iterator[str]:
-        return iter({**_OWN, **self._loaded})
+        return iter(sorted(_OWN | self._loaded.keys()))
 
     def __len__(self) -> int:
-        return len({**_OWN, **self._loaded})
+        return len(_OWN | self._loaded.keys())
 
     def __contains__(self, name: object) -> bool:
         return name in _OWN or name in self._loaded

@@ -7,7 +7,7 @@ answer give none: missing bands, turned channels, a model that does not explain 
 
 import numpy as np
 
-from checks.acceptance.responses import check
+from checks.acceptance import frf
 from checks.acceptance.responses.rules import unusable
 from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
@@ -65,7 +65,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     if not (isinstance(below, Record) and isinstance(above, Record)):
         return None
     merge: Measured | None = values.get("merge_Hz")
-    merge_Hz, name = check.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
+    merge_Hz, name = frf.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
     try:
         return dataset_from_records(below, above, merge_Hz, channels=WITH_SENSOR, name=name)
     except RecordError:  # the sensor stack helps, but the two others tell as well
@@ -99,11 +99,11 @@ CHECK = Check(
     title="Misalignment from the joints' axis",
     short="Misalignment",
     kinds=("strut",),
-    forms=check.CHECK.forms,
+    forms=frf.CHECK.forms,
     quantities={"dx_um": "Misalignment dx", "dy_um": "Misalignment dy"},
     measure=measure,
     settings=(Setting("model", "strut-as-built", "built-in model or TOML file of the strut to compare with"),),
-    section=check.CHECK.name,
+    section=frf.CHECK.name,
     model="model",
     guide=Guide(
         "This step needs no new measurement. It compares the ratio of encoder to interferometer in the frequency "

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance import spurious_modes_panels
+from checks.acceptance.common import spurious_modes_panels
 from checks.acceptance.common.sampling_rate import SAMPLING, remarks, vet_rates
 from checks.acceptance.common.typed_value import stated
 from checks.cause import Cause, Reason, because, record_label, together

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.acceptance import stroke_ends as ends
+from checks.acceptance.common import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
 from checks.acceptance.common.typed_value import stated, typed_quantity, with_stated
 from checks.arrays import Array

@@ -417,10 +417,20 @@ def test_the_mix_is_the_stated_one() -> None:
 
 
 @needs_data
+def test_a_new_effect_shifts_no_set_that_was_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sealed set names what it draws from."""
+    before = [blind_cases.seal(cases)[1] for cases in (blind_cases.draw_cases(12, seed=3), blind_cases.draw_weak(2, 3))]
+    new = {"one_more": blind_effects.LIBRARY["encoder_mass"], **blind_effects.LIBRARY}
+    monkeypatch.setattr(blind_cases, "LIBRARY", new)
+    after = [blind_cases.seal(cases)[1] for cases in (blind_cases.draw_cases(12, seed=3), blind_cases.draw_weak(2, 3))]
+    assert after == before
+
+
+@needs_data
 def test_effects_take_turns_and_priors_are_drawn() -> None:
     cases = blind_cases.draw_cases(300, seed=3)
     single = [name for case in cases if case.kind == "one" for name in case.effects]
-    assert {single.count(name) for name in blind_effects.LIBRARY} == {8}
+    assert {single.count(name) for name in blind_cases.DRAWN} == {8}
     assert {len(c.effects) for c in cases if c.kind == "two"} == {2}
     assert all(not c.effects and len(c.outside) == 1 for c in cases if c.kind == "outside")
     assert len({c.serial for c in cases}) == 300

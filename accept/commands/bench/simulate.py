@@ -12,7 +12,6 @@ from accept.commands.bench.simulate_options import SimulateOptions
 from accept.models.model_file import SIMULATED_MODEL, effects_of, opened
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.unit_request import ExperimentRequest, drawn, on_bench
-from checks.gap.effects import misalignment
 from checks.model.model import Model
 from checks.model.time.adc_dac import Converters
 from checks.signals.drive.excitation import ExcitationError
@@ -56,7 +55,7 @@ def request_of(wanted: SimulateOptions) -> UnitRequest:
     model, effects = _model(wanted)
     effects += [effect_of(text) for text in wanted.effect or ()]
     if wanted.dx_um or wanted.dy_um:
-        effects.append((misalignment.EFFECT.name, {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
+        effects.append(("misalignment", {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
     return UnitRequest(
         serial=wanted.serial or f"SIM-{wanted.kind.upper()}-{wanted.seed}",
         kind=wanted.kind,

@@ -1,61 +1,16 @@
-"""The library of effects: one file each, one line here. Other packages add theirs under `accept.effects`."""
+"""The library of effects: one file each, found by listing this folder and its rooms. A file holds an `EFFECT`, or
+`EFFECTS` of one kind. Other packages add theirs under `accept.effects`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from checks.errors import ModelError
-from checks.gap.effects import (
-    amplifier_bandwidth,
-    amplifier_second_order,
-    bench_mode,
-    channel_latency,
-    channel_lowpass,
-    charge_highpass,
-    creep,
-    crosstalk,
-    encoder_bracket_mode,
-    encoder_mass,
-    encoder_read_point,
-    encoder_scale,
-    hysteresis,
-    joint_axial_compliance,
-    loop_delay,
-    misalignment,
-    open_circuit_stiffening,
-    payload_mass,
-    sensor_highpass,
-    sensor_polarity,
-    support_mode,
-)
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.model.model import Model
 from specs import plugins
-
-_OWN: tuple[Effect, ...] = (
-    misalignment.EFFECT,
-    joint_axial_compliance.EFFECT,
-    loop_delay.EFFECT,
-    amplifier_bandwidth.EFFECT,
-    sensor_highpass.EFFECT,
-    crosstalk.EFFECT,
-    bench_mode.EFFECT,
-    encoder_bracket_mode.EFFECT,
-    encoder_scale.EFFECT,
-    encoder_mass.EFFECT,
-    encoder_read_point.EFFECT,
-    sensor_polarity.EFFECT,
-    hysteresis.EFFECT,
-    creep.EFFECT,
-    open_circuit_stiffening.EFFECT,
-    payload_mass.EFFECT,
-    *channel_latency.EFFECTS,
-    *channel_lowpass.EFFECTS,
-    amplifier_second_order.EFFECT,
-    charge_highpass.EFFECT,
-    support_mode.EFFECT,
-)
 
 
 def effect_problem(effect: Any) -> str:
@@ -74,7 +29,14 @@ def effect_problem(effect: Any) -> str:
     return ""
 
 
-EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _OWN}
+def _own() -> Iterator[Effect]:
+    """Yield the effects of this folder, of one room after the other."""
+    for name in plugins.listed(__name__):
+        module = import_module(name)
+        yield from getattr(module, "EFFECTS", None) or (module.EFFECT,)
+
+
+EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _own()}
 
 
 def effect_named(name: str) -> Effect:

@@ -91,9 +91,10 @@ class SlowRecord:
 class Effect:
     """One effect.
 
-    channels: where it must show; sign: its mark in words; sentence: what it means, with the parameters' names in
-    braces; below: the same where its one value is below zero, said of its size; sources: where it is described, by key
-    ("[STB] 3.1.6"); experiment: the measurement that shows it alone.
+    does: what it does to the model, as a formula if it has one; channels: where it must show; sign: its mark in words;
+    sentence: what it means, with the parameters' names in braces; below: the same if its one value is below zero, said
+    of its size; sources: where it is described, by key ("[STB] 3.1.6"); experiment: the measurement that shows it
+    alone.
     How it enters the model, one of: its parameters' `sets` and `adds`; `turns`, parameters whose sign changes (it is
     then found before any search, on its channel); `factor`, (values, s (F,)) -> (F,) by which its channels are
     multiplied. None of these: responses do not show it. slow: what slow records tell about it.
@@ -102,6 +103,7 @@ class Effect:
 
     name: str
     title: str
+    does: str = ""
     parameters: tuple[Parameter, ...] = ()
     channels: tuple[str, ...]
     sign: str

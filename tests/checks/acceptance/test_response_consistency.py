@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from checks.acceptance.common.sampling_rate import is_round, remarks
-from checks.acceptance.responses.check import CHECK
+from checks.acceptance.frf import CHECK
 from checks.cause import Cause
 from checks.quantity import Outcome
 from checks.record import Record

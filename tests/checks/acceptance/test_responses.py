@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import binom
 
 from accept.models.model_file import open_model
-from checks.acceptance.responses.check import CHECK
+from checks.acceptance.frf import CHECK
 from checks.acceptance.responses.modes import axial, main_mode, vs_zero
 from checks.acceptance.responses.rules import OUTPUTS, rules_of
 from checks.cause import Cause, NoResult

@@ -67,14 +67,14 @@ def quiet(words: str) -> None:
 
 class TestLibrary:
     def test_every_file_is_in_the_library(self) -> None:
-        files = {p.stem for p in Path(library.__file__).parent.glob("*.py")} - {"__init__"}
+        files = {p.stem for p in Path(library.__file__).parent.rglob("*.py")} - {"__init__"}
         assert files == {file_of(name) for name in EFFECTS}
 
     def test_no_effect_is_known_by_name_outside_its_file(self) -> None:
         root = Path(library.__file__).parents[3]
         files = [p for package in ("accept", "checks", "hw", "specs") for p in (root / package).rglob("*.py")]
         compared = []
-        for path in (p for p in files if p.parent != Path(library.__file__).parent):
+        for path in (p for p in files if Path(library.__file__).parent not in p.parents):
             for node in ast.walk(ast.parse(path.read_text())):
                 if isinstance(node, ast.Compare):
                     words = [c.value for part in ast.walk(node) if isinstance(c := part, ast.Constant)]
@@ -86,7 +86,7 @@ class TestLibrary:
     @pytest.mark.parametrize("name", sorted(EFFECTS))
     def test_declares_itself(self, name: str) -> None:
         effect = EFFECTS[name]
-        module = Path(library.__file__).parent / f"{file_of(name)}.py"
+        (module,) = Path(library.__file__).parent.rglob(f"{file_of(name)}.py")
         doc = ast.get_docstring(ast.parse(module.read_text()))
         assert doc is not None
         assert effect.sources

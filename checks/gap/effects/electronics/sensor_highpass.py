@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="sensor_highpass",
     title="High-pass of the sensor",
+    does="s/(s + w) on Vs",
     parameters=(
         Parameter(
             "f_Hz",

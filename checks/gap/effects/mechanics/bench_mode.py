@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="bench_mode",
     title="Mode of the bench",
+    does="adds ratio g0 w^2/(s^2 + 2 z w s + w^2) to de and da, g0 the static gain of da",
     parameters=(
         Parameter(
             "f_Hz",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="payload_mass",
     title="Mass of the payload",
+    does="mass of the payload, from the model's",
     parameters=(
         Parameter(
             "kg",

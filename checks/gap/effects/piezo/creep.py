@@ -36,6 +36,7 @@ def _contradicts(slow: Slow, values: Mapping[str, float]) -> str:
 EFFECT = Effect(
     name="creep",
     title="Creep",
+    does="displacement that goes on with the logarithm of time",
     parameters=(Parameter("per_decade", lo=-0.2, hi=0.2, off=0.0, start=0.0, scale=0.01),),
     channels=("Vs", "de", "da"),
     sign="every channel falls with log frequency and lags by the same angle; slow loops are as wide at every amplitude",

@@ -9,6 +9,7 @@ from checks.model.channel_paths import CHANNELS
 EFFECT = Effect(
     name="support_mode",
     title="Mode of the support",
+    does="adds ratio g0 w^2/(s^2 + 2 z w s + w^2) to each channel, g0 its own static gain",
     parameters=(
         Parameter(
             "f_Hz",

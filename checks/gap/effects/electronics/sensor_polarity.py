@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="sensor_polarity",
     title="Polarity of the sensor",
+    does="turns the sign of Vs",
     turns=("constants.gs_V_per_m", "constants.gs_V_per_N"),
     channels=("Vs",),
     sign="only Vs is reversed (180 degrees at every frequency)",

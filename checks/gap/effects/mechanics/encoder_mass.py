@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="encoder_mass",
     title="Mass of the encoder",
+    does="mass of the encoder, from the model's",
     parameters=(
         Parameter(
             "kg",

@@ -32,6 +32,7 @@ def _limit(slow: Slow, table: Thresholds) -> dict[str, float]:
 EFFECT = Effect(
     name="hysteresis",
     title="Hysteresis of the drive",
+    does="a loop on the drive voltage that does not depend on the rate",
     parameters=(Parameter(WIDTH, lo=0.0, hi=0.5, off=0.0, start=0.0, scale=0.01),),
     channels=("de",),
     sign="the loop under slow sines opens in proportion to the amplitude",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="charge_highpass",
     title="High-pass of second order on the sensor",
+    does="s^2/(s^2 + 2 z w s + w^2) on Vs",
     parameters=(
         Parameter(
             "f_Hz",

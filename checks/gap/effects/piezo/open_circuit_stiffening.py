@@ -6,6 +6,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="open_circuit_stiffening",
     title="Stiffening by the open circuit",
+    does="stacks without a path for their charge are stiffer",
     parameters=(
         Parameter(
             "ratio",

@@ -11,6 +11,7 @@ def _of_channel(channel: str) -> Effect:
     return Effect(
         name=f"channel_latency_{channel}",
         title=f"Latency of {channel}",
+        does=f"exp(-s tau) on {channel}",
         parameters=(
             Parameter(
                 "tau_us",

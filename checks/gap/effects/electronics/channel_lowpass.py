@@ -10,6 +10,7 @@ def _of_channel(channel: str) -> Effect:
     return Effect(
         name=f"channel_lowpass_{channel}",
         title=f"Low-pass of {channel}",
+        does=f"Butterworth low-pass on {channel}; `order` is a real number, near a whole one if the band shows it",
         parameters=(
             Parameter(
                 "f_Hz",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="crosstalk",
     title="Cross-talk into the sensor",
+    does="adds this share of the amplifier's output (20 Va) to Vs",
     parameters=(
         Parameter(
             "V_per_V",

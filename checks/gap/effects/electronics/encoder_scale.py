@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="encoder_scale",
     title="Scale of the encoder",
+    does="multiplies de by 1 + relative",
     parameters=(
         Parameter(
             "relative",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="misalignment",
     title="Misalignment of the APA",
+    does="moves the APA off the axis of the joints",
     parameters=(
         Parameter(
             "dx_um",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="loop_delay",
     title="Delay between the converters",
+    does="exp(-s tau) on every output",
     parameters=(
         Parameter(
             "tau_us",

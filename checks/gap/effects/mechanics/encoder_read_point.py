@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="encoder_read_point",
     title="Point where the ruler is read",
+    does="where the ruler is read, from the model's place; for models with `ruler_arm_x_mm`, `ruler_arm_y_mm`",
     parameters=(
         Parameter(
             "x_mm",

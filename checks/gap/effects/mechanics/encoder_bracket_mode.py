@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="encoder_bracket_mode",
     title="Mode of the encoder's bracket",
+    does="multiplies de by w^2/(s^2 + 2 z w s + w^2)",
     parameters=(
         Parameter(
             "f_Hz",

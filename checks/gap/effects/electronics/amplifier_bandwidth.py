@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="amplifier_bandwidth",
     title="Bandwidth of the amplifier",
+    does="1/(1 + s/w) on every output",
     parameters=(
         Parameter(
             "f_Hz",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="amplifier_second_order",
     title="Amplifier of second order",
+    does="w^2/(s^2 + 2 z w s + w^2) on every output",
     parameters=(
         Parameter(
             "f_Hz",

@@ -7,6 +7,7 @@ from checks.gap.modelling.experiment import Experiment
 EFFECT = Effect(
     name="joint_axial_compliance",
     title="Axial compliance of the joints",
+    does="axial stiffness of the joints",
     parameters=(
         Parameter(
             "kz_N_per_um",

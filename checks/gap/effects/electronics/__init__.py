@@ -1,0 +1,1 @@
+"""Effects of converters, amplifiers, wires and scales."""

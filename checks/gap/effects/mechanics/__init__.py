@@ -1,0 +1,1 @@
+"""Effects of masses, stiffnesses, geometry and modes."""
