@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from checks.acceptance.responses.check import CHECK
+from checks.acceptance.frf import CHECK
 from checks.arrays import Array
 from checks.cause import Cause
 from checks.record import Record
