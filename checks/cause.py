@@ -225,6 +225,7 @@ class Cause(Enum):
     U_TOO_LARGE = "U = {U:.3g}{in_unit} is above the {most:g}{in_unit} that shared risk allows"
     CALIBRATION = "no valid calibration: {detail}"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
+    NONCONFORMANCE = "held by a nonconformance of the part, which quality assurance decides: {detail}"
     MEMORY_LIMIT = "the records are too large: judging them takes more memory than a worker has ({most:g} GB)"
     INTERNAL_ERROR = "the check stopped on an internal error: {detail}"
     CANNOT_ESTIMATE = "no estimate: {detail}"

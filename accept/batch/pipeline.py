@@ -182,7 +182,7 @@ class Pipeline:
         return calibration.checked(stated, unit.measured)
 
     def _reservations(self, unit: UnitFolder, samples: Mapping[str, Any]) -> Reservations:
-        return Reservations.known(self.store, unit.serial, str(unit.path.resolve()), samples, unit.parts)
+        return Reservations.known(self.store, unit, samples)
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return those of the model files that the spec of this kind names: if one changes, so may the verdict."""

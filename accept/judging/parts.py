@@ -6,15 +6,13 @@ that is no unit of its own, nothing is said. Serials that differ in capitals onl
 units of such serials (`accept.store.spelling`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from accept.judging.calibration import weakened
 from accept.store import Store
 from accept.store.indexes import JUDGED
 from accept.store.spelling import spelling_key
-from checks.cause import Cause, because
-from checks.verdict import Finding, UnitVerdict
+from checks.verdict import UnitVerdict
 
 
 def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
@@ -41,11 +39,3 @@ def _units_with(store: Store, part: str) -> list[str]:
 
 def _spelled(result: Mapping[str, Any]) -> set[str]:
     return {spelling_key(part) for part in result.get("parts", {}).values() if isinstance(part, str)}
-
-
-def weakened_by_parts(findings: Sequence[Finding], doubts: Sequence[str]) -> tuple[Finding, ...]:
-    """Return the findings of a strut whose parts are doubted: what passed is conditional."""
-    if not doubts:
-        return tuple(findings)
-    why = because(Cause.PART_DOUBTED, detail="; ".join(doubts))
-    return tuple(weakened(finding, why) for finding in findings)

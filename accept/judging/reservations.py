@@ -1,51 +1,70 @@
 """What the bench's store knows against a unit that its folder does not show, and what that does to its verdict.
 
 A recording that is filed twice counts for nothing (`accept.judging.copies`); a strut with a part that was not accepted
-is conditional at best (`accept.judging.parts`). Every judgement is given its reservations here: those of batch, report
-and workflow, one by another spec, and that of `accept verify`, which takes them from the certificate.
+(`accept.judging.parts`) and a unit with a nonconformance (`accept.judging.nonconformance`) are conditional at best.
+Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
+`accept verify`, which takes them from the certificate.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
-from accept.judging.parts import part_doubts, weakened_by_parts
+from accept.judging.nonconformance import in_notes, open_nonconformances
+from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Store
+from accept.units.unit_folder import UnitFolder
 from checks.acceptance import CHECKS
+from checks.cause import Cause, because
 from checks.verdict import Finding, unit_verdict
 
 
 @dataclass(frozen=True)
 class Reservations:
     """copies: recordings of the unit that are filed elsewhere too. part_doubts: what speaks against its parts, a
-    sentence each."""
+    sentence each. nonconformances: what was found wrong with it and holds it."""
 
     copies: Sequence[Copy] = ()
     part_doubts: Sequence[str] = ()
+    nonconformances: Sequence[str] = ()
 
     @classmethod
-    def known(
-        cls, store: Store, serial: str, folder: str, samples: Samples, parts: Mapping[str, str]
-    ) -> "Reservations":
-        """Return what the store knows now. folder: where the unit lies, resolved. Raises StoreError."""
-        return cls(tuple(copies_of(store, serial, folder, samples)), tuple(part_doubts(store, serial, parts)))
+    def known(cls, store: Store, unit: UnitFolder, samples: Samples) -> "Reservations":
+        """Return what the store knows now of a unit with these samples. Raises StoreError."""
+        return cls(
+            tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
+            tuple(part_doubts(store, unit.serial, unit.parts)),
+            tuple(open_nonconformances(store, unit.serial, unit.notes)),
+        )
 
     @classmethod
     def stated(cls, entry: Mapping[str, Any]) -> "Reservations":
         """Return those that an entry of results.json states."""
-        return cls(tuple(entry.get("copies", ())), tuple(entry.get("part_doubts", ())))
+        return cls(*(tuple(entry.get(key, ())) for key in ("copies", "part_doubts", "nonconformances")))
+
+    def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
+        """Return these and the nonconformances among the notes of the unit's folder."""
+        here = in_notes(notes)
+        return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))
 
     def __bool__(self) -> bool:
-        return bool(self.copies or self.part_doubts)
+        return bool(self.copies or self.part_doubts or self.nonconformances)
 
     def weaken(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
         """Return the findings of a unit with these reservations."""
         if not self:
             return tuple(findings)
         found = tuple(without_copies(f, self.copies) for f in findings)
-        return weakened_by_parts(found, self.part_doubts)
+        for cause, words in (
+            (Cause.PART_DOUBTED, self.part_doubts),
+            (Cause.NONCONFORMANCE, self.nonconformances),
+        ):
+            if words:
+                found = tuple(weakened(f, because(cause, detail="; ".join(words))) for f in found)
+        return found
 
     def apply(self, result: UnitResult) -> UnitResult:
         """Return the result with its reservations stated, and its findings and verdict as they leave them; the same
@@ -61,4 +80,5 @@ class Reservations:
             verdict=unit_verdict(findings),
             copies=tuple(self.copies),
             part_doubts=tuple(self.part_doubts),
+            nonconformances=tuple(self.nonconformances),
         )

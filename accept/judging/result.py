@@ -26,6 +26,7 @@ class UnitResult:
     models : model file that the spec names -> its files -> sha256; in the JSON only where there is one.
     samples : sketches of its records (`accept.units.samples`); in the JSON only where there are records.
     copies : its recordings that stand elsewhere too (`accept.judging.copies`); in the JSON only where any does.
+    nonconformances : what was found wrong with the part and holds it (`accept.judging.nonconformance`); likewise.
     part_doubts : what speaks against its parts (`accept.judging.parts`); in the JSON only where anything does.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
     """
@@ -48,6 +49,7 @@ class UnitResult:
     samples: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
+    nonconformances: tuple[str, ...] = ()
 
     @property
     def spec(self) -> str:
@@ -84,6 +86,8 @@ class UnitResult:
             entry["copies"] = [dict(copy) for copy in self.copies]
         if self.part_doubts:
             entry["part_doubts"] = list(self.part_doubts)
+        if self.nonconformances:
+            entry["nonconformances"] = list(self.nonconformances)
         return entry | {key: dict(value) for key, value in more.items() if value is not None}
 
 

@@ -4,7 +4,7 @@ Each method may block (disk, lock, physics): screens call them from thread worke
 """
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
 from accept.gap.attach_to_result import with_explanation
+from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
 from accept.store import Event, NewEvent, Store
 from accept.store.spelling import mistaken_for
@@ -26,6 +27,7 @@ from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun,
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
+from accept.workflow.steps.section import note_lines
 from accept.workflow.worker import panel_cache
 from accept.workflow.worker.judging import Explain, Judge, judge_here, judgement_of_result
 from checks.declare import CsvTable, Input, Measured, Scalar, Series
@@ -54,6 +56,7 @@ class Session:
         self._mutex = threading.RLock()
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
         self._result: tuple[Given, UnitResult] | None = None
+        self._held: tuple[int, Sequence[str]] | None = None
         self._lock = UnitLock(home / "units" / serial)
         try:
             self._events = list(store.events(serial))
@@ -86,6 +89,15 @@ class Session:
 
     def status(self, step: WorkflowStep) -> Status:
         return status_of(step, self.state(step.name), self.spec_name, code_sha256())
+
+    @property
+    def nonconformances(self) -> Sequence[str]:
+        """What was found wrong with the part and holds the unit, in this attempt or an earlier one. Raises
+        StoreError."""
+        if self._held is None or self._held[0] != self.run.seq:
+            notes = {step.name: note_lines(self.state(step.name)) for step in self.steps}
+            self._held = self.run.seq, open_nonconformances(self.store, self.serial, notes)
+        return self._held[1]
 
     def next_step(self, after: str | None = None) -> WorkflowStep | None:
         """Return the first step that is not complete, where a restarted workflow stands; of those behind `after`, then

@@ -88,7 +88,10 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def summary(result: Mapping[str, Any]) -> str:
-    """Why the unit has its verdict, in a sentence that names the quantities."""
+    """Return why the unit has its verdict, in a sentence that names the quantities; what holds it comes first."""
+    if nonconformances := result.get("nonconformances"):
+        others = summary({**result, "nonconformances": []}) if result["verdict"] != "conditional" else ""
+        return f"Held by a nonconformance: {'; '.join(nonconformances)}. Quality assurance decides. {others}".rstrip()
     by_verdict: dict[str, list[str]] = {}
     for finding in result["findings"]:
         by_verdict.setdefault(finding["verdict"], []).append(label_of(finding["quantity"]))

@@ -16,6 +16,7 @@ from accept.certificate.trust.names import same_person
 from accept.certificate.trust.provenance import replaced_by
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.judging.copies import Copy, copies_of
+from accept.judging.nonconformance import open_nonconformances
 from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.store import Event, Store, StoreError, StoreHead, fold, open_store
@@ -44,7 +45,7 @@ def check_store(signed: bytes, contents: CertificateContent, when: datetime, aga
             signature = _signature_event(events, signed)
             held = _held(store, contents, signature)
             history = _history(events, signature, contents) if signature else _later_than(events, when)
-            return [held, *history, _copied(store, contents, again), _built(store, contents)]
+            return [held, *history, _copied(store, contents, again), _built(store, contents), _sound(store, contents)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
@@ -151,6 +152,14 @@ def _built(store: Store, contents: CertificateContent) -> Step:
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
     return Step(f"the bench's store speaks against its parts: {'; '.join(new)}", False) if new else Step("")
+
+
+def _sound(store: Store, contents: CertificateContent) -> Step:
+    """Not complete if the store knows a nonconformance of the part that the certificate does not state."""
+    stated = contents.result.get("nonconformances", ())
+    new = [words for words in open_nonconformances(store, contents.serial, {}) if words not in stated]
+    words = "the bench's store has a nonconformance of the part that was not decided"
+    return Step(f"{words}: {'; '.join(new)}", False) if new else Step("")
 
 
 def _others(copy: Copy) -> str:

@@ -78,6 +78,7 @@ STATEMENTS = (
         ("calibration", (Way.DERIVED, Way.LOOKED_UP), "problems from its own dates; the rest in the store"),
         ("copies", (Way.SIGNED, Way.LOOKED_UP), "the same samples in the store; signature of a decision"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
+        ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "the notes of unit.toml; of earlier attempts, the store"),
         ("gap", _LOOKED_UP, "the stored judgement; no verdict depends on it"),
     ),
     *_rows(

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
@@ -32,7 +33,7 @@ class Question(ModalScreen[list[str] | None]):
         Binding("up", "app.focus_previous", show=False),
     ]
 
-    def __init__(self, title: str, words: str, lines: Sequence[QuestionLine]) -> None:
+    def __init__(self, title: str, words: str | Text, lines: Sequence[QuestionLine]) -> None:
         super().__init__()
         self._title, self._words, self._lines = title, words, lines
 

@@ -18,7 +18,7 @@ from accept.tui.screens.notes import ask_note
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, StepList
+from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, held_words
 from accept.tui.widgets.step_words import head, setup, standing
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
@@ -85,7 +85,11 @@ class Steps(Working[bool]):
         step = self._step_here()
         heading = Text(GAP_TITLE, "bold") if step is None else head(self.session, step)
         self.query_one("#head", Static).update(heading)
-        self.query_one("#card", Static).update(_gap_card(self.session) if step is None else card(self.session, step))
+        text = held_words(self.session.nonconformances)
+        text.append("\n\n" if text else "")
+        self.query_one("#card", Static).update(
+            text.append_text(_gap_card(self.session) if step is None else card(self.session, step))
+        )
 
     def _stand_at_next(self) -> None:
         step = self.session.next_step()
@@ -170,7 +174,8 @@ def card(session: Session, step: WorkflowStep) -> Text:
         text.append(f"{step.guide.words}\n\n").append_text(setup(step))
         text.append(f"\n\n{step.guide.picture}", "dim")
     for note in session.state(step.name).notes:
-        text.append(f"\n✎ {note.text} ({note.who})", "dim")
+        mark, style = ("!", HELD) if note.nonconformance else ("✎", "dim")
+        text.append(f"\n{mark} {note.text} ({note.who})", style)
     return text
 
 

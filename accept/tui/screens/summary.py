@@ -20,11 +20,13 @@ from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.help import Help
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import after_number, limits, numbers
+from accept.tui.widgets.step_list import HELD, held_words
 from accept.tui.widgets.unit_bar import UnitBar
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import countersign_unit, make_keys, sign_unit
 from accept.workflow.session import Session
 from accept.workflow.status import of_findings
+from accept.workflow.steps.section import note_lines
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 _OUTCOMES = {
@@ -88,7 +90,9 @@ class Summary(Working[bool]):
             bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
             cells = (*(f"{words} " for words in (label_of(f.quantity), value, bounds)), Text(status.word, status.style))
             table.add_row(Text(f" {status.mark} ", status.style), *cells)
-        self._notes = [self._with_step(note) for note in result.notes]
+        steps = [step.name for step in self.session.steps]
+        people = {f"{name}: {line}" for name in steps for line in note_lines(self.session.state(name))}
+        self._notes = [self._with_step(note) for note in sorted(result.notes, key=lambda note: note not in people)]
         self._why = [_detail(f) for f in result.findings]
         self._tell(0)
         self._show_certificate()
@@ -131,9 +135,9 @@ class Summary(Working[bool]):
             self.say("Already signed. F3: countersign", "bad")
         elif keys.exist(self.bench.home):
             title = f"Sign {self.session.serial}: {self.session.attempt.verdict}"
-            self.app.push_screen(
-                Question(title, "As technician.", [QuestionLine("Passphrase", secret=True)]), self._sign
-            )
+            held = held_words(self.session.nonconformances)
+            words = held.append("\nAs technician.") if held else "As technician."
+            self.app.push_screen(Question(title, words, [QuestionLine("Passphrase", secret=True)]), self._sign)
         else:
             self.app.push_screen(Question("The bench has no keys yet", _FIRST_KEYS, _FIRST_LINES), self._first_keys)
 
@@ -229,7 +233,12 @@ def _detail(f: Finding) -> str:
 
 def _verdict(result: UnitResult) -> Text:
     sign = signs.UNITS[result.verdict]
-    text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
+    held = result.nonconformances and result.verdict is UnitVerdict.CONDITIONAL
+    text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
+    if result.nonconformances:
+        text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)
+    if held:
+        return text
     for word, verdict in (
         ("failed", Verdict.FAIL),
         ("missing", Verdict.NO_RESULT),

@@ -1,5 +1,7 @@
 """The rail on the left of every screen of a unit: its steps, a mark for each, and where one stands."""
 
+from collections.abc import Sequence
+
 from rich.text import Text
 from textual.widgets import DataTable
 
@@ -10,6 +12,7 @@ from accept.workflow.status import Status
 from accept.workflow.steps.plan import WorkflowStep
 from checks.verdict import Finding, Verdict
 
+HELD = "bold red"  # of what quality assurance must decide
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
 _TITLE, _RESULT = 16, 20  # columns
@@ -40,13 +43,17 @@ class StepList(DataTable[Text]):
             return
         for step in self._session.steps:
             status = self._session.status(step)
-            self._put(step.name, status, step.short, result_words(self._session, step, status))
+            held = any(note.nonconformance for note in self._session.state(step.name).notes)
+            self._put(step.name, status, step.short, result_words(self._session, step, status), held)
         if self._session.responses is not None:
             self._put(GAP, *gap_row(self._session))
 
-    def _put(self, row: str, status: Status, title: str, more: str) -> None:
-        self.update_cell(row, "mark", Text(f" {status.mark}", status.style))
-        self.update_cell(row, "title", _cut(Text(title, "dim" if status is Status.NOT_DONE else ""), _TITLE))
+    def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
+        """held: a nonconformance was noted there, which is red whatever was measured."""
+        mark, style = (" !", HELD) if held else (f" {status.mark}", status.style)
+        self.update_cell(row, "mark", Text(mark, style))
+        plain = "dim" if status is Status.NOT_DONE else ""
+        self.update_cell(row, "title", _cut(Text(title, HELD if held else plain), _TITLE))
         self.update_cell(row, "more", _cut(Text(more, "dim"), _RESULT))
 
     def stand_at(self, name: str) -> None:
@@ -70,6 +77,13 @@ def gap_row(session: Session) -> tuple[Status, str, str]:
     if found is None:
         return Status.NOT_DONE, GAP_TITLE, ""
     return Status.TAKEN, GAP_TITLE, signs.GAP[str(found["verdict"])].word
+
+
+def held_words(nonconformances: Sequence[str]) -> Text:
+    """Return what holds a unit, in red; empty if nothing does."""
+    if not nonconformances:
+        return Text()
+    return Text().append(f"HELD: nonconformance: {'; '.join(nonconformances)}. Quality assurance decides.", HELD)
 
 
 def result_words(session: Session, step: WorkflowStep, status: Status) -> str:

@@ -7,6 +7,7 @@ from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
+from accept.judging.nonconformance import MARK
 from accept.workflow.state.unit_state import Attempt, EnteredValue, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.declare import CsvTable, Input, Scalar, Series, Vector
@@ -125,4 +126,4 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
 def note_lines(state: StepState) -> list[str]:
     """What the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
     again = [f"measured again: {reason}" for reason in state.reasons]
-    return again + [f"{'NONCONFORMANCE: ' if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]
+    return again + [f"{MARK if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from rich.text import Text
 from textual.widgets import DataTable, Input, Label, Static
 
 from accept.base.home import home
@@ -16,6 +17,7 @@ from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
 from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.fields import Field
+from accept.tui.widgets.step_list import HELD, StepList
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
@@ -161,6 +163,37 @@ async def test_notes_and_nonconformance():
         await press(pilot, "ctrl+u")
         await type_line(pilot, "y")
     assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
+
+
+def reds(shown: Text) -> str:
+    """What is shown in bold red."""
+    return " ".join(shown.plain[span.start : span.end] for span in shown.spans if "bold red" in str(span.style))
+
+
+@pytest.mark.slow
+async def test_a_nonconformance_is_red_and_first_wherever_one_decides():
+    """On the list of steps, the summary and the question before the signature."""
+    keys.init(home(), "correct horse", "Ann")
+    async with running() as pilot:
+        await begin(pilot)
+        await fill_basic(pilot)
+        await press(pilot, "end", "f5")
+        await type_line(pilot, "flexure cracked")
+        await press(pilot, "ctrl+u")
+        await type_line(pilot, "y")
+        card = pilot.app.screen.query_one("#card", Static).content
+        assert card.plain.startswith("HELD: nonconformance: stiffness: flexure cracked (Ann)")
+        assert "flexure cracked" in reds(card)
+        steps = pilot.app.screen.query_one(StepList)
+        assert [str(cell.style) for cell in steps.get_row("stiffness")[:2]] == [HELD, HELD]
+        await press(pilot, "f9")
+        verdict = pilot.app.screen.query_one("#verdict", Static).content
+        assert "HELD" in reds(verdict)
+        assert "flexure cracked" in reds(verdict)
+        assert "ACCEPTED" not in verdict.plain
+        await press(pilot, "f2")
+        asked = pilot.app.screen.query_one(".words", Label).content
+        assert "flexure cracked" in reds(asked)
 
 
 @pytest.mark.slow

@@ -1,0 +1,141 @@
+"""A nonconformance of the part holds the unit, by whatever way it is judged, until quality assurance has decided."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pypdf import PdfReader
+from typer.testing import CliRunner, Result
+
+from accept.base.home import home
+from accept.certificate.trust import keys
+from accept.cli.main import app
+from accept.judging.judge_unit import load_spec
+from accept.store import Store, open_store
+from accept.workflow import certify
+from accept.workflow.session import Session
+from checks.cause import Cause
+from checks.declare import Measured
+from tests.accept.workflow.test_workflow import fill
+
+CRACKED = "stiffness: flexure cracked (Ann)"
+
+
+@pytest.fixture
+def store() -> Iterator[Store]:
+    with open_store() as opened:
+        yield opened
+
+
+@pytest.fixture
+def session(store: Store) -> Iterator[Session]:
+    keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
+    opened = Session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+    opened.begin({})
+    fill(opened)
+    yield opened
+    opened.close()
+
+
+def accept(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def batch(folder: Path, out: Path) -> dict[str, object]:
+    done = accept("batch", folder, "--spec", "apa-basic", "--out", out, "--operator", "Ann")
+    (entry,) = json.loads((out / "results.json").read_text())["units"]
+    return entry | {"exit": done.exit_code}
+
+
+def test_every_finding_is_held_and_names_it(session: Session) -> None:
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    result = session.judge()
+    assert (result.verdict, result.nonconformances) == ("conditional", (CRACKED,))
+    assert {f.verdict for f in result.findings} == {"conditional"}
+    for finding in result.findings:
+        assert finding.cause is not None
+        assert Cause.NONCONFORMANCE in {one.cause for one in finding.cause.all()}
+        assert CRACKED in str(finding.reason)
+
+
+def test_a_plain_note_and_one_that_was_undone_hold_nothing(session: Session) -> None:
+    session.note("stiffness", "looks dusty")
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.undo()
+    assert session.judge().verdict == "accepted"
+
+
+def test_a_failed_unit_stays_rejected(session: Session) -> None:
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(100.0))
+    assert session.judge().verdict == "rejected"
+
+
+def test_batch_and_report_by_store_and_by_folder(
+    session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the same serial in a folder without the note, by the store; and in a bench that knows only the folder."""
+    shutil.copytree(session.judge() and session.folder, plain := tmp_path / "plain")
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    session.judge()
+    for folder in (plain, session.folder):
+        entry = batch(folder, tmp_path / "out")
+        assert (entry["verdict"], entry["nonconformances"], entry["exit"]) == ("conditional", [CRACKED], 4)
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "elsewhere"))
+    assert batch(session.folder, tmp_path / "there")["verdict"] == "conditional"
+    assert batch(plain, tmp_path / "there")["verdict"] == "conditional"  # known there by now
+    report = accept("report", session.folder, "--spec", "apa-basic", "--out", tmp_path / "r.pdf", "--operator", "Ann")
+    assert report.exit_code == 4, report.output
+
+
+def test_certificate_and_verify_say_so(session: Session) -> None:
+    """On page 1; a certificate from before the note is not plainly valid any more."""
+    session.judge()
+    before = session.judge() and certify.sign_unit(session, "correct horse")
+    assert before.valid
+    first = Path(str(session.attempt.certificate))
+    kept = first.read_bytes()
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    first.with_name("kept.pdf").write_bytes(kept)
+    assert accept("verify", first.with_name("kept.pdf")).exit_code == 4
+    assert certify.sign_unit(session, "correct horse").valid
+    pdf = Path(str(session.attempt.certificate))
+    page = " ".join(PdfReader(pdf).pages[0].extract_text().split())
+    assert f"Held by a nonconformance: {CRACKED}" in page
+    done = accept("verify", pdf)
+    assert (done.exit_code, "conditional" in done.stdout) == (0, True), done.output
+    assert accept("verify", pdf, "--require", "accepted").exit_code == 3
+
+
+@pytest.mark.parametrize(("choice", "verdict"), [("rework", "accepted"), ("scrap", "conditional"), ("", "conditional")])
+def test_the_next_attempt_follows_the_disposition(session: Session, choice: str, verdict: str) -> None:
+    session.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.sign_unit(session, "correct horse")
+    if choice:
+        countersigned = certify.countersign_unit(session, "battery staple", choice, "seen under the lens")
+        assert countersigned.valid
+        assert session.judge().verdict == "conditional"  # what was signed stays as it is
+        assert session.attempt.certificate is not None
+    session.begin({}, "reworked")
+    fill(session)
+    result = session.judge()
+    assert (result.verdict, result.nonconformances) == (verdict, () if choice == "rework" else (CRACKED,))
+
+
+@pytest.mark.parametrize("note", [True, False])
+def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: bool) -> None:
+    """Judged again from the attached unit.toml, which has the note."""
+    from dataclasses import replace
+
+    from accept.certificate.verify import attachments, rejudge
+    from accept.certificate.verify.result_diff import differences
+
+    if note:
+        session.note("stiffness", "flexure cracked", nonconformance=True)
+    certify.sign_unit(session, "correct horse")
+    contents = attachments.read(Path(str(session.attempt.certificate)).read_bytes())
+    forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
+    again = rejudge.rejudge(replace(contents, result=forged))
+    assert bool(differences(forged, again.to_json())) == note
