@@ -20,6 +20,7 @@ from checks.declare import Measured
 from specs.bench import load_bench
 
 ANN, PASSPHRASE = "Ann", "correct horse"
+OF_A_BENCH = ("head", "crl", "bench", "signature")
 BENCH = """name = "bench 1"
 [instruments.lcr]
 driver = "lcr800"
@@ -71,9 +72,9 @@ def by_command(command: str) -> Callable[[Path, Path, Path], Path]:
 
 
 def contents(pdf: Path) -> dict[str, Mapping[str, Any]]:
-    """Result and manifest, without where the bench's store stood."""
+    """Result and manifest, without what tells one bench from another."""
     read = attachments.read(pdf.read_bytes())
-    provenance = {key: value for key, value in read.provenance.items() if key not in ("head", "crl")}
+    provenance = {key: value for key, value in read.provenance.items() if key not in OF_A_BENCH}
     panels = {name: repr(panel) for name, panel in read.panels.items()}
     return {"result": read.result, "manifest": read.manifest() | {"provenance": provenance}, "panels": panels}
 
