@@ -284,7 +284,8 @@ class EffectEntry(BaseModel):
 
 class FitRecord(Strict):
     """Where fitted values come from: their names and covariance in the names' units, the unit and its files, and the
-    model that was fitted. G: of every channel after the fit."""
+    model that was fitted. G: of every channel after the fit; G_not_fitted: on another realisation; doubt: why the
+    values are not to be taken for the unit's."""
 
     names: Annotated[list[Words], Field(min_length=1)]
     covariance: list[list[Finite]]
@@ -293,6 +294,8 @@ class FitRecord(Strict):
     serial: Words | None = None
     inputs: dict[str, Words] = Field(default_factory=dict)
     G: dict[str, Finite] = Field(default_factory=dict)
+    G_not_fitted: dict[str, Finite] = Field(default_factory=dict)
+    doubt: Words | None = None
 
     @model_validator(mode="after")
     def _square(self) -> "FitRecord":

@@ -1,7 +1,8 @@
 """A model's uncertain parameters fitted to the responses of a unit: `accept model fit` and `accept.fit_model`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +14,26 @@ from accept.models.model_file import DEFAULT_MODEL, Opened, opened, write_model
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.fitting.calibrate import calibrate
+from checks.fitting.agreement import all_priors, outside_priors
+from checks.fitting.calibrate import Calibration, calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
 from checks.fitting.dataset import F_HI, F_LO, Dataset
-from checks.fitting.fit import Fit, free_of
+from checks.fitting.fit import Fit, free_of, own_cost, unfitted
 from checks.fitting.fit_panels import fit_panels
 from checks.fitting.goodness import Gap, gaps
 from checks.model.model import Model, frequencies
 from specs.model_sections import FitRecord
 from specs.units import unit_of
 
+AGREES = 1.1  # of G: 1 within the scatter of some hundred bins
 MAX_POINTS = 1_000_000  # a response at each takes a few hundred bytes
 
 
 @dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A fit with what it began from. before, after: G of the model at its file's tolerance; held_out: G
-    of the fitted model on the second realisation, empty without one."""
+    """A fit with what it began from. before, after: G of the model at its file's tolerance, about the model itself;
+    held_out: G of the fitted model on the second realisation, empty without one. doubt: why the fitted model is not to
+    be taken for the unit although its responses may agree, or None."""
 
     base: Opened
     start: Model
@@ -41,10 +45,24 @@ class FittedModel:
     held_out: Mapping[str, Gap]
     seed_constants: Mapping[str, float]
     constants: Mapping[str, Constant]
+    doubt: str | None = None
+
+    @property
+    def worst(self) -> tuple[str, float]:
+        """Channel with the largest G, on data that were not fitted if there are any, and that G."""
+        by_channel = self.held_out or self.after
+        channel = max(by_channel, key=lambda c: by_channel[c].G)
+        return channel, by_channel[channel].G
+
+    @property
+    def explains(self) -> bool:
+        """Whether the fitted model is one that its file allows and agrees with the unit."""
+        return self.fit.converged and self.doubt is None and self.worst[1] <= AGREES
 
     def __repr__(self) -> str:
         G = ", ".join(f"{c} {self.before[c].G:.2g} -> {gap.G:.2g}" for c, gap in self.after.items())
         end = "" if self.fit.converged else "; did not converge: do not use the values"
+        end += f"; {self.doubt}" if self.doubt else ""
         return f"FittedModel({self.base.spec.name} to {self.measured.serial}; G, before -> after: {G}{end})"
 
 
@@ -71,6 +89,7 @@ def fit_unit(
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
     found = calibrate(start, measured.first, free_of(start), unseen=measured.second, starts=starts)
+    found = _no_worse(found, start, measured.first)
     at = found.model.with_values(found.fit.at)
     return FittedModel(
         base=base,
@@ -79,16 +98,30 @@ def fit_unit(
         fit=found.fit,
         measured=measured,
         before=_gaps(start, measured.first),
-        after=found.fit.gaps_at(start.tolerance),
+        after=_gaps(at, measured.first, found.fit.told if found.fit.converged else 0.0),
         held_out={} if measured.second is None else _gaps(at, measured.second),
+        doubt=_doubt(found.fit),
         **_constants(at, measured.first),
     )
 
 
-def _gaps(model: Model, data: Dataset) -> dict[str, Gap]:
-    """Return G of a model on data that it was not fitted to."""
+def _no_worse(found: Calibration, start: Model, data: Dataset) -> Calibration:
+    """Return the calibration, or the state before it if the search ended farther from the data than it began."""
+    before = unfitted(start, data, found.fit, "the search ended farther from the data than it began")
+    own = replace(found.fit, datasets=tuple(replace(s, tolerance=data.tolerance) for s in found.fit.datasets))
+    return found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
+
+
+def _doubt(found: Fit) -> str | None:
+    """Return why a model with these values is none that its file allows."""
+    reason = next(chain(outside_priors(found), all_priors(found)), None)
+    return None if reason is None or not found.converged else str(reason)
+
+
+def _gaps(model: Model, data: Dataset, told: float = 0.0) -> dict[str, Gap]:
+    """Return G of a model. told: how many of its parameters these data determined, 0 if they were not fitted."""
     H = model.frf(data.f, channels=data.channels)
-    return gaps([data.around(H)], [data.H - H])
+    return gaps([data.around(H)], [data.H - H], told)
 
 
 def _constants(model: Model, data: Dataset) -> dict[str, Any]:
@@ -115,6 +148,8 @@ def write_fitted(path: Path, fitted: FittedModel) -> None:
         serial=fitted.measured.serial,
         inputs=fitted.measured.inputs,
         G={c: g.G for c, g in fitted.after.items()},
+        G_not_fitted={c: g.G for c, g in fitted.held_out.items()},
+        doubt=fitted.doubt if fit.converged else fit.message,
     )
     moved = {n: v for n, v in fitted.start.values.items() if v != base.model.values[n]}
     write_model(path, base.spec, moved | fit.at, fit.sds, damping=fitted.model.damping, record=record)
@@ -124,7 +159,7 @@ def pictures(fitted: FittedModel) -> dict[str, Any]:
     """Return panels of every channel: magnitude, phase, residual."""
     data = fitted.fit.datasets[0]
     before, after = (m.frf(data.f, channels=data.channels) for m in (fitted.start, fitted.model))
-    return dict(fit_panels(data, before, after))
+    return dict(fit_panels(data.around(after), before, after))
 
 
 def document(fitted: FittedModel) -> dict[str, Any]:
@@ -136,6 +171,8 @@ def document(fitted: FittedModel) -> dict[str, Any]:
         "damping": fitted.model.damping,
         "converged": fit.converged,
         "at_bound": list(fit.at_bound),
+        "explains": fitted.explains,
+        "doubt": fitted.doubt,
         "parameters": {
             n: {"value": v, "U": 2.0 * fit.sds[n], "unit": unit_of(n), "prior": p.prior, "prior_sd": p.sd}
             for (n, v), p in zip(fit.at.items(), fit.free, strict=True)

@@ -1,16 +1,19 @@
-"""Where a fitted response and data contradict each other, band by band."""
+"""Where a fitted response contradicts the data, band by band, or the priors of its parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
+from checks import distributions as stats
 from checks.arrays import Complex
+from checks.cause import Cause, Reason, because
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.goodness import gaps
 from checks.fitting.response import Response
+from specs.units import unit_of
 
 FALSE_ALARM = 1e-3  # over all bands and channels
 BANDS_HZ = (0.0, 60.0, 120.0, 170.0, 240.0, 340.0, 480.0, 700.0, 1000.0, 1400.0, 5000.0)  # about a strut's modes
@@ -45,6 +48,32 @@ def predicted(response: Response, found: Fit, data: Dataset) -> Complex:
     half = np.linalg.cholesky(found.cov + 1e-14 * np.diag(np.diag(found.cov))).T @ J.reshape(p, F * C)
     half = half.reshape(p, F, C)
     return np.asarray(np.einsum("pfc,pfd->fcd", half, half.conj()))
+
+
+def outside_priors(found: Fit) -> Iterator[Reason]:
+    """Yield the parameter that had to leave what the model file allows, by the number of parameters that may."""
+    known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
+    if not known:
+        return
+    p, value = max(known, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
+    z = (value - p.prior) / p.sd
+    if 2.0 * len(known) * stats.norm.sf(abs(z)) < FALSE_ALARM:
+        yield because(
+            Cause.PRIOR_EXCEEDED,
+            parameter=p.name,
+            value=value,
+            unit=unit_of(p.name),
+            expected=p.prior,
+            sd=p.sd,
+            z=abs(z),
+        )
+
+
+def all_priors(found: Fit) -> Iterator[Reason]:
+    """Yield that all parameters together lie further off their priors than those that the data determine should."""
+    chi2 = 2.0 * found.prior_cost
+    if stats.chi2.sf(chi2, max(found.told, 1.0)) < FALSE_ALARM:
+        yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.told)
 
 
 def _worst(sets: Sequence[Dataset], residuals: Sequence[Complex], told: float) -> Contradiction | None:

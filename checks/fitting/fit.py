@@ -232,6 +232,24 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
     return _result(problem, end, found.starts)
 
 
+def unfitted(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:
+    """The state from which a fit began, of the same free parameters: for a search that ended no better."""
+    at = {p.name: p.prior for p in found.free}
+    sets = tuple(s.around(response.frf(s.f, at, s.channels)) for s in _sets(datasets))
+    problem = _FitProblem(response, sets, tuple(replace(p, start=None) for p in found.free), found.joint)
+    x = np.zeros(len(found.free))
+    r = problem.residual(x)
+    return _result(problem, Descent(problem, x, 0.5 * float(r @ r), False, 0), found.starts, message)
+
+
+def own_cost(found: Fit) -> float:
+    """Cost of a fit with the tolerance as a part of its own response, in which two ends of a search compare: one that
+    is a part of a response elsewhere may be of any size."""
+    sets = tuple(s.around(s.H - r) for s, r in zip(found.datasets, found.residuals, strict=True))
+    white = [s.whitener(r) for s, r in zip(sets, found.residuals, strict=True)]
+    return found.prior_cost + 0.5 * sum(float(w @ w) for w in white)
+
+
 class _FitProblem:
     """Whitened residuals and their derivatives over the coordinates x of the free parameters."""
 
@@ -321,7 +339,7 @@ def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
     return [np.zeros(len(free)), *(SPREAD * rng.standard_normal((max(starts - 1, 0), len(free))))]
 
 
-def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...]) -> Fit:
+def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...], message: str = "") -> Fit:
     at = problem.coordinates
     values, slope = at.values(found.x), at.slope(found.x)
     cov = np.linalg.pinv(found.normal, hermitian=True) * np.outer(slope, slope)
@@ -335,7 +353,7 @@ def _result(problem: _FitProblem, found: Descent, starts: tuple[float, ...]) -> 
         cost=found.cost,
         prior_cost=0.5 * float(np.sum(problem.off_prior(found.x) ** 2)),
         converged=found.settled,
-        message="" if found.settled else f"the search still moved after {found.steps} steps",
+        message=message if message or found.settled else f"the search still moved after {found.steps} steps",
         at_bound=tuple(n for n, b in zip(problem.names, bound, strict=True) if b),
         starts=starts,
         datasets=problem.sets,

@@ -9,7 +9,7 @@ import numpy as np
 from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
-from checks.fitting.agreement import contradiction
+from checks.fitting.agreement import all_priors, contradiction, outside_priors
 from checks.fitting.common_drive import Driven
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
@@ -19,7 +19,6 @@ from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
 from checks.model.structure.apa import ELASTIC_FROM
-from specs.units import unit_of
 
 FALSE_ALARM = 1e-3  # of every kind of gate, over all that it looks at
 KNOWN = 0.25  # relative noise of the ratio beyond which a bin tells nothing
@@ -37,9 +36,9 @@ def reason(found: MisalignmentEstimate) -> Reason | None:
 
 def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
     yield from _inadequate(found)
-    yield from _outside_priors(found.fit)
+    yield from outside_priors(found.fit)
     yield from _softer(found)
-    yield from _all_priors(found.fit)
+    yield from all_priors(found.fit)
     if not found.fit.converged:
         yield because(Cause.NOT_CONVERGED, detail=found.fit.message)
     yield from _at_the_edge(found)
@@ -100,32 +99,6 @@ def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
         chance = f"p = {worst.p:.1g}" if worst.p > 0.0 else "p below 1e-300"
         at: dict[str, Any] = {"channel": worst.channel, "lo": worst.f_lo_Hz, "hi": worst.f_hi_Hz, "G": worst.G}
         yield because(Cause.MODEL_MISFIT, **at, data=what, chance=chance)
-
-
-def _outside_priors(found: Fit) -> Iterator[Reason]:
-    """The parameter that had to leave what the model file allows, taking the number of parameters into account."""
-    known = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
-    if not known:
-        return
-    p, value = max(known, key=lambda pair: abs(pair[1] - pair[0].prior) / pair[0].sd)
-    z = (value - p.prior) / p.sd
-    if 2.0 * len(known) * stats.norm.sf(abs(z)) < FALSE_ALARM:
-        yield because(
-            Cause.PRIOR_EXCEEDED,
-            parameter=p.name,
-            value=value,
-            unit=unit_of(p.name),
-            expected=p.prior,
-            sd=p.sd,
-            z=abs(z),
-        )
-
-
-def _all_priors(found: Fit) -> Iterator[Reason]:
-    """All parameters together further from what the model allows than those that the data told should be."""
-    chi2 = 2.0 * found.prior_cost
-    if stats.chi2.sf(chi2, max(found.told, 1.0)) < FALSE_ALARM:
-        yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.told)
 
 
 def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:

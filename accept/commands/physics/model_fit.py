@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from accept.analysis.model_fit import FittedModel, document, fit_unit, pictures, write_fitted
+from accept.analysis.model_fit import AGREES, FittedModel, document, fit_unit, pictures, write_fitted
 from accept.base.atomic_files import check_places, write_atomic
 from accept.base.console import clear_errors, say, stdout
 from accept.base.exit_codes import Exit
@@ -19,7 +19,6 @@ from checks.model.parameters import is_mode_factor
 from checks.rounding import rounded, with_U
 
 HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
-AGREES = 1.1  # of G: 1 within the scatter of some hundred bins
 COLUMNS = 3  # a row of panels per channel
 
 
@@ -45,18 +44,18 @@ def run(
     if as_json is not None:
         write_atomic(as_json, json.dumps(document(fitted), indent=1, allow_nan=False).encode() + b"\n")
         say(f"{as_json}: written")
-    return Exit.ACCEPTED if fitted.fit.converged else Exit.INCOMPLETE
+    return Exit.ACCEPTED if fitted.explains else Exit.INCOMPLETE
 
 
 def _print(fitted: FittedModel) -> None:
     fit = fitted.fit
-    rows = Table(whole("parameter"), "prior ± sd", "fitted ± U (k = 2)", "from the prior")
+    rows = Table(whole("parameter"), "prior ± U (k = 2)", "fitted ± U (k = 2)", "from the prior")
     told = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
     for p in told:
         away = (fit.at[p.name] - p.prior) / p.sd
         bound = ", at its bound" if p.name in fit.at_bound else ""
         now = with_U(fit.at[p.name], 2 * fit.sds[p.name])
-        rows.add_row(p.name, f"{p.prior:.5g} ± {p.sd:.2g}", now, f"{away:+.1f} sd{bound}")
+        rows.add_row(p.name, with_U(p.prior, 2 * p.sd), now, f"{away:+.1f} sd{bound}")
     stdout.print(rows)
     if len(told) < len(fit.free):
         stdout.print(f"{len(fit.free) - len(told)} factors on modes are not listed: these data do not determine them")
@@ -81,12 +80,14 @@ def _print(fitted: FittedModel) -> None:
 
 def _print_agreement(fitted: FittedModel) -> None:
     """The answer in one sentence: whether this model, fitted, explains the unit."""
-    by_channel = fitted.held_out or fitted.after
-    if not by_channel or not fitted.fit.converged:
+    if not fitted.fit.converged:
         return
-    worst = max(by_channel, key=lambda c: by_channel[c].G)
-    where, serial = f"G of {worst} is {by_channel[worst].G:.2g}", fitted.measured.serial
-    if by_channel[worst].G > AGREES:
-        say(f"{where}: this model does not explain {serial}; run `accept gap` to find the cause")
-    else:
+    channel, G = fitted.worst
+    where, serial = f"G of {channel} is {G:.2g}", fitted.measured.serial
+    if fitted.explains:
         stdout.print(f"{fitted.base.spec.name}, fitted, explains {serial}: {where}, the largest; 1 or less agrees")
+        return
+    if fitted.doubt is not None:
+        agrees = "agrees only with values the file does not allow" if G <= AGREES else "does not agree"
+        say(f"{fitted.base.spec.name}, fitted, {agrees} ({where}): {fitted.doubt}")
+    say(f"{where}: this model does not explain {serial}; run `accept gap` to find the cause")
