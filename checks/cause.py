@@ -223,6 +223,9 @@ class Cause(Enum):
         "{value:.6g}{in_unit} is inside the limits, but with U = {U:.3g}{in_unit} the true value is more likely outside"
     )
     U_TOO_LARGE = "U = {U:.3g}{in_unit} is above the {most:g}{in_unit} that shared risk allows"
+    U_BESIDE_ZONE = (
+        "U = {U:.3g}{in_unit} is too large beside the limits: at most {most:.3g}{in_unit}, a third of half the zone"
+    )
     CALIBRATION = "no valid calibration: {detail}"
     PART_DOUBTED = "each part is accepted before it is built in, and stands in one strut: {detail}"
     NONCONFORMANCE = "held by a nonconformance of the part, which quality assurance decides: {detail}"

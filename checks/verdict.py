@@ -16,6 +16,9 @@ from specs.spec import Limit
 # Simple acceptance relies on a U that is small beside the limits: a value inside then lies outside with at most this
 # probability ([ILACG8] 4.2.1). A U as wide as the zone between two limits breaks that.
 MOST_RISK = 0.5
+# A value is compared as it is only if U is small beside the zone between the limits: at most a third of half the zone,
+# as ISO/IEC 17025 laboratories ask of a test uncertainty ratio. Guarded acceptance takes U off the zone instead.
+LARGEST_U = 1.0 / 3.0
 
 
 class Verdict(StrEnum):
@@ -130,11 +133,21 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
         return Verdict.CONDITIONAL, because(Cause.U_INCLUDES_LIMIT, value=value, U=U, unit=limit.unit)
     if not inside:
         return outside
+    if U > largest_U(limit):
+        return Verdict.CONDITIONAL, because(Cause.U_BESIDE_ZONE, U=U, unit=limit.unit, most=largest_U(limit))
     if limit.rule == "shared" and U > (limit.U_max or 0.0):
         return Verdict.CONDITIONAL, because(Cause.U_TOO_LARGE, U=U, unit=limit.unit, most=limit.U_max or 0.0)
     if probability_outside(value, U, limit) > MOST_RISK:
         return Verdict.CONDITIONAL, because(Cause.RISK_ABOVE_HALF, value=value, U=U, unit=limit.unit)
     return Verdict.PASS, None
+
+
+def largest_U(limit: Limit) -> float:
+    """Return the largest expanded uncertainty that a limit's decision rule allows, infinite without a zone: half of the
+    zone if it is guarded, else a third of that."""
+    lower, upper = bounds(limit)
+    half = (upper - lower) / 2.0
+    return half if limit.rule == "guarded" else half * LARGEST_U
 
 
 def bounds(limit: Limit) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from checks.consistency.contradictions import held_together
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
-from checks.verdict import Finding, judge, unit_verdict
+from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
 
@@ -105,6 +105,25 @@ def judge_unit(
         models=models.hashes(spec),
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
+
+
+def spec_warnings(spec: Spec) -> list[str]:
+    """Return what a spec states that leaves verdicts open: uncertainties that its own decision rules do not allow."""
+    found = []
+    for name, section in spec.checks.items():
+        for quantity, limit in section.limits.items():
+            stated, most = section.uncertainty.get(quantity), largest_U(limit)
+            lower, upper = bounds(limit)
+            if stated is None or not math.isfinite(most):
+                continue
+            U = stated.at((lower + upper) / 2.0)
+            if U > most:
+                words = f"U = {U:.3g} {limit.unit} is above the {most:.3g} that rule '{limit.rule}' allows"
+                found.append(f"[checks.{name}.uncertainty.{quantity}] {words}: no unit is accepted")
+            if limit.U_max is not None and limit.U_max > most:
+                words = f"U_max = {limit.U_max:.3g} {limit.unit} is above the {most:.3g}"
+                found.append(f"[checks.{name}.limits.{quantity}] {words} that any U may be")
+    return found
 
 
 def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:

@@ -61,13 +61,15 @@ def _source(limit: Limit) -> str:
 @clear_errors
 def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Exit:
     """Check specs. One report lists every problem with its file and key path."""
-    from accept.judging.judge_unit import load_spec
+    from accept.judging.judge_unit import load_spec, spec_warnings
 
     worst = Exit.ACCEPTED
     for name in names:
         try:
             spec = load_spec(name)
             stdout.print(f"{name}: valid, {spec.kind}, sha256 {spec.sha256}")
+            for warning in spec_warnings(spec):
+                say(f"warning: {name}: {warning}")
         except SpecError as e:
             say(str(e))
             worst = Exit.BAD_INPUT

@@ -9,17 +9,24 @@ from specs.spec import CheckSpec
 
 
 def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | None = None) -> Quantity:
-    """Quantity of a typed entry. U: the one typed beside it, else the spec's for this entry, else unknown."""
+    """Return the quantity of a typed entry.
+
+    U: the larger one of that typed beside it and the spec's for this entry; unknown without both. Who types a value
+    does not choose its guard band: nothing behind a typed U says that the instrument is better than the spec knows."""
     name = quantity or entry
     given: Measured | None = values.get(entry)
     if given is None:
         return Quantity.missing(name, Cause.NOT_MEASURED)
-    if given.U is not None:
-        return Quantity.of(name, given.value, Contribution("stated with the value", given.U / COVERAGE_FACTOR))
     stated = spec.uncertainty.get(entry)
-    if stated is None:
+    floor = None if stated is None else stated.at(given.value)
+    if given.U is not None and (floor is None or given.U >= floor):
+        return Quantity.of(name, given.value, Contribution("stated with the value", given.U / COVERAGE_FACTOR))
+    if stated is None or floor is None:
         return Quantity(name, given.value)
-    return Quantity.of(name, given.value, Contribution(stated.source, stated.at(given.value) / COVERAGE_FACTOR))
+    note = None
+    if given.U is not None:
+        note = f"the U typed beside it, {given.U:.3g}, is below the {floor:.3g} that the spec states, which stands"
+    return Quantity.of(name, given.value, Contribution(stated.source, floor / COVERAGE_FACTOR), note=note)
 
 
 def stated(spec: CheckSpec, value: float, *names: str) -> Contribution | None:

@@ -210,15 +210,17 @@ def test_guarded_zone_is_conditional_where_the_interval_crosses_the_limit() -> N
     assert verdict_of(4.30, 0.05, limit) is Verdict.FAIL
 
 
-def test_simple_acceptance_ends_where_the_value_is_more_likely_outside() -> None:
+def test_simple_acceptance_ends_where_U_is_large_beside_the_zone() -> None:
     """A value in the middle of its zone, U as wide as the zone: P(outside) = 2 P(Z > 1) = 32 %; twice that, 62 %."""
     for rule, U_max in (("simple", None), ("shared", 5.0)):
         limit = Limit(lower=4.4, upper=5.6, unit=UNIT, rule=rule, source="test", U_max=U_max)
-        assert verdict_of(5.0, 1.2, limit) is Verdict.PASS
-        finding = judge("capacitance", Quantity(NAME, 5.0, 2.4), limit)
-        assert finding.verdict is Verdict.CONDITIONAL
-        assert finding.p_false_accept == pytest.approx(2 * norm.sf(0.5), rel=1e-9)
-        assert "more likely outside" in str(finding.reason)
+        assert verdict_of(5.0, 0.19, limit) is Verdict.PASS  # a third of half the zone is 0.2
+        for U, risk in ((1.2, 2 * norm.sf(1.0)), (2.4, 2 * norm.sf(0.5))):
+            finding = judge("capacitance", Quantity(NAME, 5.0, U), limit)
+            assert finding.verdict is Verdict.CONDITIONAL
+            assert finding.p_false_accept == pytest.approx(risk, rel=1e-9)
+            assert finding.cause is not None
+            assert finding.cause.cause is Cause.U_BESIDE_ZONE
 
 
 @given(limits(), finite, st.floats(0, 1e3))

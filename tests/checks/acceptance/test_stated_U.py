@@ -1,0 +1,84 @@
+"""Who types a value does not choose its guard band, and no decision rule accepts by a U as wide as the limits."""
+
+import math
+
+import pytest
+
+from accept.judging.judge_unit import spec_warnings
+from checks.acceptance.common.typed_value import typed_quantity
+from checks.declare import Measured
+from checks.quantity import Contribution, Quantity
+from checks.verdict import MOST_RISK, Verdict, judge, largest_U, probability_outside
+from specs.spec import Limit, Spec, load, parse
+
+
+@pytest.fixture(scope="module")
+def spec() -> Spec:
+    return load("apa-basic")  # capacitance: 0.5 percent, 4.4 uF at least, guarded
+
+
+@pytest.mark.parametrize(
+    ("given", "U"),
+    [(Measured(5.0), 0.025), (Measured(5.0, 1e-6), 0.025), (Measured(5.0, 0.025), 0.025), (Measured(5.0, 0.1), 0.1)],
+)
+def test_the_U_of_the_spec_is_a_floor(spec: Spec, given: Measured, U: float) -> None:
+    found = typed_quantity({"sensor_uF": given}, spec.checks["capacitance"], "sensor_uF")
+    assert found.U == pytest.approx(U, rel=1e-12)
+    assert (found.note is not None) == (given.U is not None and given.U < U)
+
+
+def test_a_smaller_U_takes_no_unit_over_the_limit(spec: Spec) -> None:
+    section = spec.checks["capacitance"]
+    found = typed_quantity({"sensor_uF": Measured(4.4001, 1e-6)}, section, "sensor_uF")
+    assert judge("capacitance", found, section.limits["sensor_uF"]).verdict is Verdict.CONDITIONAL
+
+
+def limit(rule: str, lower: float | None, upper: float | None, U_max: float | None = None) -> Limit:
+    return Limit(lower=lower, upper=upper, unit="um", rule=rule, source="x", U_max=U_max)
+
+
+@pytest.mark.parametrize(
+    ("rule", "value", "U", "verdict"),
+    [
+        ("simple", 5.0, 2.9, Verdict.CONDITIONAL),  # P(false) 0.49: no laboratory would sign it
+        ("simple", 5.0, 0.33, Verdict.PASS),
+        ("simple", 5.0, 0.34, Verdict.CONDITIONAL),
+        ("shared", 5.0, 0.33, Verdict.PASS),
+        ("shared", 5.0, 0.9, Verdict.CONDITIONAL),
+        ("guarded", 5.0, 0.9, Verdict.PASS),  # the rule takes U off the zone: the risk is small
+        ("guarded", 5.0, 1.1, Verdict.CONDITIONAL),
+        ("simple", 7.0, 2.9, Verdict.FAIL),  # outside stays outside
+    ],
+)
+def test_U_is_small_beside_the_zone(rule: str, value: float, U: float, verdict: Verdict) -> None:
+    asked = limit(rule, 4.0, 6.0, 1e300 if rule == "shared" else None)
+    found = judge("stroke", Quantity.of("stroke_um", value, Contribution("stated", U / 2)), asked)
+    assert found.verdict is verdict
+    if verdict is Verdict.PASS:
+        assert probability_outside(value, U, asked) <= MOST_RISK
+
+
+def test_one_limit_bounds_no_zone() -> None:
+    assert largest_U(limit("simple", 4.0, None)) == math.inf
+
+
+SPEC = """name = "n"
+kind = "apa"
+title = "t"
+[checks.capacitance]
+[checks.capacitance.limits.sensor_uF]
+lower = 4.4
+upper = 5.5
+unit = "uF"
+rule = "{rule}"
+source = "x"
+[checks.capacitance.uncertainty.sensor_uF]
+U = 0.4
+source = "x"
+"""
+
+
+@pytest.mark.parametrize(("rule", "warned"), [("simple", True), ("guarded", False)])
+def test_a_spec_whose_U_leaves_every_verdict_open_is_warned_of(rule: str, warned: bool) -> None:
+    found = spec_warnings(parse(SPEC.format(rule=rule).encode(), "n.toml"))
+    assert [("uncertainty.sensor_uF" in line) for line in found] == [True] * warned
