@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from checks.acceptance import CHECKS
-from checks.cause import NoResult
+from checks.cause import Cause, NoResult
 from checks.quantity import Contribution, Quantity
 from checks.verdict import UnitVerdict, Verdict, bounds, judge, probability_outside, unit_verdict
 from specs.spec import CheckSpec, Limit
