@@ -9,6 +9,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum, unique
 from typing import Any
 
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import no_info_plain_validator_function, plain_serializer_function_ser_schema
+
 from specs.labels import CHANNEL_LABELS, model_label
 from specs.units import DIMENSIONLESS
 
@@ -306,6 +309,22 @@ class Reason:
             **about,
             also=tuple(cls.from_json(r) for r in entry.get("also", ())),
         )
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, *_: Any) -> CoreSchema:
+        """Let typed documents hold reasons. A code of another version of the program stays as words."""
+        return no_info_plain_validator_function(
+            cls._read, serialization=plain_serializer_function_ser_schema(cls.to_json)
+        )
+
+    @classmethod
+    def _read(cls, entry: Any) -> "Reason":
+        try:
+            return cls.from_json(entry)
+        except KeyError as e:
+            return because(Cause.IN_WORDS, detail=f"{entry.get('code', 'a cause')} of another version ({e} is unknown)")
+        except (TypeError, AttributeError) as e:
+            raise ValueError("a cause is an object with its code") from e
 
 
 def because(cause: Cause, *, record: str = "", file: str = "", **parameters: Any) -> Reason:

@@ -3,11 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from checks.cause import Cause, Reason, because
-from checks.picture import Panel
 from specs.units import unit_of
+
+if TYPE_CHECKING:  # pictures load numpy, and the event store, which holds quantities, opens without it
+    from checks.picture import Panel
 
 COVERAGE_FACTOR = 2.0  # U = k u with k = 2 everywhere ([JCGM100] 6.3)
 
@@ -63,4 +65,4 @@ class Outcome:
 
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()
-    panels: Mapping[str, Panel] = field(default_factory=dict)
+    panels: "Mapping[str, Panel]" = field(default_factory=dict)

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from accept.cli.main import app
 from accept.judging.check_docs import all_checks
+from accept.store import formats
 from tests.accept.units.units import make_unit
 from tests.soak import SOAK
 
@@ -80,6 +81,11 @@ def test_files_of_the_code_that_a_page_names_exist(page: Path) -> None:
 def test_the_page_of_checks_is_what_the_checks_declare() -> None:
     """Renew it with: accept spec checks > docs/reference/checks.md"""
     assert (ROOT / "docs" / "reference" / "checks.md").read_text() == all_checks()
+
+
+def test_the_page_of_formats_is_what_the_models_declare() -> None:
+    """Renew it with: python -m accept.store.formats > docs/reference/formats.md"""
+    assert (ROOT / "docs" / "reference" / "formats.md").read_text() == formats.page() + "\n"
 
 
 def command_names(group: object = None, prefix: str = "accept") -> list[str]:

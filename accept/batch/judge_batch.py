@@ -26,6 +26,7 @@ from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
 from accept.store import Event, Store
+from accept.store.payloads import BatchFinished, BatchStarted, UnitJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.picture import Panel
@@ -95,8 +96,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.enrol()
         check_room(roster.count(), request.cluster is not None)
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
-        started = {"out": str(request.out), "units": roster.count(), "specs": names}
-        store.append("batch_started", "", started, who=request.operator)
+        store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
         jobs: Iterator[UnitJob] | list[UnitJob] = batch.jobs()
         if request.cluster is None:
             jobs = list(jobs)
@@ -108,9 +108,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.report.unchanged = roster.count("unchanged")
         batch.write_results()
     report = batch.report
-    store.append(
-        "batch_finished", "", {"verdicts": report.verdicts, "refused": len(report.refused)}, who=request.operator
-    )
+    store.write(BatchFinished(report.verdicts, len(report.refused)), who=request.operator)
     return report
 
 
@@ -235,7 +233,7 @@ class _Batch:
                 *more, judged = _judgements(self.store, serial, since, seq)
                 path = request.certificate(serial)
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
-                entry = judged.data["result"] | {"certificate": certificate}
+                entry = UnitJudged.of(judged).result.to_json() | {"certificate": certificate}
                 report.verdicts[entry["verdict"]] += 1
                 kinds.add(entry["kind"])
                 results.add(entry, attempt=earlier + len(more) + 1, time=judged.time, operator=judged.who)
@@ -266,7 +264,7 @@ def _why(result: UnitResult) -> str:
 
 def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
     """Return the judgements of a unit from one event to another."""
-    return takewhile(lambda e: e.seq <= last, store.events(serial, "unit_judged", after=first - 1))
+    return takewhile(lambda e: e.seq <= last, store.events(serial, UnitJudged.KIND, after=first - 1))
 
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:

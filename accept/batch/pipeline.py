@@ -37,7 +37,7 @@ from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
-from accept.store.indexes import JUDGED
+from accept.store.payloads import UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
@@ -101,7 +101,7 @@ class Pipeline:
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
         before = fold(past).units.get(unit.serial)
-        samples = before.result.get("samples", {}) if before else {}
+        samples = before.result.samples if before else {}
         return Known(before, self._reservations(unit, samples))
 
     def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
@@ -111,13 +111,13 @@ class Pipeline:
         if before is None or not before.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
             return False
         entry = before.result
-        if entry.get("models", {}) != self._model_hashes(unit.kind):
+        if entry.models != self._model_hashes(unit.kind):
             return False
-        if not calibration.same(entry.get("calibration"), self.statement(unit)):
+        if not calibration.same(entry.calibration, self.statement(unit)):
             return False
         if known.reservations != Reservations.stated(entry):
             return False
-        if not (same_start(entry.get("gap"), self._start(unit)) and is_there(entry.get("gap"), self.out or Path())):
+        if not (same_start(entry.gap, self._start(unit)) and is_there(entry.gap, self.out or Path())):
             return False
         if certificate is None:
             return True
@@ -169,7 +169,7 @@ class Pipeline:
 
     def refuse(self, path: Path | str, reason: str) -> None:
         """Store that a folder, here or at an address, could not be judged at all. Raises StoreError."""
-        self.store.append("unit_refused", "", {"path": str(path), "reason": reason}, who=self.operator)
+        self.store.write(UnitRefused(str(path), reason), who=self.operator)
 
     def statement(self, unit: UnitFolder) -> Statement | None:
         """Return the calibration of the instruments behind the checks of a unit, None without a bench file."""
@@ -218,22 +218,16 @@ class Pipeline:
 
     def _is_stored(self, seq: int, result: UnitResult) -> bool:
         """Whether a result is that of an event, so that one certificate states both."""
-        stored = next(self.store.events(result.serial, JUDGED, after=seq - 1))
-        return canonical(stored.data["result"]) == canonical(result.to_json())
+        stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
+        return canonical(stored.result.to_json()) == canonical(result.to_json())
 
     def _store_verdict(self, unit: UnitFolder, result: UnitResult) -> Event:
         """Store a result, as results.json has it, with all that it depends on. No way to a verdict goes round the
         golden units."""
         check_may_judge(self.store, result.serial)
-        entry = result.to_json()
-        payload = {
-            "path": str(unit.path.resolve()),
-            "inputs": entry["inputs"],
-            "spec_sha256": result.spec_sha256,
-            "code_sha256": code_sha256(),
-            "result": entry,
-        }
-        return self.store.append(JUDGED, result.serial, payload, who=self.operator, spec=result.spec)
+        entry, path = result.entry, str(unit.path.resolve())
+        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry)
+        return self.store.write(judged, result.serial, who=self.operator, spec=result.spec)
 
 
 def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:

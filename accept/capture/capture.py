@@ -15,6 +15,7 @@ from accept.base.atomic_files import write_atomic
 from accept.capture.journal import Journal
 from accept.capture.mass_steps import stiffness
 from accept.capture.run import Captured, Run, Take
+from accept.store import payloads
 from accept.units import toml_edit
 from accept.units.unit_folder import read as read_unit
 from checks.acceptance.flatness import POSITIONS_MM
@@ -44,33 +45,34 @@ def capture(section: str, run: Run) -> Captured:
             captured = CAPTURES[section](run, Take(run, journal))
             run.instrument.confirm()  # still the instrument that it was, set as it was, before anything is set
         except InstrumentError as e:
-            _event("capture_failed", serial, section, run, journal, {"reason": str(e)})
+            run.store.write(payloads.CaptureFailed(**_kept(section, run, journal), reason=str(e)), serial, who=run.who)
             raise
         finally:
             run.instrument.close()
         for name, content in captured.files.items():
             write_atomic(run.folder / name, content)
         toml_edit.enter(run.folder, section, captured.entries)
-        _event("captured", serial, section, run, journal, {"entries": captured.entries, "notes": captured.notes})
+        event = payloads.Captured(**_kept(section, run, journal), entries=captured.entries, notes=tuple(captured.notes))
+        run.store.write(event, serial, who=run.who)
     return captured
 
 
-def _event(what: str, serial: str, section: str, run: Run, journal: Journal, more: dict[str, Any]) -> None:
+def _kept(section: str, run: Run, journal: Journal) -> dict[str, Any]:
+    """Return what the event of a run keeps, whether it failed or not."""
     link, calibration = run.instrument.link, run.entry.calibration
-    payload = {
+    return {
         "section": section,
         "instrument": run.instrument.name,
         "model": run.entry.model,
         "serial": run.entry.serial,
         "calibration": None
         if calibration is None
-        else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
+        else payloads.InstrumentCalibration(calibration.certificate, calibration.due.isoformat()),
         "settings": dict(run.instrument.asked),
-        "readings": _ends(journal.lines),
+        "readings": tuple(_ends(journal.lines)),
         "journal": journal.path.name,
-        "transcript": [] if link is None else _ends([t.to_json() for t in link.take_transcript()]),
+        "transcript": () if link is None else tuple(_ends([tuple(t.to_json()) for t in link.take_transcript()])),
     }
-    run.store.append(what, serial, payload | more, who=run.who)
 
 
 def _ends(lines: list[Any]) -> list[Any]:

@@ -8,14 +8,15 @@ assigned one).
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 from typing import Any
 
 from accept.store import Event, Store
+from accept.store.payloads import InstrumentChecked
 from specs.bench import BenchFile, InstrumentEntry, ReferenceEntry
 
-CHECKED = "instrument_checked"
+CHECKED = InstrumentChecked.KIND
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,6 @@ class ReferenceCheck:
     def passed(self) -> bool:
         return bool(abs(self.E_n) <= 1.0)  # False for NaN too
 
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self) | {"readings": list(self.readings), "E_n": self.E_n, "passed": self.passed}
-
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
     """Return the comparison of readings in the artefact's unit. Raises ValueError if the bench file states no accuracy:
@@ -61,15 +59,18 @@ def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readin
 
 def keep(store: Store, check: ReferenceCheck, evidence: dict[str, Any], who: str) -> Event:
     """Store a comparison with what went over the line. Raises StoreError."""
-    return store.append(CHECKED, "", check.to_json() | {"evidence": evidence}, who=who)
+    event = InstrumentChecked(**asdict(check), E_n=check.E_n, passed=check.passed, evidence=evidence)
+    return store.write(event, who=who)
 
 
 def history(events: Iterable[Event], name: str, serial: str | None) -> list[ReferenceCheck]:
     """Return the comparisons of one instrument, in order; those of another that stood at its place are not its own."""
-    known = [dict(event.data) for event in events if event.what == CHECKED]
-    fields = ReferenceCheck.__dataclass_fields__
-    found = [ReferenceCheck(**{key: data[key] for key in fields}) for data in known if data["instrument"] == name]
-    return [check for check in found if check.serial == serial]
+    checks = (InstrumentChecked.of(event) for event in events if event.what == CHECKED)
+    return [
+        ReferenceCheck(**{field.name: getattr(check, field.name) for field in fields(ReferenceCheck)})
+        for check in checks
+        if (check.instrument, check.serial) == (name, serial)
+    ]
 
 
 def days_checked(store: Store, bench: BenchFile) -> dict[str, list[tuple[str, float]]]:

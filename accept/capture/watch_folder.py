@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from accept.store import Store
+from accept.store.payloads import RecordPickedUp
 from accept.units import toml_edit, unit_folder
 from accept.units.attach import take_in
 from accept.units.unit_folder import UnitError
@@ -87,8 +88,7 @@ def pick_up(
     if rig and not unit.channels:
         toml_edit.state_channels(folder, rig)
     toml_edit.enter(folder, section, {name: copy})
-    payload = {"section": section, "input": name, "file": copy, "sha256": sha256, "origin": str(source.resolve())}
-    store.append("record_picked_up", unit.serial, payload, who=who)
+    store.write(RecordPickedUp(section, name, copy, sha256, str(source.resolve())), unit.serial, who=who)
     return copy
 
 

@@ -28,5 +28,6 @@ def sign_into(
 
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition)
     write_atomic(path, signed)
-    decided = None if disposition is None else disposition.to_json()
-    return events.signed(store, serial, path, signed, credential.role, who=who, spec=spec, disposition=decided)
+    return events.signed(
+        store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition, of=document
+    )

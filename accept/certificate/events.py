@@ -1,10 +1,12 @@
 """What signing a certificate leaves in the event store."""
 
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path
 
+from accept.certificate.contents.disposition import Disposition
 from accept.store import Event, Store
+from accept.store.fold import TECHNICIAN
+from accept.store.payloads import CertificateSigned, Decision
 
 
 def signed(
@@ -15,11 +17,17 @@ def signed(
     role: str,
     *,
     who: str,
+    of: bytes,
     spec: str = "",
-    disposition: Mapping[str, str] | None = None,
+    disposition: Disposition | None = None,
 ) -> Event:
-    """Store that a certificate was signed in a role and written to `path`, with the disposition of a unit that was not
-    accepted. Raises StoreError."""
-    what = {"path": str(path.resolve()), "sha256": hashlib.sha256(content).hexdigest(), "role": role}
-    decided = {} if disposition is None else {"disposition": disposition}
-    return store.append("certificate_signed", serial, what | decided, who=who, spec=spec)
+    """Store that a certificate was signed in a role and written to `path`. of: the document before this signature.
+    disposition: of a unit that was not accepted. Raises StoreError."""
+    event = CertificateSigned(
+        str(path.resolve()),
+        hashlib.sha256(content).hexdigest(),
+        role,
+        disposition=None if disposition is None else Decision(disposition.choice, disposition.reason),
+        before=None if role == TECHNICIAN else hashlib.sha256(of).hexdigest(),
+    )
+    return store.write(event, serial, who=who, spec=spec)

@@ -8,8 +8,9 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import measurements
-from accept.judging.golden import MET, MISSED, goldens
+from accept.judging.golden import goldens
 from accept.store import Store
+from accept.store.payloads import GoldenMet, GoldenMissed
 
 LEAST_BEFORE = 1  # earlier judgements that today's is compared with
 
@@ -32,11 +33,11 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
     if not named:
         raise FleetError("no golden unit is named: accept golden name SERIAL --expect accepted")
     found = [compared(serial, expected, measurements(store, serial), since) for serial, expected in named.items()]
-    missed = {c.serial: list(c.problems) for c in found if c.problems}
+    missed = {c.serial: c.problems for c in found if c.problems}
     if missed:
-        store.append(MISSED, "", {"serials": sorted(missed), "reasons": missed}, who=who)
+        store.write(GoldenMissed(tuple(sorted(missed)), missed), who=who)
     elif all(c.measured for c in found):
-        store.append(MET, "", {"serials": sorted(named)}, who=who)
+        store.write(GoldenMet(tuple(sorted(named))), who=who)
     return found
 
 

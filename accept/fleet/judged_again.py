@@ -3,16 +3,17 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from accept.base.cluster.work import Cluster, GivenUp
 from accept.base.progress import steps
+from accept.documents.results import UnitEntry
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
 from accept.store import Store, UnitState, fold
+from accept.store.payloads import UnitJudged
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
-from checks.cause import Cause, Reason, because
+from checks.cause import Cause, because
 from checks.quantity import Quantity
 from checks.verdict import Finding, judge, unit_verdict
 from specs.spec import Spec
@@ -49,8 +50,8 @@ def judged_again(
 
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
-    units = (fold([event]).units[event.subject] for event in store.last_of_each("unit_judged"))
-    known = ((unit, specs.get(unit.result["kind"])) for unit in steps(units, "units judged again"))
+    units = (fold([event]).units[event.subject] for event in store.last_of_each(UnitJudged.KIND))
+    known = ((unit, specs.get(unit.result.kind)) for unit in steps(units, "units judged again"))
     asked = ((unit, spec, from_records) for unit, spec in known if spec is not None)
     if cluster is None:
         yield from map(again, asked)
@@ -68,7 +69,7 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
     measured = from_values(unit.result, spec) if findings is None else findings
     reservations = Reservations.stated(unit.result)
     now = list(reservations.weaken(measured)) if reservations else measured
-    before = {f["quantity"]: f["verdict"] for f in unit.result["findings"]}
+    before = {f.quantity: str(f.verdict) for f in unit.result.findings}
     differ = {
         f.quantity: (before.get(f.quantity, "not judged"), str(f.verdict), f.reason or "")
         for f in now
@@ -89,16 +90,13 @@ def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
         return None
 
 
-def from_values(result: Mapping[str, Any], spec: Spec) -> list[Finding]:
+def from_values(result: UnitEntry, spec: Spec) -> list[Finding]:
     """Stored values against a spec's limits. A quantity that was not measured has no result."""
-    held = {
-        row["quantity"]: Quantity(
-            row["quantity"],
-            float("nan") if row["value"] is None else float(row["value"]),
-            row["U"],
-            reason=_reason(row) if row["value"] is None else None,
-        )
-        for row in (*result["information"], *result["findings"])
+    held = {i.quantity: i.measured() for i in result.information} | {
+        f.quantity: Quantity.missing(f.quantity, f.cause or because(Cause.IN_WORDS, detail=f.reason or "no value"))
+        if f.value is None
+        else Quantity(f.quantity, f.value, f.U)
+        for f in result.findings
     }
     return [
         judge(name, held.get(quantity, Quantity.missing(quantity, Cause.NOT_MEASURED)), limit, asked.required)
@@ -106,9 +104,3 @@ def from_values(result: Mapping[str, Any], spec: Spec) -> list[Finding]:
         for quantity, limit in asked.limits.items()
         if asked.required or quantity in held
     ]
-
-
-def _reason(row: Mapping[str, Any]) -> Reason:
-    if row.get("cause"):
-        return Reason.from_json(row["cause"])
-    return because(Cause.IN_WORDS, detail=row.get("reason") or "no value")

@@ -3,13 +3,15 @@
 import calendar
 import datetime
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import pandas as pd
 
+from accept.documents.results import UnitEntry
 from accept.fleet.errors import FleetError
 from accept.store import Event, Store
+from accept.store.payloads import UnitJudged
 from checks.cause import Cause
 
 OF_A_JUDGEMENT = [
@@ -30,7 +32,7 @@ def measurements(store: Store, serial: str | None = None) -> pd.DataFrame:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
     Raises StoreError.
     """
-    frame = pd.DataFrame(rows(store.events(serial, "unit_judged")), columns=COLUMNS)
+    frame = pd.DataFrame(rows(store.events(serial, UnitJudged.KIND)), columns=COLUMNS)
     for name in ("time", "measured"):
         frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
     frame["required"] = frame["required"].fillna(True).astype(bool)
@@ -43,26 +45,25 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
     """Yield the findings of each event of a judgement."""
     attempts: Counter[str] = Counter()
     for event in events:
-        result = event.data["result"]
+        judged = UnitJudged.of(event)
+        result, batch = judged.result, judged.batch
         attempts[event.subject] += 1
-        batch = event.data.get("batch") or {}
-        days = result.get("measured") or {}
         common = {
             "seq": event.seq,
             "time": event.time,
-            "batch": batch.get("seq", event.seq),
-            "place": batch.get("place", 0),
+            "batch": batch.seq if batch else event.seq,
+            "place": batch.place if batch else 0,
             "operator": event.who,
             "bench": bench_of(result),
             "serial": event.subject,
-            "kind": result["kind"],
+            "kind": result.kind,
             "attempt": attempts[event.subject],
-            "unit_verdict": result["verdict"],
+            "unit_verdict": str(result.verdict),
             "spec": event.spec.split("@")[0],
         }
-        for finding in result["findings"]:
-            own = {name: finding.get(name) for name in OF_A_FINDING}
-            yield common | own | {"measured": days.get(finding["check"])}
+        for finding in result.findings:
+            own = {name: getattr(finding, name, None) for name in OF_A_FINDING}
+            yield common | own | {"verdict": str(finding.verdict), "measured": result.measured.get(finding.check)}
 
 
 def when(frame: pd.DataFrame) -> pd.Series:
@@ -88,9 +89,9 @@ def first_attempts(frame: pd.DataFrame) -> pd.DataFrame:
     return attempted.sort_values("seq", kind="stable").drop_duplicates(["serial", "quantity"])
 
 
-def bench_of(result: Mapping[str, Any]) -> str:
+def bench_of(result: UnitEntry) -> str:
     """Return the name of the bench file that a result was judged with."""
-    calibration = result.get("calibration") or {}
+    calibration = result.calibration or {}
     return str(calibration.get("bench") or NOT_STATED)
 
 

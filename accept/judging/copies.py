@@ -14,9 +14,10 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
 
-from accept.judging.result import finding_from_json, finding_json
+from accept.documents.results import UnitEntry
 from accept.store import Event, Store
-from accept.store.indexes import JUDGED, TABLE
+from accept.store.indexes import TABLE
+from accept.store.payloads import CopiesResolved, UnitJudged
 from accept.units.samples import is_typed
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
@@ -24,7 +25,6 @@ from checks.signals.sketch import Sketch
 from checks.verdict import Finding, Verdict, unit_verdict
 from specs.errors import AcceptError
 
-RESOLVED = "copies_resolved"
 ATTEMPT = re.compile(r"attempt-\d+")  # the folder of one in the workflow
 Channels = Mapping[str, str]
 Samples = Mapping[str, Channels]
@@ -49,7 +49,7 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
     for event in (*store.judgements_with(_recordings(samples)), *store.judgements_with(typed, but=serial)):
         for name, other, theirs in _shared(event, serial, folder, samples):
             own[name][event.subject, other] = theirs
-    said = list(store.events(what=RESOLVED)) if any(own.values()) else []
+    said = list(store.events(what=CopiesResolved.KIND)) if any(own.values()) else []
     return [_copy(serial, name, samples[name], found, said) for name, found in sorted(own.items()) if found]
 
 
@@ -63,16 +63,16 @@ def same_recording(one: Channels, other: Channels) -> bool:
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:
     """(own record, record of the event, its channels) of each pair that holds the same samples."""
-    if event.what != JUDGED or (event.subject == serial and folder is None):
+    if event.what != UnitJudged.KIND or (event.subject == serial and folder is None):
         return []
-    data = event.data
-    theirs: Samples = data["result"].get("samples", {})
+    judged = UnitJudged.of(event)
+    theirs: Samples = judged.result.samples
     if event.subject == serial:  # what was typed of one unit stays true of it
         samples, theirs = _recordings(samples), _recordings(theirs)
     pairs = [(a, b, theirs[b]) for a in samples for b in theirs if same_recording(samples[a], theirs[b])]
     if event.subject != serial:
         return pairs
-    return [] if _same_evidence(str(data["path"]), str(folder), pairs, len(samples), len(theirs)) else pairs
+    return [] if _same_evidence(judged.path, str(folder), pairs, len(samples), len(theirs)) else pairs
 
 
 def _recordings(samples: Samples) -> Samples:
@@ -93,13 +93,14 @@ def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Chann
 
 def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str], Channels], said: list[Event]) -> Copy:
     parties = {_party(serial, name, own), *(_party(who, sample, told) for (who, sample), told in found.items())}
-    resolved = next((e for e in reversed(said) if parties <= set(map(tuple, e.data["parties"]))), None)
+    decisions = ((event, CopiesResolved.of(event)) for event in reversed(said))
+    event, decision = next(((e, d) for e, d in decisions if parties <= set(d.parties)), (None, None))
     copy: Copy = {"sample": name, "with": [{"serial": who, "sample": sample} for who, sample in sorted(found)]}
-    if resolved is None:
+    if event is None or decision is None:
         return copy | {"withheld": True, "resolved": None}
-    data = resolved.data
-    told = {"who": resolved.who, "time": resolved.time, "reason": data["reason"], "measured": data["measured"]}
-    return copy | {"withheld": [serial, name] not in data["measured"], "resolved": told}
+    measured = [list(party) for party in decision.measured]
+    told = {"who": event.who, "time": event.time, "reason": decision.reason, "measured": measured}
+    return copy | {"withheld": (serial, name) not in decision.measured, "resolved": told}
 
 
 def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
@@ -129,36 +130,36 @@ def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any
     for them no more than for this one. Returns their serials. Raises StoreError."""
     changed = []
     for other in sorted({w["serial"] for copy in copies for w in copy["with"]} - {serial}):
-        last = store.latest(other, JUDGED)
+        last = store.latest(other, UnitJudged.KIND)
         if last is None:
             continue
-        data = last.data
-        entry = data["result"]
-        found = copies_of(store, other, data["path"], entry.get("samples", {}))
-        if found and found != entry.get("copies", []):
-            weaker = _entry_without(entry, found)
-            store.append(JUDGED, other, data | {"result": weaker}, who=who, spec=last.spec)
+        judged = UnitJudged.of(last)
+        found = copies_of(store, other, judged.path, judged.result.samples)
+        if found and found != list(judged.result.copies):
+            weaker = replace(judged, result=_entry_without(judged.result, found))
+            store.write(weaker, other, who=who, spec=last.spec)
             changed.append(other)
     return changed
 
 
-def _entry_without(entry: Mapping[str, Any], copies: Sequence[Copy]) -> dict[str, Any]:
+def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
     """Return an entry of results.json without what was found from copies. What was withheld once and counts again is
     judged again from its records; here it stays without a result."""
-    findings = [without_copies(finding_from_json(f), copies) for f in entry["findings"]]
+    findings = tuple(without_copies(finding, copies) for finding in entry.findings)
     sections = sections_withheld(copies)
-    information = [i for i in entry["information"] if CHECKS[i["check"]].reads not in sections]
-    judged = {"findings": [finding_json(f) for f in findings], "verdict": str(unit_verdict(findings))}
-    return {**entry, **judged, "information": information, "copies": list(copies)}
+    information = tuple(i for i in entry.information if CHECKS[i.check].reads not in sections)
+    return replace(
+        entry, findings=findings, verdict=unit_verdict(findings), information=information, copies=tuple(copies)
+    )
 
 
 def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, who: str) -> list[Copy]:
     """Store of whom the recordings are that a unit shares with others; returns them. measured: `SERIAL`, or
     `SERIAL:section/input`. Raises CopiesError where nothing is to be resolved or nobody of those named has a part."""
-    last = store.latest(serial, JUDGED)
-    data: dict[str, Any] = last.data if last else {"result": {}, "path": ""}
-    samples: Samples = data["result"].get("samples", {})
-    found = [c for c in copies_of(store, serial, data["path"], samples) if c["resolved"] is None]
+    last = store.latest(serial, UnitJudged.KIND)
+    judged = UnitJudged.of(last) if last else None
+    samples: Samples = judged.result.samples if judged else {}
+    found = [c for c in copies_of(store, serial, judged.path if judged else "", samples) if c["resolved"] is None]
     if not found:
         raise CopiesError(f"{serial}: none of its recordings stands elsewhere too, or all were resolved")
     if not reason.strip():
@@ -170,8 +171,7 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, who
         known = ", ".join(f"{a}:{b}" for a, b in sorted(parties))
         raise CopiesError(f"--measured: name one or more of {known}")
     told = sorted({_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
-    payload = {"parties": told, "measured": [list(p) for p in chosen], "reason": " ".join(reason.split())}
-    store.append(RESOLVED, serial, payload, who=who)
+    store.write(CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split())), serial, who=who)
     return found
 
 
@@ -180,8 +180,8 @@ def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
     there = set()
     wanted = {(w["serial"], w["sample"]) for c in found for w in c["with"]}
     for other in {who for who, _ in wanted}:
-        for event in store.events(other, JUDGED):
-            for name, channels in event.data["result"].get("samples", {}).items():
+        for event in store.events(other, UnitJudged.KIND):
+            for name, channels in UnitJudged.of(event).result.samples.items():
                 if (other, name) in wanted:
                     there.add(_party(other, name, channels))
     return there

@@ -9,10 +9,9 @@ return or to scrap it releases nothing.
 from collections.abc import Mapping, Sequence
 
 from accept.store import Store
-from accept.store.indexes import JUDGED
+from accept.store.payloads import CertificateSigned, EntryUndone, StepNoted, UnitJudged, payload_of
 
 MARK = "NONCONFORMANCE: "  # how its line in `unit.toml` begins
-NOTED, UNDONE, SIGNED = "step_noted", "entry_undone", "certificate_signed"
 RELEASING = ("use-as-is", "rework", "measure-again")  # of the dispositions
 
 
@@ -26,26 +25,26 @@ def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
 def open_nonconformances(store: Store, serial: str, notes: Mapping[str, Sequence[str]]) -> list[str]:
     """Return the nonconformances that hold a unit. notes: those of its folder. Raises StoreError."""
     here = in_notes(notes)
-    last = store.latest(serial, JUDGED)
-    stated: Sequence[str] = () if last is None else last.data["result"].get("nonconformances", ())
-    if not stated and next(store.events(serial, NOTED), None) is None:  # as for most units
+    last = store.latest(serial, UnitJudged.KIND)
+    stated: Sequence[str] = () if last is None else UnitJudged.of(last).result.nonconformances
+    if not stated and next(store.events(serial, StepNoted.KIND), None) is None:  # as for most units
         return here
-    events = list(store.events(serial))
-    undone = {event.data["undoes"] for event in events if event.what == UNDONE}
+    events = [(e, payload_of(e, StepNoted, EntryUndone, UnitJudged, CertificateSigned)) for e in store.events(serial)]
+    undone = {payload.undoes for _, payload in events if isinstance(payload, EntryUndone)}
     notes_of = {
-        event.seq: f"{event.data['step']}: {event.data['text']} ({event.who})"
-        for event in events
-        if event.what == NOTED and event.data["nonconformance"]
+        event.seq: f"{payload.step}: {payload.text} ({event.who})"
+        for event, payload in events
+        if isinstance(payload, StepNoted) and payload.nonconformance
     }
     taken_back = {words for seq, words in notes_of.items() if seq in undone}
     noted: dict[str, bool] = {}  # words -> whether it was released since
-    for event in events:
-        data = event.data
+    for event, payload in events:
         if event.seq in notes_of and event.seq not in undone:
             noted[notes_of[event.seq]] = False
-        elif event.what == JUDGED:  # about what it states quality assurance decides; some is of another bench's folder
-            stated = data["result"].get("nonconformances", ())
+        elif isinstance(payload, UnitJudged):  # what it states QA decides; some is of another bench's folder
+            stated = payload.result.nonconformances
             noted = {words: False for words in stated if words not in taken_back} | noted
-        elif event.what == SIGNED and (data.get("disposition") or {}).get("choice") in RELEASING:
-            noted |= {words: True for words in stated if words in noted}
+        elif isinstance(payload, CertificateSigned) and payload.disposition is not None:
+            if payload.disposition.choice in RELEASING:
+                noted |= {words: True for words in stated if words in noted}
     return [*here, *(words for words, released in noted.items() if not released and words not in here)]

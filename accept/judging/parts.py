@@ -7,10 +7,10 @@ units of such serials (`accept.store.spelling`).
 """
 
 from collections.abc import Mapping
-from typing import Any
 
+from accept.documents.results import UnitEntry
 from accept.store import Store
-from accept.store.indexes import JUDGED
+from accept.store.payloads import UnitJudged
 from accept.store.spelling import spelling_key
 from checks.verdict import UnitVerdict
 
@@ -23,19 +23,19 @@ def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str
 def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
     if (known := store.other_spelling(part)) is not None:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
-    last = store.latest(part, JUDGED)
+    last = store.latest(part, UnitJudged.KIND)
     if last is None:
         return []
-    verdict = str(last.data["result"]["verdict"])
+    verdict = str(UnitJudged.of(last).result.verdict)
     found = [] if verdict == UnitVerdict.ACCEPTED else [f"{name} {part} was judged '{verdict}' on {last.time[:10]}"]
     return found + [f"{name} {part} stands in {other} too" for other in _units_with(store, part) if other != serial]
 
 
 def _units_with(store: Store, part: str) -> list[str]:
     """Serials of the units whose last judgement names the part, in whatever capitals."""
-    latest = [store.latest(who, JUDGED) for who in store.naming(part)]
-    return [last.subject for last in latest if last and spelling_key(part) in _spelled(last.data["result"])]
+    latest = [store.latest(who, UnitJudged.KIND) for who in store.naming(part)]
+    return [last.subject for last in latest if last and spelling_key(part) in _spelled(UnitJudged.of(last).result)]
 
 
-def _spelled(result: Mapping[str, Any]) -> set[str]:
-    return {spelling_key(part) for part in result.get("parts", {}).values() if isinstance(part, str)}
+def _spelled(result: UnitEntry) -> set[str]:
+    return {spelling_key(part) for part in result.parts.values()}

@@ -8,8 +8,8 @@ Every judgement is given its reservations here: those of batch, report and workf
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
+from accept.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.nonconformance import in_notes, open_nonconformances
@@ -41,9 +41,9 @@ class Reservations:
         )
 
     @classmethod
-    def stated(cls, entry: Mapping[str, Any]) -> "Reservations":
+    def stated(cls, entry: UnitEntry) -> "Reservations":
         """Return those that an entry of results.json states."""
-        return cls(*(tuple(entry.get(key, ())) for key in ("copies", "part_doubts", "nonconformances")))
+        return cls(tuple(dict(copy) for copy in entry.copies), entry.part_doubts, entry.nonconformances)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
         """Return these and the nonconformances among the notes of the unit's folder."""

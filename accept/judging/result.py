@@ -1,15 +1,14 @@
 """The result of one unit: what judging decides, and what the store, the certificate and results.json hold."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
-from checks.cause import Cause, Reason, because
+from accept.documents.results import Information, UnitEntry
 from checks.picture import Panel
-from checks.quantity import Contribution, Quantity
+from checks.quantity import Quantity
 from checks.rounding import rounded, with_U
-from checks.verdict import Finding, UnitVerdict, Verdict
+from checks.verdict import Finding, UnitVerdict
 
 GAP_PICTURES = "gap/"  # how the names of the gap workflow's pictures begin, among those of a unit
 
@@ -65,73 +64,28 @@ class UnitResult:
             lines.append(f"  {f.quantity}{value}: {f.verdict.replace('_', ' ')}{why}")
         return "\n".join(lines)
 
+    @property
+    def entry(self) -> UnitEntry:
+        """The unit's entry in results.json, without its certificate."""
+        return UnitEntry(
+            serial=self.serial,
+            kind=self.kind,
+            verdict=self.verdict,
+            findings=self.findings,
+            information=tuple(Information.of(check, quantity) for check, quantity in self.information),
+            not_judged=self.not_judged,
+            notes=self.notes,
+            parts=dict(self.parts),
+            inputs=dict(sorted(self.inputs.items())),
+            copies=self.copies,
+            part_doubts=self.part_doubts,
+            nonconformances=self.nonconformances,
+            calibration=self.calibration,
+            gap=self.gap,
+            models=self.models,
+            samples=self.samples,
+        )
+
     def to_json(self) -> dict[str, Any]:
-        """The unit's entry in results.json, without its certificate; NaN never appears, a missing number is null."""
-        entry = {
-            "serial": self.serial,
-            "kind": self.kind,
-            "verdict": str(self.verdict),
-            "findings": [finding_json(f) for f in self.findings],
-            "information": [information_json(check, q) for check, q in self.information],
-            "not_judged": list(self.not_judged),
-            "notes": list(self.notes),
-            "parts": dict(self.parts),
-            "inputs": dict(sorted(self.inputs.items())),
-        }
-        more = {
-            "calibration": self.calibration, "gap": self.gap, "models": self.models or None,
-            "samples": self.samples or None,
-        }  # fmt: skip
-        if self.copies:
-            entry["copies"] = [dict(copy) for copy in self.copies]
-        if self.part_doubts:
-            entry["part_doubts"] = list(self.part_doubts)
-        if self.nonconformances:
-            entry["nonconformances"] = list(self.nonconformances)
-        return entry | {key: dict(value) for key, value in more.items() if value is not None}
-
-
-def finding_json(finding: Finding) -> dict[str, Any]:
-    """A finding as results.json has it ([DESIGN] 4)."""
-    plain = {"verdict": str(finding.verdict), "budget": [asdict(c) for c in finding.budget]}
-    return asdict(finding) | plain | {"cause": None if finding.cause is None else finding.cause.to_json()}
-
-
-def finding_from_json(entry: Mapping[str, Any]) -> Finding:
-    """Inverse of `finding_json`. Raises KeyError, TypeError or ValueError for what is not a finding."""
-    known = {f.name for f in fields(Finding)}
-    typed = {
-        "verdict": Verdict(entry["verdict"]),
-        "budget": tuple(Contribution(**c) for c in entry.get("budget", ())),
-        "cause": Reason.from_json(entry["cause"]) if entry.get("cause") else None,
-    }
-    return Finding(**({k: v for k, v in entry.items() if k in known} | typed))
-
-
-def information_from_json(entry: Mapping[str, Any]) -> Quantity:
-    """The quantity that `information_json` wrote; raises as `finding_from_json`."""
-    reason = because(Cause.IN_WORDS, detail=entry["reason"]) if entry.get("reason") else None
-    value = math.nan if entry["value"] is None else float(entry["value"])
-    budget = tuple(Contribution(**c) for c in entry.get("budget", ()))
-    return Quantity(entry["quantity"], value, entry["U"], budget, reason, entry.get("note"))
-
-
-def information_json(check: str, quantity: Quantity) -> dict[str, Any]:
-    """A quantity without a limit, as results.json has it."""
-    known = math.isfinite(quantity.value)
-    return {
-        "check": check,
-        "quantity": quantity.name,
-        "value": quantity.value if known else None,
-        "unit": quantity.unit,
-        "U": quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None,
-        "reason": _reason_words(quantity, known),
-        "note": quantity.note,
-        "budget": [asdict(c) for c in quantity.budget],
-    }
-
-
-def _reason_words(quantity: Quantity, known: bool) -> str | None:
-    if quantity.reason is not None:
-        return str(quantity.reason)
-    return None if known else "no value"
+        """Return `entry` as JSON; NaN never appears, a missing number is null."""
+        return self.entry.to_json()

@@ -1,15 +1,13 @@
-"""The state of the bench is a fold over its events; nothing else is remembered.
+"""The state of the bench is a fold over its events; nothing else is remembered."""
 
-Payloads: unit_judged {path, inputs, spec_sha256, code_sha256, result}, unit_refused {path, reason},
-certificate_written {path, sha256}, certificate_signed {path, sha256, role}. Other kinds do not change the state.
-"""
-
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
-from accept.store.errors import StoreError
+from accept.documents.results import UnitEntry
 from accept.store.event import Event
+from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged, UnitRefused, payload_of
+
+TECHNICIAN = "technician"  # the role of the first signature
 
 
 @dataclass(frozen=True)
@@ -32,22 +30,26 @@ class Certificate:
 
 @dataclass(frozen=True)
 class UnitState:
-    """What is known of one serial: its last judgement, how many there were, the certificate of the last one, and of
-    which attempt the last certificate is that there ever was, with its hash."""
+    """State of one serial: its last judgement and the certificate of that, the number of judgements, and the latest
+    attempt that ever had a certificate, with its hash (`handed_out`)."""
 
     serial: str
     path: str
     inputs: Mapping[str, str]
     spec_sha256: str
     code_sha256: str
-    result: Mapping[str, Any]
-    verdict: str
+    result: UnitEntry
     attempts: int = 1
     certificate: Certificate | None = None
     handed_out: tuple[int, str] | None = None
+    certificates: Mapping[str, tuple[int, str]] = field(default_factory=dict)  # sha256 -> attempt, path
     seq: int = 0  # the event of the last judgement
     time: str = ""  # of it, UTC, ISO 8601
     who: str = ""  # who judged
+
+    @property
+    def verdict(self) -> str:
+        return str(self.result.verdict)
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
         """Whether judging again could only repeat the result: same inputs, same spec, same code."""
@@ -63,70 +65,65 @@ class BenchState:
     seq: int = 0
 
 
-_Step = Callable[[dict[str, UnitState], dict[str, str], Event], None]
-
-
 def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState:
-    """State after these events, from `state` (default: an empty bench). Raises StoreError for an unusable payload."""
+    """Return the state after these events, from `state` (default: an empty bench). Raises StoreError if a payload
+    cannot be used."""
     state = state or BenchState()
     units, refused, seq = dict(state.units), dict(state.refused), state.seq
     for event in events:
         seq = event.seq
-        try:
-            _STEPS.get(event.what, _nothing)(units, refused, event)
-        except (KeyError, TypeError, ValueError) as e:
-            raise StoreError(f"{event.name}: its payload cannot be used: {type(e).__name__} {e}") from e
+        match payload_of(event, UnitJudged, UnitRefused, CertificateWritten, CertificateSigned):
+            case UnitJudged() as judged:
+                units[event.subject] = _judged(units.get(event.subject), event, judged)
+                refused.pop(judged.path, None)
+            case UnitRefused(path, reason):
+                refused[path] = reason
+            case CertificateWritten() | CertificateSigned() as certified if event.subject in units:
+                units[event.subject] = _certified(units[event.subject], event, certified)
+            # A certificate of a unit that was judged elsewhere, as at QA's own desk, is a line of the history.
     return BenchState(units, refused, seq)
 
 
-def _nothing(units: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
-    """A kind that only the history tells of."""
-
-
-def _judged(units: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
-    data = event.data
-    before = units.get(event.subject)
-    judgement = {name: data[name] for name in ("path", "inputs", "spec_sha256", "code_sha256", "result")}
-    verdict, attempts = str(data["result"]["verdict"]), before.attempts + 1 if before else 1
-    # Without a certificate: the old one certifies an old result.
-    units[event.subject] = UnitState(
+def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitState:
+    """Return the unit's new state: without a certificate, since the old one certifies an old result."""
+    return UnitState(
         event.subject,
-        **judgement,
-        verdict=verdict,
-        attempts=attempts,
+        judged.path,
+        judged.inputs,
+        judged.spec_sha256,
+        judged.code_sha256,
+        judged.result,
+        attempts=before.attempts + 1 if before else 1,
         handed_out=before.handed_out if before else None,
+        certificates=before.certificates if before else {},
         seq=event.seq,
         time=event.time,
         who=event.who,
     )
-    refused.pop(data["path"], None)
 
 
-def _refused(_: dict[str, UnitState], refused: dict[str, str], event: Event) -> None:
-    refused[event.data["path"]] = event.data["reason"]
+def _certified(unit: UnitState, event: Event, certified: CertificateWritten | CertificateSigned) -> UnitState:
+    """Return the unit with a certificate that was written or signed: of its last attempt, unless it is known to be of
+    an earlier one."""
+    path, sha256 = certified.path, certified.sha256
+    attempt = _attempt_of(unit, certified)
+    known = {**unit.certificates, sha256: (attempt, path)}
+    before = unit.handed_out
+    handed_out = before if before is not None and before[0] > attempt else (attempt, sha256)
+    if attempt < unit.attempts:
+        return replace(unit, certificates=known, handed_out=handed_out)
+    signatures: tuple[Signature, ...] = ()
+    if isinstance(certified, CertificateSigned):
+        earlier = unit.certificate.signatures if unit.certificate else ()
+        signatures = (*earlier, Signature(event.who, certified.role, event.time))
+    return replace(unit, certificate=Certificate(path, sha256, signatures), certificates=known, handed_out=handed_out)
 
 
-def _written(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
-    certificate = Certificate(event.data["path"], event.data["sha256"])
-    units[event.subject] = _certified(units[event.subject], certificate)
-
-
-def _signed(units: dict[str, UnitState], _: dict[str, str], event: Event) -> None:
-    data = event.data
-    unit = units[event.subject]
-    before = unit.certificate.signatures if unit.certificate else ()
-    signature = Signature(event.who, data["role"], event.time)
-    certificate = Certificate(data["path"], data["sha256"], (*before, signature))
-    units[event.subject] = _certified(unit, certificate)
-
-
-def _certified(unit: UnitState, certificate: Certificate) -> UnitState:
-    return replace(unit, certificate=certificate, handed_out=(unit.attempts, certificate.sha256))
-
-
-_STEPS: Mapping[str, _Step] = {
-    "unit_judged": _judged,
-    "unit_refused": _refused,
-    "certificate_written": _written,
-    "certificate_signed": _signed,
-}
+def _attempt_of(unit: UnitState, certified: CertificateWritten | CertificateSigned) -> int:
+    """Return the number of the attempt that a certificate states: that of the file which was countersigned; of an
+    event from before events named that file, that of the last certificate at the same place."""
+    if isinstance(certified, CertificateWritten) or certified.role == TECHNICIAN:
+        return unit.attempts
+    if certified.before in unit.certificates:
+        return unit.certificates[certified.before][0]
+    return max((n for n, path in unit.certificates.values() if path == certified.path), default=unit.attempts)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from accept.store import Event
+from accept.store.payloads import Captured, CaptureFailed, ReadingFailed, UnitJudged, ValueTaken, payload_of
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,16 @@ def touched(events: Iterable[Event], serial: str, since: datetime.date) -> list[
 
 
 def _how(event: Event, serial: str) -> Iterator[str]:
-    data = event.data
-    if event.what in ("captured", "capture_failed") and data.get("serial") == serial:
-        yield f"{'measured' if event.what == 'captured' else 'tried'} {data.get('section')}"
-    elif event.what == "unit_judged":
-        rows: list[dict[str, Any]] = (data["result"].get("calibration") or {}).get("instruments", [])
-        checks = [row["check"] for row in rows if row.get("serial") == serial]
-        if checks:
-            yield f"judged {', '.join(checks)}: {data['result']['verdict']}"
-    elif serial in str(data.get("source", "")).split():  # the workflow names an instrument by model and serial number
-        yield f"read {data.get('step')} {data.get('input')}"
+    match payload_of(event, Captured, CaptureFailed, UnitJudged, ValueTaken, ReadingFailed):
+        case Captured(section, serial=of) if of == serial:
+            yield f"measured {section}"
+        case CaptureFailed(section, serial=of) if of == serial:
+            yield f"tried {section}"
+        case UnitJudged(result=result):
+            rows: list[dict[str, Any]] = (result.calibration or {}).get("instruments", [])
+            checks = [row["check"] for row in rows if row.get("serial") == serial]
+            if checks:
+                yield f"judged {', '.join(checks)}: {result.verdict}"
+        case ValueTaken(step, input=name, source=source) | ReadingFailed(step, input=name, source=source):
+            if serial in source.split():  # the workflow names an instrument by model and serial number
+                yield f"read {step} {name}"

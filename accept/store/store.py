@@ -17,6 +17,7 @@ from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misf
 from accept.store.engine import appending, reconnecting, snapshot
 from accept.store.errors import StoreError, reported
 from accept.store.event import Event, NewEvent, sealed
+from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 from accept.store.spelling import NAMING
 
@@ -126,6 +127,10 @@ class Store:
         damaged: nothing is built on a broken chain.
         """
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
+
+    def write(self, payload: Payload, subject: str = "", *, who: str, spec: str = "") -> Event:
+        """Append the event of a payload, as `append` does. subject: a unit's serial. Raises StoreError."""
+        return self.append_many([payload.about(subject, spec)], who=who)[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
         """Append all entries in one transaction, or none of them. As `append`. Where the connection to a server is

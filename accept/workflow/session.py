@@ -12,18 +12,39 @@ from typing import Any
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
+from accept.documents.results import Information
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult
-from accept.store import Event, NewEvent, Store
+from accept.store import Event, Store
+from accept.store.payloads import (
+    AttemptStarted,
+    EntryUndone,
+    GapExplained,
+    Payload,
+    ReadingFailed,
+    RecordLinked,
+    RunOpened,
+    StepJudged,
+    StepNoted,
+    StepRemeasured,
+    ValueTaken,
+    payload_of,
+)
 from accept.store.spelling import mistaken_for
 from accept.units import attach, unit_folder
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words, serial_problem
 from accept.workflow.instruments.port import InstrumentPort, reading
 from accept.workflow.lock import UnitLock
-from accept.workflow.state import entries
-from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import Attempt, Given, StepState, UnitRun, fold_run, folder_name
+from accept.workflow.state.unit_state import (
+    Attempt,
+    Given,
+    StepJudgement,
+    StepState,
+    UnitRun,
+    fold_run,
+    folder_name,
+)
 from accept.workflow.status import Status, judgement_of, next_step, status_of
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
@@ -123,15 +144,13 @@ class Session:
         """Start the next attempt; earlier ones stay as they are. channels: where they stand in the lab's records."""
         number = len(self.run.attempts) + 1
         written = {name: source.to_toml() for name, source in channels.items()}
-        return self._append(
-            entries.started(self.serial, number, self.spec.kind, parts, reason, self.spec_name, written)
-        )
+        return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written))
 
     def resume(self) -> Event:
         """Note that the present attempt is taken up again. Raises EntryError when it is one of another kind."""
         if self.attempt.kind != self.spec.kind:
             raise EntryError(f"{self.serial} is a {self.attempt.kind}, spec {self.spec.name} judges {self.spec.kind}")
-        return self._append(entries.opened(self.serial, self.attempt.number, self.spec_name))
+        return self.append(RunOpened(self.attempt.number))
 
     def take(
         self,
@@ -146,16 +165,20 @@ class Session:
         day: str | None = None,
         evidence: Mapping[str, Any] | None = None,
     ) -> Event:
-        """Store a value. Raises EntryError where it is not plausible, StoreError."""
+        """Store a value in the unit that its input declares. index: place in a vector. repeat: one more reading of the
+        same value, not a correction. source: `typed` or the instrument's name; text: what it was read from. day: of
+        measuring, if that is not today. evidence: of the instrument, its calibration and its line.
+
+        Raises EntryError if it is not plausible, StoreError."""
         if isinstance(declared, Scalar):
             check_plausible(measured.value, declared)
         form = self.step(step).form_with(declared.name).name
         unit_name = getattr(declared, "unit", "1")
-        entry = entries.taken(
-            self.serial, step, form, declared.name, measured, unit_name,
-            index=index, repeat=repeat, text=text, source=source, day=day, evidence=evidence,
+        taken = ValueTaken(
+            step, form, declared.name, measured.value, measured.U, unit_name,
+            index=index, repeat=repeat, text=text, source=source, day=day, evidence=evidence or None,
         )  # fmt: skip
-        return self._append(entry)
+        return self.append(taken)
 
     def read(
         self, step: str, declared: Input, instrument: InstrumentPort, *, index: int | None = None, repeat: bool = False
@@ -169,9 +192,7 @@ class Session:
             if isinstance(declared, Scalar):
                 check_plausible(measured.value, declared)
         except (InstrumentError, EntryError) as e:
-            self._append(
-                entries.not_read(self.serial, step, declared.name, str(e), instrument.name, instrument.evidence())
-            )
+            self.append(ReadingFailed(step, declared.name, str(e), instrument.name, instrument.evidence()))
             raise
         text = f"{measured.value:.9g} {unit_name}"
         return self.take(
@@ -183,7 +204,7 @@ class Session:
         """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
         name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
-        return self._append(entries.linked(self.serial, step, form, declared.name, name, digest, str(source), day))
+        return self.append(RecordLinked(step, form, declared.name, name, digest, str(source), day))
 
     def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
         """Return whether a file has the channels of a record of this unit, by their names."""
@@ -191,31 +212,35 @@ class Session:
 
     def note(self, step: str, text: str, nonconformance: bool = False) -> Event:
         """Keep words about a step. Raises EntryError for none."""
-        return self._append(entries.noted(self.serial, step, plain_words(text, "a note"), nonconformance))
+        return self.append(StepNoted(step, plain_words(text, "a note"), nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
         """Begin a step anew; what was taken before stays in the store. Raises EntryError without a reason."""
-        return self._append(entries.remeasured(self.serial, step, plain_words(reason, "the reason")))
+        return self.append(StepRemeasured(step, plain_words(reason, "the reason")))
 
     def undo(self) -> Event:
         """Take back the last entry of this attempt, by an event. Raises EntryError when there is none."""
         if not self.attempt.undoable:
             raise EntryError("there is nothing to undo in this attempt")
-        return self._append(entries.undone(self.serial, self.attempt.undoable[-1]))
+        return self.append(EntryUndone(self.attempt.undoable[-1]))
 
     def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
         """(step, input, index) of all that was entered in the present attempt, undone or not."""
-        begun = max((e.seq for e in self._events if e.what == entries.STARTED), default=0)
+        given = (payload_of(e, ValueTaken, RecordLinked) for e in self._events if e.seq > self._begun)
         return frozenset(
-            (e.data["step"], e.data["input"], e.data.get("index"))
-            for e in self._events
-            if e.seq > begun and e.what in (entries.TAKEN, entries.LINKED)
+            (p.step, p.input, p.index if isinstance(p, ValueTaken) else None)
+            for p in given
+            if isinstance(p, ValueTaken | RecordLinked)
         )
 
     def before_attempt(self) -> list[Event]:
         """What is stored of the unit from before the present attempt."""
-        begun = max((e.seq for e in self._events if e.what == entries.STARTED), default=0)
-        return [e for e in self._events if e.seq < begun]
+        return [e for e in self._events if e.seq < self._begun]
+
+    @property
+    def _begun(self) -> int:
+        """Number of the event that started the present attempt, 0 without one."""
+        return max((e.seq for e in self._events if e.what == AttemptStarted.KIND), default=0)
 
     def last_entry(self) -> Event | None:
         """What `undo` would take back."""
@@ -235,7 +260,8 @@ class Session:
             panel_cache.save(self.folder, name, state.upto, panels)
         judged = judgement_of_result(name, result, state, self.spec_name)
         if self.judgement(name) != judged:
-            self._append(entries.step_judged(self.serial, name, judged, self.spec_name))
+            information = tuple(Information.of(check, quantity) for check, quantity in judged.information)
+            self.append(StepJudged(name, judged.upto, judged.findings, information, judged.notes))
         return judged
 
     @property
@@ -262,7 +288,7 @@ class Session:
             raise EntryError("load the frequency responses first")
         document, drawn = explain(self.folder, self.spec)
         panel_cache.save(self.folder, "gap", attempt.step("frf").upto, drawn)
-        return self._append(entries.explained(self.serial, attempt.step("frf").upto, document))
+        return self.append(GapExplained(attempt.step("frf").upto, document))
 
     def judge(self, judge: Judge = judge_here) -> UnitResult:
         """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped where the
@@ -285,9 +311,12 @@ class Session:
             return None
         return self._result[1]
 
-    def append(self, entry: NewEvent) -> Event:
-        """Store an entry about this unit. Raises StoreError; then nothing of it is stored."""
-        return self._append(entry)
+    def append(self, payload: Payload) -> Event:
+        """Store an event about this unit. Raises StoreError; then nothing of it is stored."""
+        with self._mutex:
+            event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name)
+            self._catch_up()
+            return event
 
     def refresh(self) -> UnitRun:
         """Fold in what was stored since, here or by another program."""
@@ -297,14 +326,6 @@ class Session:
 
     def _pipeline(self, spec: Spec) -> Pipeline:
         return Pipeline(self.store, {spec.kind: spec}, self.operator, bench_file=self.stated, place=self.home)
-
-    def _append(self, entry: NewEvent) -> Event:
-        with self._mutex:
-            event = self.store.append(
-                entry.what, entry.subject, entry.payload, who=self.operator, spec=entry.spec or self.spec_name
-            )
-            self._catch_up()
-            return event
 
     def _catch_up(self) -> None:
         self._events += self.store.events(self.serial, after=self.run.seq)

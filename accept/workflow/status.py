@@ -4,8 +4,7 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 
 from accept.pictures import signs
-from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import StepState
+from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import full, ready
 from checks.verdict import Finding

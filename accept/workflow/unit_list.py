@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from accept.store import Store
-from accept.workflow.state import entries
+from accept.store.payloads import AttemptStarted
 from accept.workflow.state.unit_state import fold_run
 
 
@@ -27,7 +27,7 @@ class KnownUnit:
 
 def known_units(store: Store) -> list[KnownUnit]:
     """Every unit with an attempt. Raises StoreError."""
-    last = {event.subject: event.seq for event in store.events(what=entries.STARTED)}
+    last = {event.subject: event.seq for event in store.events(what=AttemptStarted.KIND)}
     serials = sorted(last, key=lambda serial: -last[serial])
     found = (known_unit(store, serial) for serial in serials)
     return [unit for unit in found if unit is not None]

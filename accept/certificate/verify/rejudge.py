@@ -13,6 +13,8 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.verification import Known, Verification, verify
+from accept.documents.document import DocumentError
+from accept.documents.results import UnitEntry
 from accept.judging import judge_unit
 from accept.judging.consistency import contradictions
 from accept.judging.reservations import Reservations
@@ -38,14 +40,16 @@ def rejudge(attached: CertificateContent) -> UnitResult:
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place))
-            again = judge_unit.judge_unit(unit, spec, attached.result.get("calibration"), models)
-            stated = Reservations.stated(attached.result)
+            entry = UnitEntry.from_json(attached.result)
+            again = judge_unit.judge_unit(unit, spec, entry.calibration, models)
+            stated = Reservations.stated(entry)
             if attached.code_sha256 == code_sha256():  # another program may not have known what holds a unit
                 stated = stated.with_notes(unit.notes)
-            again = stated.apply(again)
-            return replace(again, gap=attached.result.get("gap"))
+            return replace(stated.apply(again), gap=entry.gap)
     except InvalidCertificate:
         raise  # it is a ValueError too
+    except DocumentError as e:
+        raise InvalidCertificate(f"the attached result cannot be read ({e})") from e
     except (UnitError, SpecError) as e:
         raise InvalidCertificate(f"the attached unit cannot be judged: {e}") from e
     except (KeyError, TypeError, ValueError) as e:

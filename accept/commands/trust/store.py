@@ -17,12 +17,19 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
-from accept.judging.copies import RESOLVED, resolve
+from accept.judging.copies import resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
 from accept.store.chain import START
 from accept.store.opening import BENCH_KEY
+from accept.store.payloads import (
+    CertificateSigned,
+    CopiesResolved,
+    UnitJudged,
+    payload_of,
+)
 from accept.store.seal import head_problem, own_key
+from checks.verdict import Verdict
 
 
 @clear_errors
@@ -114,7 +121,7 @@ def copies() -> Exit:
     open_ones = 0
     with open_store() as store:
         for serial, unit in sorted(fold(store.events()).units.items()):
-            for copy in unit.result.get("copies", []):
+            for copy in unit.result.copies:
                 others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
                 said = copy["resolved"]
                 open_ones += said is None
@@ -163,16 +170,19 @@ def log(
 
 
 def _verdict(event: Event) -> str:
-    """What an auditor asks of an event: the verdict and what decided it, the role of a signature, a reason."""
-    data = event.data
-    result = data.get("result")
-    if event.what == "unit_judged" and isinstance(result, dict):
-        deciding = [f["quantity"] for f in result.get("findings", []) if f["verdict"] != "pass"]
-        copies = [c["sample"] for c in result.get("copies", []) if c["withheld"]]
-        copied = f"; copied: {', '.join(copies)}" if copies else ""
-        return f"{result.get('verdict')}{' (' + ', '.join(deciding) + ')' if deciding else ''}{copied}"
-    shown = [", ".join(map(" ".join, data["measured"]))] if event.what == RESOLVED else []
-    shown += [str(data[key]) for key in ("verdict", "role", "reason") if data.get(key)]
-    if decided := data.get("disposition"):
-        shown.append(f"{decided['choice']}: {decided['reason']}")
-    return ", ".join(shown)
+    """Return what an auditor asks of an event: the verdict and what decided it, the role of a signature, a reason."""
+    try:
+        payload = payload_of(event)
+    except StoreError as e:
+        return str(e)
+    match payload:
+        case UnitJudged(result=result):
+            deciding = ", ".join(f.quantity for f in result.findings if f.verdict is not Verdict.PASS)
+            copies = ", ".join(str(c["sample"]) for c in result.copies if c["withheld"])
+            shown = f"{result.verdict} ({deciding})" if deciding else str(result.verdict)
+            return f"{shown}; copied: {copies}" if copies else shown
+        case CopiesResolved(measured=measured, reason=reason):
+            return ", ".join((*map(" ".join, measured), reason))
+        case CertificateSigned(role=role, disposition=decision):
+            return role if decision is None else f"{role}, {decision.choice}: {decision.reason}"
+    return str(getattr(payload, "reason", ""))

@@ -10,6 +10,7 @@ from accept.fleet.measurements import bench_of
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Event
+from accept.store.payloads import UnitJudged
 from checks.picture import Line, Panel
 
 FINDING = ("check", "quantity", "value", "U", "lower", "upper", "verdict", "reason")
@@ -24,22 +25,22 @@ def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str,
     attempts: dict[str, int] = {}
     units: dict[str, str] = {}
     for event in events:
-        result = event.data["result"]
+        result = UnitJudged.of(event).result
         attempts[event.subject] = attempts.get(event.subject, 0) + 1
-        units |= {f["quantity"]: "" if f["unit"] == "1" else pretty(f["unit"]) for f in result["findings"]}
+        units |= {f.quantity: "" if f.unit == "1" else pretty(f.unit) for f in result.findings}
         judgements.append(
             {
                 "serial": event.subject,
                 "time": event.time[:19],
                 "operator": event.who,
                 "bench": bench_of(result),
-                "kind": result["kind"],
+                "kind": result.kind,
                 "attempt": attempts[event.subject],
-                "verdict": result["verdict"],
+                "verdict": str(result.verdict),
                 "spec": event.spec.split("@")[0],
-                "findings": [[_shown(name, finding.get(name)) for name in FINDING] for finding in result["findings"]],
-                "notes": result["notes"],
-                "gap": _gap(result.get("gap")),
+                "findings": [[_shown(name, getattr(finding, name)) for name in FINDING] for finding in result.findings],
+                "notes": result.notes,
+                "gap": _gap(result.gap),
             }
         )
     labels = {name: label_of(name) for name in units}

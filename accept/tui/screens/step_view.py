@@ -15,8 +15,7 @@ from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_words import head, setup
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
-from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import StepState
+from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.section import missing_labels, ready
 from accept.workflow.worker.judging import Elsewhere
 from specs.spec import Limit

@@ -9,7 +9,7 @@ from accept.pictures.labels import label_of
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
 from accept.workflow.advice import advice
-from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.status import of_findings
 from checks.declare import Check
 from checks.verdict import Finding

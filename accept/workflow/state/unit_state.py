@@ -1,14 +1,27 @@
 """The state of a unit in the workflow is a fold over its events; nothing else is remembered."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from accept.judging.result import finding_from_json, information_from_json
 from accept.store import Event, Signature, StoreError
-from accept.workflow.state import entries
-from accept.workflow.state.step_judgement import StepJudgement
+from accept.store.payloads import (
+    AttemptStarted,
+    CertificateSigned,
+    EntryUndone,
+    GapExplained,
+    Payload,
+    RecordLinked,
+    StepJudged,
+    StepNoted,
+    StepRemeasured,
+    UnitJudged,
+    ValueTaken,
+    payload_of,
+)
+from checks.quantity import Quantity
+from checks.verdict import Finding
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,19 @@ class Note:
     who: str
     text: str
     nonconformance: bool
+
+
+@dataclass(frozen=True)
+class StepJudgement:
+    """What judging one step gave, by which spec and program. findings: judged quantities; information: (check,
+    quantity) without limits; upto: the last entry that was judged, later ones make it stale."""
+
+    upto: int
+    spec: str
+    code: str
+    findings: tuple[Finding, ...]
+    information: tuple[tuple[str, Quantity], ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -91,9 +117,8 @@ Given = tuple[tuple[int, ...], int | None]
 
 @dataclass(frozen=True)
 class Attempt:
-    """One go at a unit. verdict, judged, certificate: of the last judgement, None when an entry came after it; judged
-    is all that was found, and from what. gap: what the gap workflow said last, with the last entry of the responses it
-    was said of; None before."""
+    """One attempt at a unit. judged, certificate: of the last judgement, None if an entry came after it. gap: the last
+    answer of the gap workflow, with the last entry of the responses that it explains; None before."""
 
     number: int
     kind: str
@@ -102,12 +127,15 @@ class Attempt:
     spec: str
     steps: Mapping[str, StepState] = field(default_factory=dict)
     undoable: tuple[int, ...] = ()
-    verdict: str | None = None
-    judged: Mapping[str, Any] | None = None
+    judged: UnitJudged | None = None
     certificate: str | None = None
     signatures: tuple[Signature, ...] = ()
     gap: tuple[int, Mapping[str, Any]] | None = None
     channels: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def verdict(self) -> str | None:
+        return None if self.judged is None else str(self.judged.result.verdict)
 
     def step(self, name: str) -> StepState:
         return self.steps.get(name, StepState())
@@ -133,124 +161,109 @@ class UnitRun:
 
 
 def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
-    """State of a unit after all its events. What was undone is passed over; it stays in the store.
+    """Return the state of a unit after all its events. What was undone is passed over; it stays in the store.
 
-    Raises StoreError for a payload that cannot be used.
+    Raises StoreError if a payload cannot be used.
     """
-    stored = list(events)
-    gone = {event.data.get("undoes") for event in stored if event.what == entries.UNDONE}
-    run = UnitRun(serial, seq=stored[-1].seq if stored else 0)
-    for event in stored:
-        if event.seq not in gone:
-            try:
-                run = _STEPS.get(event.what, _nothing)(run, event, event.data)
-            except (KeyError, TypeError, ValueError) as e:
-                raise StoreError(f"{event.name}: its payload cannot be used: {type(e).__name__} {e}") from e
+    stored = [(event, payload_of(event)) for event in events]
+    gone = {payload.undoes for _, payload in stored if isinstance(payload, EntryUndone)}
+    run = UnitRun(serial, seq=stored[-1][0].seq if stored else 0)
+    for event, payload in stored:
+        if event.seq in gone:
+            continue
+        if isinstance(payload, AttemptStarted):
+            run = replace(run, attempts=(*run.attempts, _started(event, payload)))
+        elif run.attempt is not None:
+            run = replace(run, attempts=(*run.attempts[:-1], _changed(serial, run.attempt, event, payload)))
+        elif isinstance(payload, _OF_ATTEMPTS):
+            raise StoreError(f"{event.name}: no attempt was started before it")
     return run
 
 
-def _nothing(run: UnitRun, *_: Event | Mapping[str, Any]) -> UnitRun:
-    return run
-
-
-def _started(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    attempt = Attempt(
-        int(data["number"]),
-        str(data["kind"]),
-        dict(data["parts"]),
-        str(data["reason"]),
-        event.spec,
-        channels=dict(data.get("channels", {})),
+def _started(event: Event, started: AttemptStarted) -> Attempt:
+    return Attempt(
+        number=started.number,
+        kind=started.kind,
+        parts=started.parts,
+        reason=started.reason,
+        spec=event.spec,
+        channels=started.channels,
     )
-    return replace(run, attempts=(*run.attempts, attempt))
 
 
-def _taken(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    names = ("form", "input", "value", "U", "unit", "index", "repeat", "source")
-    given = {name: data[name] for name in names}
-    return _entered(run, event, data["step"], EnteredValue(event.seq, **given, day=_day(event, data)))
+def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | None) -> Attempt:
+    """Return the attempt after an event. A verdict no longer holds after an entry, nor after a note, since the
+    certificate has every note; nor after the gap workflow, whose answer goes on the certificate."""
+    match payload:
+        case ValueTaken() | RecordLinked():
+            return _entered(attempt, event, payload)
+        case StepNoted(step, text, nonconformance):
+            notes = (*attempt.step(step).notes, Note(event.seq, event.who, text, nonconformance))
+            return _with_step(attempt, event, step, notes=notes)
+        case StepRemeasured(step, reason):
+            state = attempt.step(step)
+            earlier, reasons = (*state.earlier, *state.entries), (*state.reasons, reason)
+            return _with_step(attempt, event, step, entries=(), earlier=earlier, reasons=reasons)
+        case EntryUndone():  # what was undone is passed over already
+            return _unjudged(attempt)
+        case GapExplained(upto, gap):
+            return _unjudged(replace(attempt, gap=(upto, gap)))
+        case StepJudged() as judged:
+            return _step_judged(attempt, event, judged)
+        case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, folder_name(attempt.number)):
+            return _judged(attempt, judged)  # of this attempt's folder: a batch may judge another of the same serial
+        case CertificateSigned(path, _, role) if attempt.verdict is not None:
+            if Path(path).name == certificate_name(serial, attempt.number):
+                signatures = (*attempt.signatures, Signature(event.who, role, event.time))
+                return replace(attempt, certificate=path, signatures=signatures)
+    return attempt
 
 
-def _linked(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    given = {name: data[name] for name in ("form", "input", "file", "sha256")}
-    return _entered(run, event, data["step"], FileLink(event.seq, **given, day=_day(event, data)))
+def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -> Attempt:
+    day = taken.day or event.time[:10]  # UTC
+    entry: EnteredValue | FileLink
+    if isinstance(taken, RecordLinked):
+        entry = FileLink(event.seq, taken.form, taken.input, taken.file, taken.sha256, day)
+    else:
+        entry = EnteredValue(
+            seq=event.seq,
+            form=taken.form,
+            input=taken.input,
+            value=taken.value,
+            U=taken.U,
+            unit=taken.unit,
+            index=taken.index,
+            repeat=taken.repeat,
+            source=taken.source,
+            day=day,
+        )
+    return _with_step(attempt, event, taken.step, entries=(*attempt.step(taken.step).entries, entry))
 
 
-def _day(event: Event, data: Mapping[str, Any]) -> str:
-    """The day that is stated, else that of the entry (UTC)."""
-    return str(data.get("day") or event.time[:10])
-
-
-def _entered(run: UnitRun, event: Event, step: str, entry: EnteredValue | FileLink) -> UnitRun:
-    return _changed(run, event, step, lambda state: replace(state, entries=(*state.entries, entry)))
-
-
-def _noted(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    note = Note(event.seq, event.who, str(data["text"]), bool(data["nonconformance"]))
-    return _changed(run, event, data["step"], lambda state: replace(state, notes=(*state.notes, note)))
-
-
-def _remeasured(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    def anew(state: StepState) -> StepState:
-        earlier, reasons = (*state.earlier, *state.entries), (*state.reasons, str(data["reason"]))
-        return replace(state, entries=(), earlier=earlier, reasons=reasons)
-
-    return _changed(run, event, data["step"], anew)
-
-
-def _changed(run: UnitRun, event: Event, step: str, change: Callable[[StepState], StepState]) -> UnitRun:
-    """The run with one step changed. The unit's verdict no longer holds, after a note neither: the certificate has
-    every note."""
-    attempt = _present(run)
-    steps = {**attempt.steps, step: change(attempt.step(step))}
-    return _with(run, _unjudged(replace(attempt, steps=steps, undoable=(*attempt.undoable, event.seq))))
+def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Attempt:
+    """Return the attempt with one step changed by an event that can be undone."""
+    steps = {**attempt.steps, step: replace(attempt.step(step), **changes)}
+    return _unjudged(replace(attempt, steps=steps, undoable=(*attempt.undoable, event.seq)))
 
 
 def _unjudged(attempt: Attempt) -> Attempt:
-    return replace(attempt, verdict=None, judged=None, certificate=None, signatures=())
+    return replace(attempt, judged=None, certificate=None, signatures=())
 
 
-def _step_judged(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    attempt = _present(run)
-    findings = tuple(finding_from_json(f) for f in data["findings"])
-    information = tuple((str(q["check"]), information_from_json(q)) for q in data["information"])
-    judgement = StepJudgement(int(data["upto"]), event.spec, event.code, findings, information, tuple(data["notes"]))
-    state = attempt.step(data["step"])
-    state = replace(state, judgements={**state.judgements, judgement.upto: judgement})
-    return _with(run, replace(attempt, steps={**attempt.steps, data["step"]: state}))
+def _step_judged(attempt: Attempt, event: Event, judged: StepJudged) -> Attempt:
+    information = tuple((i.check, i.measured()) for i in judged.information)
+    judgement = StepJudgement(judged.upto, event.spec, event.code, judged.findings, information, judged.notes)
+    state = attempt.step(judged.step)
+    state = replace(state, judgements={**state.judgements, judged.upto: judgement})
+    return replace(attempt, steps={**attempt.steps, judged.step: state})
 
 
-def _explained(run: UnitRun, _: Event, data: Mapping[str, Any]) -> UnitRun:
-    """A verdict that was given without it is given again with it: it goes on the certificate."""
-    return _with(run, _unjudged(replace(_present(run), gap=(int(data["upto"]), dict(data["gap"])))))
-
-
-def _judged(run: UnitRun, _: Event, data: Mapping[str, Any]) -> UnitRun:
-    """Only of this attempt's own folder: a batch may have judged a folder of the same serial. Where the same was found
-    once more, from the same inputs, spec and program, a certificate of it still holds."""
-    attempt = run.attempt
-    if attempt is None or Path(data["path"]).parts[-2:] != (run.serial, folder_name(attempt.number)):
-        return run
-    verdict = str(data["result"]["verdict"])
-    if data == attempt.judged:
-        return run
-    return _with(run, replace(attempt, verdict=verdict, judged=dict(data), certificate=None, signatures=()))
-
-
-def _undone(run: UnitRun, *_: Event | Mapping[str, Any]) -> UnitRun:
-    """What was undone is passed over already; a verdict that was given with it no longer holds."""
-    return _with(run, _unjudged(_present(run)))
-
-
-def _signed(run: UnitRun, event: Event, data: Mapping[str, Any]) -> UnitRun:
-    attempt = run.attempt
-    if attempt is None or attempt.verdict is None:
-        return run
-    if Path(data["path"]).name != certificate_name(run.serial, attempt.number):
-        return run
-    signature = Signature(event.who, str(data["role"]), event.time)
-    signatures = (*attempt.signatures, signature)
-    return _with(run, replace(attempt, certificate=str(data["path"]), signatures=signatures))
+def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
+    """Return the attempt with its verdict. If the same was found before, from the same inputs, spec and program, its
+    certificate still holds."""
+    if judged == attempt.judged:
+        return attempt
+    return replace(attempt, judged=judged, certificate=None, signatures=())
 
 
 def folder_name(number: int) -> str:
@@ -263,25 +276,4 @@ def certificate_name(serial: str, number: int) -> str:
     return f"{serial}.pdf" if number == 1 else f"{serial}_{folder_name(number)}.pdf"
 
 
-def _present(run: UnitRun) -> Attempt:
-    if run.attempt is None:
-        raise ValueError("no attempt was started before it")
-    return run.attempt
-
-
-def _with(run: UnitRun, attempt: Attempt) -> UnitRun:
-    return replace(run, attempts=(*run.attempts[:-1], attempt))
-
-
-_STEPS: Mapping[str, Callable[[UnitRun, Event, Mapping[str, Any]], UnitRun]] = {
-    entries.STARTED: _started,
-    entries.TAKEN: _taken,
-    entries.LINKED: _linked,
-    entries.NOTED: _noted,
-    entries.REMEASURED: _remeasured,
-    entries.UNDONE: _undone,
-    entries.STEP_JUDGED: _step_judged,
-    entries.EXPLAINED: _explained,
-    "unit_judged": _judged,
-    "certificate_signed": _signed,
-}
+_OF_ATTEMPTS = (ValueTaken, RecordLinked, StepNoted, StepRemeasured, EntryUndone, StepJudged, GapExplained)

@@ -14,8 +14,7 @@ from accept.judging.result import UnitResult
 from accept.models.model_file import DEFAULT_MODEL
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
-from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import StepState
+from accept.workflow.state.unit_state import StepJudgement, StepState
 from accept.workflow.steps.section import note_lines
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError

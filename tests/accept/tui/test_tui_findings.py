@@ -14,7 +14,7 @@ from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
 from accept.tui.widgets.plot import MAP_ROWS, Degrees, MapView, PanelPlot, PanelView, apart, thin, unbroken
-from accept.workflow.state.step_judgement import StepJudgement
+from accept.workflow.state.unit_state import StepJudgement
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
 from checks.picture import Band, Image, Line, Panel

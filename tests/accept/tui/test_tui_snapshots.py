@@ -17,10 +17,10 @@ from textual.widgets import DataTable, Input
 
 from accept.base.version import code_sha256
 from accept.judging.judge_unit import load_spec
+from accept.store.payloads import StepJudged
 from accept.workflow.bench import Begun, Workbench
 from accept.workflow.session import Session
-from accept.workflow.state.step_judgement import StepJudgement
-from accept.workflow.state.unit_state import entries
+from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.worker import panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
@@ -85,7 +85,7 @@ def _judged(session: Session) -> None:
     upto = session.state("misalignment").upto
     judged = StepJudgement(upto, session.spec_name, code_sha256(), tuple(found), (), ())
     panel_cache.save(session.folder, "misalignment", upto, {"map": _map()})
-    session.append(entries.step_judged(session.serial, "misalignment", judged, session.spec_name))
+    session.append(StepJudged("misalignment", judged.upto, judged.findings, (), ()))
 
 
 def _map() -> Panel:

@@ -10,8 +10,8 @@ import scipy.io
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from accept.documents.results import UnitEntry
 from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.result import finding_from_json, finding_json, information_from_json, information_json
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.cause import Cause, because
@@ -263,9 +263,7 @@ def test_findings_and_information_survive_results_json(tmp_path: Path) -> None:
     """Bad and good ones, with their causes: what the store holds is what was judged."""
     text = GOOD.replace("sensor_uF = 5.10", "sensor_uF = 1.72").replace("stroke_um = 373.2", 'one_stack = "gone.mat"')
     result = judge(make_unit(tmp_path, "X-1", text))
-    for finding in result.findings:
-        assert finding_from_json(json.loads(json.dumps(finding_json(finding)))) == finding
-    for check, quantity in result.information:
-        assert information_from_json(json.loads(json.dumps(information_json(check, quantity)))) == quantity
+    assert UnitEntry.from_text(json.dumps(result.to_json())) == result.entry
+    assert [(i.check, i.measured()) for i in result.entry.information] == list(result.information)
     assert any(f.cause is not None for f in result.findings)
     assert result.information

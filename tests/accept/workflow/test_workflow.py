@@ -9,12 +9,13 @@ from accept.base.home import home
 from accept.judging import golden
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
+from accept.store.payloads import EntryUndone, GoldenMissed
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_number
 from accept.workflow.lock import UnitBusy
 from accept.workflow.session import Session
-from accept.workflow.state.unit_state import entries, fold_run
+from accept.workflow.state.unit_state import fold_run
 from accept.workflow.status import Status
 from accept.workflow.worker.judging import judge_here
 from checks.declare import Measured
@@ -175,7 +176,7 @@ def test_a_new_attempt_leaves_the_old_one_alone(session: Session):
 
 def test_a_bench_that_missed_its_golden_units_stores_no_verdict(session: Session, store: Store):
     fill(session)
-    store.append(golden.MISSED, "", {"serials": ["GOLD"], "reasons": {"GOLD": ["stroke_um moved"]}}, who="Ann")
+    store.write(GoldenMissed(("GOLD",), {"GOLD": ("stroke_um moved",)}), who="Ann")
     with pytest.raises(golden.BenchStopped, match="not judged, because the bench missed its golden units"):
         session.judge()
     assert session.attempt.verdict is None
@@ -233,7 +234,7 @@ def test_a_step_that_lacks_something_it_can_do_without_stands_until_it_was_judge
 
 def test_a_batch_over_another_folder_is_no_verdict_of_the_attempt(session: Session, store: Store):
     fill(session)
-    result = {"verdict": "accepted"}
+    result = {"serial": "APA-02", "kind": "apa", "verdict": "accepted", "findings": []}
     payload = {"path": "/elsewhere/APA-02", "inputs": {}, "spec_sha256": "", "code_sha256": "", "result": result}
     store.append("unit_judged", "APA-02", payload, who="batch")
     assert session.refresh().attempt.verdict is None
@@ -261,7 +262,7 @@ def test_every_undoable_prefix_folds(session: Session):
     for length in range(1, len(events) + 1):
         run = fold_run("APA-02", events[:length])
         assert run.seq == events[length - 1].seq
-    assert events[-1].what == entries.UNDONE
+    assert events[-1].what == EntryUndone.KIND
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,2 @@
+"""The documents that programs outside read: one typed model of each, which writes it, reads it and fills the page of
+formats."""

@@ -1,0 +1,83 @@
+"""What all typed documents share: they are dataclasses, and pydantic reads and writes their JSON."""
+
+import json
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Self
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic_core import CoreConfig, PydanticSerializationError, SchemaValidator
+
+from specs.errors import AcceptError
+from specs.strict import problem_line
+
+Number = int | float  # a whole number that was written as one is written so again
+
+
+class DocumentError(AcceptError, ValueError):
+    """A document that cannot be read or written; the text has a line for each wrong key."""
+
+
+def only_if(given: Callable[[Any], bool] = lambda value: value is not None) -> Any:
+    """Field that is written only if its value is `given`: an addition to a document, absent from older ones."""
+    return Field(exclude_if=lambda value: not given(value))
+
+
+class Document:
+    """A JSON object with typed keys, for frozen dataclasses to derive from.
+
+    Keys are written in the order of the fields. A key that is unknown here is passed over, since documents grow by
+    addition; an absent one takes the field's default, or is an error if the field has none. Types are strict: no text
+    is taken for a number, no NaN or infinity is read.
+    """
+
+    __pydantic_config__ = ConfigDict(strict=True, allow_inf_nan=False, extra="ignore")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the document as `json.dumps` takes it. Raises DocumentError if a field has another type."""
+        try:
+            written: dict[str, Any] = _adapter(type(self)).dump_python(self, mode="json", warnings="error")
+        except (PydanticSerializationError, UnicodeError) as e:
+            raise DocumentError(f"{type(self).__name__}: {e}") from e
+        return written
+
+    @classmethod
+    def from_text(cls, content: str | bytes) -> Self:
+        """Read the JSON of a document. Raises DocumentError naming every key that is wrong."""
+        try:
+            document: Self = _validator(cls).validate_json(content)
+        except ValidationError as e:
+            if (readable := _without_halves(content)) is not None:
+                return cls.from_text(readable)
+            raise DocumentError("\n".join(problem_line(problem) for problem in e.errors())) from e
+        return document
+
+    @classmethod
+    def from_json(cls, entry: Any) -> Self:
+        """Read a document out of what `json.loads` made of it. Raises as `from_text`."""
+        try:
+            return cls.from_text(json.dumps(entry, allow_nan=False))
+        except (TypeError, ValueError) as e:
+            raise DocumentError(str(e)) from e
+
+
+def _without_halves(content: str | bytes) -> bytes | None:
+    """Return JSON with a question mark for each half of a surrogate pair, which Python writes for a byte of a file
+    name that is not UTF-8; None if it has none or is no JSON."""
+    try:
+        text = json.dumps(json.loads(content), ensure_ascii=False)
+    except (ValueError, RecursionError):
+        return None
+    readable = text.encode("utf-8", "replace")
+    return readable if readable.decode() != text else None
+
+
+@cache
+def _validator(kind: Any) -> SchemaValidator:
+    """Return what reads a document. It keeps no text that it has read, so that memory stays flat over many events."""
+    return SchemaValidator(_adapter(kind).core_schema, CoreConfig(cache_strings=False))
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)

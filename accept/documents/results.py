@@ -1,0 +1,106 @@
+"""The entry of a unit in results.json: what the store, the certificate and scripts have of a judged unit."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Self
+
+from accept.documents.document import Document, only_if
+from checks.cause import Cause, because
+from checks.quantity import Contribution, Quantity
+from checks.verdict import Finding, UnitVerdict
+
+_filled = only_if(bool)
+
+
+@dataclass(frozen=True)
+class Information(Document):
+    """A measured quantity that the spec does not limit."""
+
+    check: Annotated[str, "the check that measured it"]
+    quantity: Annotated[str, "its name, which ends in its unit"]
+    value: Annotated[float | None, "null if it has none"]
+    unit: str
+    U: Annotated[float | None, "expanded uncertainty (k = 2), null if unknown"]
+    reason: Annotated[str | None, "why it has no value"] = None
+    note: str | None = None
+    budget: Annotated[tuple[Contribution, ...], "contributions to U: `source`, `u`, `kind`"] = ()
+
+    @classmethod
+    def of(cls, check: str, quantity: Quantity) -> Self:
+        """Return the entry of a measured quantity."""
+        known = math.isfinite(quantity.value)
+        reason = str(quantity.reason) if quantity.reason is not None else None if known else "no value"
+        U = quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None
+        value = quantity.value if known else None
+        return cls(check, quantity.name, value, quantity.unit, U, reason, quantity.note, quantity.budget)
+
+    def measured(self) -> Quantity:
+        """Return the quantity; its cause is known in words only."""
+        reason = because(Cause.IN_WORDS, detail=self.reason) if self.reason else None
+        return Quantity(
+            self.quantity, math.nan if self.value is None else self.value, self.U, self.budget, reason, self.note
+        )
+
+
+@dataclass(frozen=True)
+class UnitEntry(Document):
+    """A unit in `units` of results.json. Keys from `copies` on are there only if they say something."""
+
+    serial: str
+    kind: Annotated[str, "`apa` or `strut`"]
+    verdict: UnitVerdict
+    findings: Annotated[tuple[Finding, ...], "one for each quantity that the spec limits"]
+    information: Annotated[tuple[Information, ...], "measured quantities without a limit"] = ()
+    not_judged: Annotated[tuple[str, ...], "sections of `unit.toml` that the spec does not ask about"] = ()
+    notes: tuple[str, ...] = ()
+    parts: Annotated[Mapping[str, str], "serials of the parts, by place"] = field(default_factory=dict)
+    inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"] = field(default_factory=dict)
+    copies: Annotated[tuple[Mapping[str, Any], ...], _filled, "recordings that stand elsewhere too"] = ()
+    part_doubts: Annotated[tuple[str, ...], _filled, "what speaks against its parts"] = ()
+    nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
+    calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
+    gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None
+    models: Annotated[Mapping[str, Mapping[str, str]], _filled, "sha256 of the files of each model"] = field(
+        default_factory=dict
+    )
+    samples: Annotated[Mapping[str, Mapping[str, str]], _filled, "sketches of its records, by record and channel"] = (
+        field(default_factory=dict)
+    )
+    measured: Annotated[Mapping[str, str], _filled, "day of measuring, ISO, of each check that states it"] = field(
+        default_factory=dict
+    )
+
+
+@dataclass(frozen=True)
+class ListedUnit(UnitEntry):
+    """A unit as results.json lists it: its entry and its certificate."""
+
+    certificate: Annotated[str | None, "its file beside results.json; null if none was asked for"] = None
+
+
+@dataclass(frozen=True)
+class SpecName(Document):
+    """A spec that units were judged by."""
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Refused(Document):
+    """A folder that could not be judged."""
+
+    path: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class ResultsDocument(Document):
+    """What a batch found."""
+
+    accept_version: str
+    spec: Annotated[SpecName | None, "the first of `specs`"]
+    units: tuple[ListedUnit, ...]
+    specs: Annotated[tuple[SpecName, ...], "one for each kind of unit"] = ()
+    refused: Annotated[tuple[Refused, ...], "folders that could not be judged"] = ()

@@ -1,0 +1,90 @@
+"""The page of formats, from the typed models: `python -m accept.store.formats > docs/reference/formats.md`."""
+
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from enum import Enum
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from accept.documents.document import Document
+from accept.documents.results import ResultsDocument
+from accept.store.payloads import KINDS
+from checks.cause import Reason
+
+HEAD = """# Formats
+
+Written by `python -m accept.store.formats` from the models that write and read these documents. A format changes by
+addition only: keys may be added, none changes its name or meaning. A key marked *later* is absent from documents of
+earlier versions, or wherever it has nothing to say. Numbers that are unknown are `null`; there is no NaN.
+"""
+EVENTS = """## Events of the store
+
+Each event has a number, a time, who, what (the kind), a subject (the serial, or nothing), the spec, the hash of the
+program, its payload and two hashes (`accept store log --full` shows them). The payload is one of these.
+"""
+DOCUMENTS: Mapping[str, type[Document]] = {"results.json": ResultsDocument}
+_OPAQUE = {Reason: "object: `code` of the cause, and its parameters"}
+_WORDS = {str: "text", int: "number", float: "number", bool: "true or false", type(None): "null", Any: "any"}
+
+
+def page() -> str:
+    """Return the page in Markdown."""
+    lines, parts = [HEAD], dict[str, Any]()
+    for name, kind in DOCUMENTS.items():
+        lines += [f"## {name}\n", *_section(kind, parts)]
+    lines.append(EVENTS)
+    for name, kind in sorted(KINDS.items()):
+        lines += [f"### {name}\n", *_section(kind, parts)]
+    lines.append("## Parts of these\n")
+    done: set[str] = set()
+    while rest := {name: part for name, part in parts.items() if name not in done}:
+        for name, part in rest.items():
+            lines += [f"### {name}\n", *_section(part, parts)]
+            done.add(name)
+    return "\n".join(lines).rstrip()
+
+
+def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
+    """Return what a model is and the table of its keys; models that its keys hold go into `parts`."""
+    yield " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) + "\n"
+    yield "| key | type | meaning |\n|---|---|---|"
+    hints = get_type_hints(kind, include_extras=True)
+    for field in fields(kind):
+        hint = hints[field.name]
+        words = [m for m in getattr(hint, "__metadata__", ()) if isinstance(m, str)]
+        later = "*later*" if _is_later(field) else ""
+        shown = "; ".join(w for w in (*words, later) if w).replace("|", "\\|")
+        yield f"| `{field.name}` | {_type(hint, parts)} | {shown} |"
+    yield ""
+
+
+def _is_later(field: "Field[Any]") -> bool:
+    return field.default is not MISSING or field.default_factory is not MISSING
+
+
+def _type(hint: Any, parts: dict[str, Any]) -> str:
+    """Return a type in words."""
+    arguments = get_args(hint)
+    match get_origin(hint):
+        case None if hint in _OPAQUE:
+            return _OPAQUE[hint]
+        case None if is_dataclass(hint):
+            parts[hint.__name__] = hint
+            return f"[{hint.__name__}](#{hint.__name__.lower()})"
+        case None if isinstance(hint, type) and issubclass(hint, Enum):
+            return "one of " + ", ".join(f"`{member.value}`" for member in hint)
+        case None:
+            return _WORDS.get(hint, "object")
+        case origin if origin is Annotated:
+            return _type(arguments[0], parts)
+        case origin if origin in (Union, types.UnionType):
+            return " or ".join(dict.fromkeys(_type(a, parts) for a in arguments))
+        case origin if origin is tuple and arguments[-1] is Ellipsis:
+            return f"list of {_type(arguments[0], parts)}"
+        case origin if origin is tuple:
+            return f"list [{', '.join(_type(a, parts) for a in arguments)}]"
+    return f"object of {_type(arguments[1], parts)} by name"
+
+
+if __name__ == "__main__":
+    print(page())

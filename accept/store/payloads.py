@@ -1,0 +1,333 @@
+"""Every kind of event that a store holds, each with its payload: what writes an event, and what reads it.
+
+A kind grows by keys with a default, so that stores of earlier versions are read. No key changes its name or meaning.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar, Self
+
+from accept.documents.document import Document, DocumentError, Number, only_if
+from accept.documents.results import Information, UnitEntry
+from accept.store.errors import StoreError
+from accept.store.event import Event, NewEvent
+from checks.verdict import Finding
+
+KINDS: dict[str, type["Payload"]] = {}  # by what events of the kind are called
+
+
+class Payload(Document):
+    """The content of an event of one kind."""
+
+    KIND: ClassVar[str]
+
+    def __init_subclass__(cls, what: str) -> None:
+        cls.KIND = what
+        KINDS[what] = cls
+
+    def about(self, subject: str = "", spec: str = "") -> NewEvent:
+        """Return the event to append. subject: a unit's serial; spec: `name@sha256`."""
+        return NewEvent(self.KIND, subject, self.to_json(), spec)
+
+    @classmethod
+    def of(cls, event: Event) -> Self:
+        """Read the payload of an event of this kind. Raises StoreError naming the event and every key that is wrong."""
+        if event.what != cls.KIND:
+            raise StoreError(f"{event.name}: expected an event {cls.KIND}")
+        try:
+            return cls.from_text(event.payload)
+        except DocumentError as e:
+            raise StoreError(f"{event.name}: its payload cannot be used: {e}") from e
+
+
+def payload_of(event: Event, *kinds: type[Payload]) -> Payload | None:
+    """Read an event of one of these kinds, by default of any; None for another, as for one of a later version. Raises
+    StoreError."""
+    kind = KINDS.get(event.what)
+    return kind.of(event) if kind is not None and (not kinds or kind in kinds) else None
+
+
+@dataclass(frozen=True)
+class PlaceInBatch(Document):
+    """Where a unit stood in the batch that judged it."""
+
+    seq: Annotated[int, "number of the event `batch_started`"]
+    place: Annotated[int, "place of the unit among its folders, 0, 1, 2 ..."]
+
+
+@dataclass(frozen=True)
+class UnitJudged(Payload, what="unit_judged"):
+    """A unit was judged. Two judgements with equal hashes are the same judgement."""
+
+    path: Annotated[str, "its folder"]
+    inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"]
+    spec_sha256: str
+    code_sha256: Annotated[str, "hash of the program that judged"]
+    result: Annotated[UnitEntry, "the unit's entry in results.json"]
+    batch: Annotated[PlaceInBatch | None, only_if(), "if a batch judged it"] = None
+
+
+@dataclass(frozen=True)
+class UnitRefused(Payload, what="unit_refused"):
+    """A folder could not be judged at all. It has no subject."""
+
+    path: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class CertificateWritten(Payload, what="certificate_written"):
+    """A certificate was written unsigned. Only early versions stored this."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Decision(Document):
+    """What is to be done with a unit that was not accepted."""
+
+    choice: Annotated[str, "`use-as-is`, `rework`, `measure-again`, `return` or `scrap`"]
+    reason: str
+
+
+@dataclass(frozen=True)
+class CertificateSigned(Payload, what="certificate_signed"):
+    """A certificate was signed and written."""
+
+    path: str
+    sha256: Annotated[str, "of the file with this signature"]
+    role: Annotated[str, "`technician` or `qa`"]
+    disposition: Annotated[Decision | None, only_if(), "QA's decision about a unit that was not accepted"] = None
+    before: Annotated[str | None, only_if(), "sha256 of the certificate that was countersigned"] = None
+
+
+@dataclass(frozen=True)
+class BatchStarted(Payload, what="batch_started"):
+    """A batch was started."""
+
+    out: Annotated[str, "folder of its results"]
+    units: Annotated[int, "how many unit folders were found"]
+    specs: Annotated[Mapping[str, str], "spec of each kind of unit, `name@sha256`"]
+
+
+@dataclass(frozen=True)
+class BatchFinished(Payload, what="batch_finished"):
+    """A batch came to its end."""
+
+    verdicts: Annotated[Mapping[str, int], "number of units by verdict"]
+    refused: Annotated[int, "number of folders that could not be judged"]
+
+
+@dataclass(frozen=True)
+class CopiesResolved(Payload, what="copies_resolved"):
+    """A person said which unit a recording belongs to that several units share."""
+
+    parties: Annotated[
+        tuple[tuple[str, str, str], ...], "serial, record and hash of its content, wherever it was found"
+    ]
+    measured: Annotated[tuple[tuple[str, str], ...], "serial and record of those that it does belong to"]
+    reason: str
+
+
+@dataclass(frozen=True)
+class GoldenNamed(Payload, what="golden_named"):
+    """A unit was made a golden unit."""
+
+    expect: Annotated[str, "its verdict, `accepted` or `rejected`"]
+
+
+@dataclass(frozen=True)
+class GoldenMet(Payload, what="golden_met"):
+    """Every golden unit was measured as before."""
+
+    serials: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GoldenMissed(Payload, what="golden_missed"):
+    """Golden units were not measured as before: the bench is stopped."""
+
+    serials: tuple[str, ...]
+    reasons: Annotated[Mapping[str, tuple[str, ...]], "what differs, by serial"]
+
+
+@dataclass(frozen=True)
+class GoldenResolved(Payload, what="golden_resolved"):
+    """The bench may judge again."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class InstrumentCalibration(Document):
+    """Certificate and due day of an instrument's calibration."""
+
+    certificate: str
+    due: Annotated[str, "ISO date"]
+
+
+@dataclass(frozen=True)
+class _Capture(Document):
+    """What `captured` and `capture_failed` share."""
+
+    section: Annotated[str, "section of `unit.toml`"]
+    instrument: Annotated[str, "its name in the bench file"]
+    model: str
+    serial: Annotated[str, "of the instrument"]
+    calibration: InstrumentCalibration | None
+    settings: Annotated[Mapping[str, Any], "what it was asked before the first reading"]
+    readings: Annotated[tuple[Mapping[str, Any], ...], "both ends, if they are many; all are in the journal"]
+    journal: Annotated[str, "file with all readings, in the unit's folder"]
+    transcript: Annotated[tuple[tuple[Number, str, str], ...], "what went over the line: time [s], direction, text"]
+
+
+@dataclass(frozen=True)
+class Captured(_Capture, Payload, what="captured"):
+    """An instrument was read into a unit folder."""
+
+    entries: Annotated[Mapping[str, Any], "what was entered into the section"]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CaptureFailed(_Capture, Payload, what="capture_failed"):
+    """An instrument was read and gave no result."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class InstrumentChecked(Payload, what="instrument_checked"):
+    """An instrument read a certified artefact. It has no subject; values are in `unit`, each U is expanded (k = 2)."""
+
+    instrument: Annotated[str, "its name in the bench file"]
+    serial: Annotated[str | None, "of the instrument"]
+    time: Annotated[str, "ISO 8601, UTC"]
+    what: Annotated[str, "the artefact"]
+    certificate: Annotated[str, "of the artefact"]
+    unit: str
+    reference: Annotated[Number, "value of the artefact"]
+    U_reference: Number
+    value: Annotated[Number, "mean of the readings"]
+    U: Annotated[Number, "of the instrument at that value"]
+    readings: tuple[Number, ...]
+    E_n: Annotated[Number, "difference over both uncertainties together"]
+    passed: Annotated[bool, "E_n is at most 1"]
+    evidence: Annotated[Mapping[str, Any], "what went over the line"]
+
+
+@dataclass(frozen=True)
+class RecordPickedUp(Payload, what="record_picked_up"):
+    """A record was copied from a watched folder into a unit folder."""
+
+    section: str
+    input: str
+    file: Annotated[str, "its name in the unit folder"]
+    sha256: str
+    origin: Annotated[str, "where it came from"]
+
+
+@dataclass(frozen=True)
+class AttemptStarted(Payload, what="attempt_started"):
+    """An attempt at a unit began in the workflow."""
+
+    number: Annotated[int, "1, 2, 3 ..."]
+    kind: str
+    parts: Mapping[str, str]
+    reason: Annotated[str, "why there is another attempt"]
+    channels: Annotated[
+        Mapping[str, Any], only_if(bool), "channel -> its name in the laboratory's records, or where and in which unit"
+    ] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class RunOpened(Payload, what="run_opened"):
+    """The present attempt of a unit was taken up again."""
+
+    number: Annotated[int, "of the attempt"]
+
+
+@dataclass(frozen=True)
+class ValueTaken(Payload, what="value_taken"):
+    """A value was typed or read."""
+
+    step: str
+    form: str
+    input: str
+    value: Annotated[Number, "in `unit`"]
+    U: Annotated[Number | None, "expanded uncertainty that was typed beside it"]
+    unit: str
+    index: Annotated[int | None, "place in a vector"] = None
+    repeat: Annotated[bool, "one more reading of the same value, not a correction"] = False
+    text: Annotated[str, "what it was read from"] = ""
+    source: Annotated[str, "`typed`, or the instrument's model and serial number"] = "typed"
+    day: Annotated[str | None, only_if(), "day of measuring, ISO, if not the day of the entry"] = None
+    evidence: Annotated[Mapping[str, Any] | None, only_if(), "of an instrument: its calibration and its line"] = None
+
+
+@dataclass(frozen=True)
+class ReadingFailed(Payload, what="reading_failed"):
+    """An instrument gave no value."""
+
+    step: str
+    input: str
+    reason: str
+    source: str
+    evidence: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class RecordLinked(Payload, what="record_linked"):
+    """A record was copied into the folder of an attempt."""
+
+    step: str
+    form: str
+    input: str
+    file: str
+    sha256: str
+    origin: Annotated[str, "where it came from"]
+    day: Annotated[str | None, only_if(), "as of a value"] = None
+
+
+@dataclass(frozen=True)
+class StepNoted(Payload, what="step_noted"):
+    """The operator wrote a note."""
+
+    step: str
+    text: str
+    nonconformance: Annotated[bool, "it says what is wrong with the part"]
+
+
+@dataclass(frozen=True)
+class StepRemeasured(Payload, what="step_remeasured"):
+    """A step is measured anew."""
+
+    step: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class EntryUndone(Payload, what="entry_undone"):
+    """An entry was taken back."""
+
+    undoes: Annotated[int, "number of its event"]
+
+
+@dataclass(frozen=True)
+class StepJudged(Payload, what="step_judged"):
+    """A step was judged by itself."""
+
+    step: str
+    upto: Annotated[int, "number of the last entry that was judged"]
+    findings: Annotated[tuple[Finding, ...], "as in results.json"]
+    information: Annotated[tuple[Information, ...], "as in results.json"]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GapExplained(Payload, what="gap_explained"):
+    """The gap workflow explained the responses of an attempt."""
+
+    upto: Annotated[int, "number of the last entry of the responses"]
+    gap: Annotated[Mapping[str, Any], "as gap.json"]
