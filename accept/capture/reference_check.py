@@ -44,6 +44,9 @@ class ReferenceCheck:
     def passed(self) -> bool:
         return bool(abs(self.E_n) <= 1.0)  # False for NaN too
 
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self) | {"readings": list(self.readings), "E_n": self.E_n, "passed": self.passed}
+
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
     """Return the comparison of readings in the artefact's unit. Raises ValueError if the bench file states no accuracy:

@@ -26,8 +26,11 @@ class Payload(Document):
         KINDS[what] = cls
 
     def about(self, subject: str = "", spec: str = "") -> NewEvent:
-        """Return the event to append. subject: a unit's serial; spec: `name@sha256`."""
-        return NewEvent(self.KIND, subject, self.to_json(), spec)
+        """Return the event to append. subject: a unit's serial; spec: `name@sha256`. Raises DocumentError if the
+        payload is not of its types: what is stored once and cannot be read would stop the store for ever."""
+        payload = self.to_json()
+        self.from_json(payload)
+        return NewEvent(self.KIND, subject, payload, spec)
 
     @classmethod
     def of(cls, event: Event) -> Self:
@@ -173,8 +176,8 @@ class _Capture(Document):
 
     section: Annotated[str, "section of `unit.toml`"]
     instrument: Annotated[str, "its name in the bench file"]
-    model: str
-    serial: Annotated[str, "of the instrument"]
+    model: str | None
+    serial: Annotated[str | None, "of the instrument"]
     calibration: InstrumentCalibration | None
     settings: Annotated[Mapping[str, Any], "what it was asked before the first reading"]
     readings: Annotated[tuple[Mapping[str, Any], ...], "both ends, if they are many; all are in the journal"]

@@ -134,9 +134,10 @@ def test_an_event_is_not_read_as_another_kind() -> None:
         UnitJudged.of(event(UnitRefused("a", "b")))
 
 
-def test_what_has_another_type_is_not_written() -> None:
+@pytest.mark.parametrize("reason", [7, None])
+def test_what_has_another_type_is_not_written(reason: object) -> None:
     with pytest.raises(DocumentError, match="reason"):
-        UnitRefused("a", 7).about()  # type: ignore[arg-type]
+        UnitRefused("a", reason).about()  # type: ignore[arg-type]
 
 
 def test_a_path_with_bytes_that_are_not_utf8_is_read() -> None:
