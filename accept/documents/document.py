@@ -35,8 +35,9 @@ class Document:
 
     def to_json(self) -> dict[str, Any]:
         """Return the document as `json.dumps` takes it. Raises DocumentError if a field has another type."""
+        kind: Any = type(self)
         try:
-            written: dict[str, Any] = _adapter(type(self)).dump_python(self, mode="json", warnings="error")
+            written: dict[str, Any] = _adapter(kind).dump_python(self, mode="json", warnings="error")
         except (PydanticSerializationError, UnicodeError) as e:
             raise DocumentError(f"{type(self).__name__}: {e}") from e
         return written
@@ -44,8 +45,9 @@ class Document:
     @classmethod
     def from_text(cls, content: str | bytes) -> Self:
         """Read the JSON of a document. Raises DocumentError naming every key that is wrong."""
+        kind: Any = cls
         try:
-            document: Self = _validator(cls).validate_json(content)
+            document: Self = _validator(kind).validate_json(content)
         except ValidationError as e:
             if (readable := _without_halves(content)) is not None:
                 return cls.from_text(readable)

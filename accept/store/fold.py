@@ -124,6 +124,6 @@ def _attempt_of(unit: UnitState, certified: CertificateWritten | CertificateSign
     event from before events named that file, that of the last certificate at the same place."""
     if isinstance(certified, CertificateWritten) or certified.role == TECHNICIAN:
         return unit.attempts
-    if certified.before in unit.certificates:
+    if certified.before is not None and certified.before in unit.certificates:
         return unit.certificates[certified.before][0]
     return max((n for n, path in unit.certificates.values() if path == certified.path), default=unit.attempts)

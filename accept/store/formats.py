@@ -68,7 +68,7 @@ def _type(hint: Any, parts: dict[str, Any]) -> str:
     match get_origin(hint):
         case None if hint in _OPAQUE:
             return _OPAQUE[hint]
-        case None if is_dataclass(hint):
+        case None if isinstance(hint, type) and is_dataclass(hint):
             parts[hint.__name__] = hint
             return f"[{hint.__name__}](#{hint.__name__.lower()})"
         case None if isinstance(hint, type) and issubclass(hint, Enum):
