@@ -76,6 +76,7 @@ PRINTS = {  # what prints by itself: the one escaping, a log that cannot be writ
     "accept/base/fault_log.py",
     "accept/cli/main.py",
     "accept/cli/reference.py",
+    "accept/store/formats.py",
     "accept/commands/units/spec.py",
 }
 

@@ -304,7 +304,7 @@ class StepNoted(Payload, what="step_noted"):
 
 @dataclass(frozen=True)
 class StepRemeasured(Payload, what="step_remeasured"):
-    """A step is measured anew."""
+    """A step is measured again."""
 
     step: str
     reason: str
