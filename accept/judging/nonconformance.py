@@ -44,7 +44,7 @@ def open_nonconformances(store: Store, serial: str, notes: Mapping[str, Sequence
         elif isinstance(payload, UnitJudged):  # what it states QA decides; some is of another bench's folder
             stated = payload.result.nonconformances
             noted = {words: False for words in stated if words not in taken_back} | noted
-        elif isinstance(payload, CertificateSigned) and payload.disposition is not None:
-            if payload.disposition.choice in RELEASING:
-                noted |= {words: True for words in stated if words in noted}
-    return [*here, *(words for words, released in noted.items() if not released and words not in here)]
+        elif isinstance(payload, CertificateSigned) and (decision := payload.disposition) is not None:
+            released = decision.choice in RELEASING
+            noted |= {words: True for words in stated if released and words in noted}
+    return [*here, *(words for words, was_released in noted.items() if not was_released and words not in here)]
