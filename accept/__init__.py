@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # The checks multiply small matrices: a linear algebra library that starts threads for each product loses more time than
-# it gains, all the more with a worker per core. Must stand before numpy is imported; whoever sets these keeps them.
+# it gains, all the more with a worker per core. Must stand before numpy is imported; values that are set already stay.
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
@@ -57,7 +57,8 @@ __all__ = [
 
 
 def _strangers() -> str:
-    """Return, in one line, which module of somebody else is imported in place of one of the program's, "" for none.
+    """Return, in one line, which foreign module is imported in place of one of the program's, "" if there is no such
+    module.
 
     `checks`, `hw` and `specs` are common names: a `checks.py` beside a script comes before the installed package.
     """

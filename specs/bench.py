@@ -63,9 +63,10 @@ class ReferenceEntry(Strict):
 
 
 class InstrumentEntry(Strict):
-    """One instrument. driver: which driver speaks to it, `offline` for none. measures: the checks it serves. link: its
-    serial line; resource: where it is otherwise, a VISA name or host:number. settings: the driver's own. accuracy:
-    expanded uncertainty (k = 2) of what it reads, by the check's input. reference: what it is compared with daily."""
+    """One instrument. driver: which driver speaks to it, `offline` if it is read by hand. measures: the checks it
+    serves. link: its serial line; resource: instead of a line, a VISA name or host:number. settings: the driver's own.
+    accuracy: expanded uncertainty (k = 2) of what it reads, by the check's input. reference: what it is compared with
+    daily."""
 
     driver: Words
     measures: list[Words]
@@ -196,10 +197,10 @@ class BenchFile(BenchDocument):
 
 
 def load_bench(path: Path) -> BenchFile:
-    """Bench of a TOML file. Raises SpecError listing every problem with its key path."""
+    """Return bench of a TOML file. Raises SpecError listing every problem with its key path."""
     return parse_bench(file_bytes(path), str(path))
 
 
 def parse_bench(raw: bytes, path: str) -> BenchFile:
-    """Bench from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    """Return bench from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
     return parse_as(BenchFile, BenchDocument, raw, path, path=path)

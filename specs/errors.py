@@ -2,4 +2,5 @@
 
 
 class AcceptError(Exception):
-    """An input, a file, a setting or an instrument that cannot be used. A fault of the program is none of these."""
+    """An input, a file, a setting or an instrument that cannot be used. A fault of the program is not an
+    AcceptError."""

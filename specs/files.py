@@ -1,4 +1,4 @@
-"""Reading files that somebody else wrote: regular files only, and never more bytes than were asked for."""
+"""Reading files from elsewhere: regular files only, and never more bytes than were asked for."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ CHUNK_BYTES = 65536  # read at once
 
 
 def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
-    """All bytes of a regular file of at most `limit` bytes.
+    """Return all bytes of a regular file of at most `limit` bytes.
 
     A pipe would wait for ever and a device never ends: neither is read. Raises OSError, whose `strerror` says why.
     """

@@ -42,7 +42,7 @@ def label_from_name(quantity: str) -> str:
 
 
 def model_label(name: str) -> str:
-    """Words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
+    """Return words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
     `apa.mode_stiffness_12` "APA: mode stiffness 12"."""
     *places, value = name.split(".")
     words = without_unit(value).replace("_", " ")
@@ -51,6 +51,6 @@ def model_label(name: str) -> str:
 
 
 def with_unit(words: str, name: str) -> str:
-    """A number, or a number and its uncertainty, with the unit that a name ends in; a pure number has none."""
+    """Return a number, or a number and its uncertainty, with the unit that a name ends in; a pure number has none."""
     unit = unit_of(name.rpartition(".")[2])
     return words if unit == DIMENSIONLESS else f"{words} {unit}"

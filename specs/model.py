@@ -55,7 +55,7 @@ class ModelDocument(Strict):
     @model_validator(mode="before")
     @classmethod
     def _joint_of_one_kind(cls, data: Any) -> Any:
-        """Decided here, so that a wrong key is reported for what it is and not once per alternative."""
+        """Return decided here, so that a wrong key is reported for what it is and not once per alternative."""
         joint = data.get("joint") if isinstance(data, dict) else None
         if isinstance(joint, dict):
             kind = Joints if joint.keys() & {"bottom", "top"} else JointSection
@@ -71,7 +71,7 @@ class ModelDocument(Strict):
         return self
 
     def sections(self) -> Iterator[tuple[str, ModelSection]]:
-        """Sections with numbers, each by the prefix of its parameters' flat names."""
+        """Yield sections with numbers, each by the prefix of its parameters' flat names."""
         named: dict[str, ModelSection | None] = {"apa": self.apa}
         if isinstance(self.joint, Joints):
             named |= {"joint.bottom": self.joint.bottom, "joint.top": self.joint.top}
@@ -84,12 +84,12 @@ class ModelDocument(Strict):
 
     @property
     def values(self) -> dict[str, float]:
-        """Flat name -> value of every number of the file, defaults among them."""
+        """Return flat name -> value of every number of the file, defaults among them."""
         return {f"{s}.{key}": v.value for s, section in self.sections() for key, v in section.numbers()}
 
     @property
     def sds(self) -> dict[str, float]:
-        """Flat name -> prior standard deviation of the uncertain numbers, in the file's units."""
+        """Return flat name -> prior standard deviation of the uncertain numbers, in the file's units."""
         return {
             f"{s}.{key}": v.sd for s, section in self.sections() for key, v in section.numbers() if v.sd is not None
         }
@@ -104,17 +104,17 @@ class ModelSpec(ModelDocument):
 
     @property
     def apa_file(self) -> Path | None:
-        """The superelement's file, or None."""
+        """Return the superelement's file, or None."""
         return Path(self.folder) / self.apa.file if isinstance(self.apa, ApaSuperelement) else None
 
 
 def builtin_models() -> dict[str, Path]:
-    """Name -> file of the models that come with the program."""
+    """Return name -> file of the models that come with the program."""
     return {p.stem: p for p in sorted((Path(str(resources.files("specs"))) / "models").glob("*.toml"))}
 
 
 def resolve_model(name: str) -> Path:
-    """File of a model given as a built-in name or a path. Raises SpecError."""
+    """Return file of a model given as a built-in name or a path. Raises SpecError."""
     known = builtin_models()
     if name in known:
         return known[name]
@@ -124,11 +124,11 @@ def resolve_model(name: str) -> Path:
 
 
 def load_model(name: str | Path) -> ModelSpec:
-    """Model by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
+    """Return model by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
     path = resolve_model(str(name))
     return parse_model(file_bytes(path), str(path), path.parent)
 
 
 def parse_model(raw: bytes, path: str, folder: Path) -> ModelSpec:
-    """Model from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    """Return model from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
     return parse_as(ModelSpec, ModelDocument, raw, path, folder=str(folder))

@@ -12,7 +12,7 @@ TYPES = {"2dof": BENDING, "3dof": (*BENDING, "kRz_Nm_per_rad"), "4dof": (*BENDIN
 
 
 class Value(Strict):
-    """A number, with the standard deviation of its prior where it is uncertain."""
+    """A number, with the standard deviation of its prior if it is uncertain."""
 
     value: Finite
     sd: Positive | None = None
@@ -62,12 +62,13 @@ class ModelSection(Strict):
                 yield from ((_axis_name(key, c), number) for c, number in of_channels if number is not None)
 
     def listed(self, key: str) -> list[str]:
-        """Names of the numbers of a list."""
+        """Return the names of the numbers of a list."""
         return [_axis_name(key, axis) for axis in "xyz"]
 
 
 def _axis_name(key: str, axis: str) -> str:
-    """`com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`, `latency_us` of Vs is `latency_Vs_us`."""
+    """Return `com_mm` along x is `com_x_mm`, `inertia_kg_m2` is `inertia_x_kg_m2`, `latency_us` of Vs is
+    `latency_Vs_us`."""
     head, _, unit = key.partition("_")
     return f"{head}_{axis}_{unit}"
 
@@ -311,7 +312,7 @@ class FitRecord(Strict):
 
 
 class PopulationRecord(Strict):
-    """What a batch of units says of one more: mean and covariance of the named parameters in the names' units, the
+    """What a batch of units predicts of one more: mean and covariance of the named parameters in the names' units, the
     prior of every fit of such a unit. covariance: row i has the entries with the names 0 .. i. scatter: 1 sd from unit
     to unit; mean_sd: standard uncertainty of the mean; both for people. units: serials that it was learned from; apart:
     those that did not belong. model, model_sha256: what was learned with."""
@@ -343,6 +344,6 @@ class PopulationRecord(Strict):
 
     @property
     def full(self) -> list[list[float]]:
-        """The covariance with its upper half."""
+        """Return the covariance with its upper half."""
         rows = self.covariance
         return [[rows[max(i, j)][min(i, j)] for j in range(len(rows))] for i in range(len(rows))]

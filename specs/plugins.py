@@ -27,11 +27,11 @@ class Plugin:
 
 
 USED: list[Plugin] = []
-PROBLEMS: list[str] = []  # a line for every plug-in that was left out, for whoever shows something
+PROBLEMS: list[str] = []  # a line for every plug-in that was left out, to be shown by a command or screen
 
 
 def plugins(group: str, problem: Callable[[Any], str], taken: Collection[str]) -> dict[str, Any]:
-    """Name -> object of every usable plug-in of a group, by its `name`.
+    """Return name -> object of every usable plug-in of a group, by its `name`.
 
     problem: what is wrong with an object, "" for nothing; it may raise. taken: names that the program has itself."""
     found: dict[str, Any] = {}
@@ -59,7 +59,8 @@ def listed(package: str) -> list[str]:
 
 
 def packaged() -> list[tuple[str, bytes]]:
-    """Path and content of every file of the packages that bring plug-ins, but for what was compiled from them."""
+    """Return path and content of every file of the packages that bring plug-ins, but for what was compiled from
+    them."""
     entries = [e for group in (CHECKS, EFFECTS, INSTRUMENTS) for e in _entries(group)]
     packages = {e.dist.name: e.dist for e in entries if e.dist}
     files = [p for _, package in sorted(packages.items()) for p in package.files or () if p.suffix != ".pyc"]

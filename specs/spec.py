@@ -49,7 +49,7 @@ class StatedU(Strict):
         return self
 
     def at(self, value: float) -> float:
-        """Expanded uncertainty at this value, in the value's unit."""
+        """Return expanded uncertainty at this value, in the value's unit."""
         return self.U if self.U is not None else abs(value) * (self.U_percent or 0.0) / 100.0
 
 
@@ -79,7 +79,7 @@ class CheckSpec(Strict):
     @field_validator("settings")
     @classmethod
     def _finite(cls, settings: dict[str, Any]) -> dict[str, Any]:
-        """A gate that compares with NaN is open, whatever comes."""
+        """Return a gate that compares with NaN is open, whatever comes."""
         wrong = [name for name, value in settings.items() if not _all_finite(value)]
         if wrong:
             raise ValueError(f"{', '.join(wrong)}: every number must be finite")
@@ -137,17 +137,17 @@ class Spec(SpecDocument):
 
     @property
     def instruments(self) -> dict[str, str]:
-        """What each check is to be measured with, where the spec says so."""
+        """Return what each check is to be measured with, where the spec says so."""
         return {name: check.instrument for name, check in self.checks.items() if check.instrument}
 
 
 def builtin() -> dict[str, Path]:
-    """Name -> file of the specs that come with the program."""
+    """Return name -> file of the specs that come with the program."""
     return {p.stem: p for p in sorted(Path(str(resources.files("specs"))).glob("*.toml"))}
 
 
 def resolve(name: str) -> Path:
-    """File of a spec given as a built-in name or a path."""
+    """Return file of a spec given as a built-in name or a path."""
     known = builtin()
     if name in known:
         return known[name]
@@ -158,11 +158,11 @@ def resolve(name: str) -> Path:
 
 
 def load(name: str | Path) -> Spec:
-    """Spec by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
+    """Return spec by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
     path = resolve(str(name))
     return parse(file_bytes(path), str(path))
 
 
 def parse(raw: bytes, path: str) -> Spec:
-    """Spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
+    """Return spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
     return parse_as(Spec, SpecDocument, raw, path)

@@ -37,7 +37,7 @@ class Strict(BaseModel):
 
 
 def file_bytes(path: Path) -> bytes:
-    """Raises SpecError."""
+    """Return a file's bytes. Raises SpecError if it cannot be read."""
     try:
         return read_bounded(path)
     except OSError as e:
@@ -45,7 +45,8 @@ def file_bytes(path: Path) -> bytes:
 
 
 def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
-    """What the bytes of a TOML file say, as `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
+    """Return what the bytes of a TOML file say, as `full`: the keys of `document`, the bytes' sha256 and text, and
+    `origin`.
 
     name: of the file, for messages. Raises SpecError listing every problem with its key path.
     """
@@ -61,7 +62,7 @@ def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **
 
 
 def toml_of(raw: bytes) -> dict[str, Any]:
-    """What the bytes of a TOML file hold. Raises ValueError, which says why they are none."""
+    """Return what the bytes of a TOML file hold. Raises ValueError, which says why they are none."""
     check_toml_bounds(raw)
     try:
         return tomllib.loads(raw.decode("utf-8-sig"))  # editors on Windows put a mark in front
@@ -71,12 +72,12 @@ def toml_of(raw: bytes) -> dict[str, Any]:
         raise ValueError(f"is not TOML: {e}") from e
     except RecursionError as e:
         raise ValueError("is not TOML: it is nested too deeply") from e
-    except ValueError as e:  # Python converts no more digits; a number of so many is none of a measurement
+    except ValueError as e:  # Python converts no more digits; no measurement has so many
         raise ValueError(f"holds a number of more than {sys.get_int_max_str_digits()} digits") from e
 
 
 def check_toml_bounds(raw: bytes) -> None:
-    """Raises ValueError for bytes that would take a parser of TOML long: very many, or with a key of very many parts,
+    """Raise ValueError for bytes that would take a parser of TOML long: very many, or with a key of very many parts,
     whose time grows with the square of their number."""
     if len(raw) > MAX_TOML_BYTES:
         raise ValueError(f"is larger than {MAX_TOML_BYTES} bytes")
@@ -85,7 +86,7 @@ def check_toml_bounds(raw: bytes) -> None:
 
 
 def problem_line(problem: Mapping[str, Any]) -> str:
-    """One problem of a document in words: key path, what is wrong, what was found."""
+    """Return one problem of a document in words: key path, what is wrong, what was found."""
     key = ".".join(str(k) for k in problem["loc"]) or "top level"
     words = problem["msg"].removeprefix("Value error, ")
     shown = problem.get("input")

@@ -34,7 +34,7 @@ DIMENSIONLESS = "1"
 
 
 def unit_of(quantity: str) -> str:
-    """Unit of a quantity by its name: `k_closed_N_per_um` is in "N/um", `coherence` in "1"."""
+    """Return unit of a quantity by its name: `k_closed_N_per_um` is in "N/um", `coherence` in "1"."""
     for suffix, unit in _SUFFIXES.items():
         if quantity == suffix or quantity.endswith("_" + suffix):
             return unit
@@ -42,7 +42,7 @@ def unit_of(quantity: str) -> str:
 
 
 def without_unit(quantity: str) -> str:
-    """The name without its unit: `k_closed` of `k_closed_N_per_um`; a name that is a unit alone stays."""
+    """Return the name without its unit: `k_closed` of `k_closed_N_per_um`; a name that is a unit alone stays."""
     for suffix in _SUFFIXES:
         if quantity.endswith("_" + suffix):
             return quantity.removesuffix("_" + suffix)
@@ -60,7 +60,8 @@ class UnitMismatch(ValueError):
 
 
 def factor(given: str, wanted: str) -> float:
-    """What a number in `given` is multiplied with to be in `wanted`, both as written: `factor("nF", "uF")` is 1e-3.
+    """Return what a number in `given` is multiplied with to be in `wanted`, both as written: `factor("nF", "uF")` is
+    1e-3.
 
     Raises UnitMismatch naming both.
     """
@@ -74,7 +75,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def _parts(unit: str) -> tuple[float, tuple[str, ...]] | None:
-    """Scale to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
+    """Return the scale to the base units, and those in order: `N/um` is (1e6, ("N", "m"))."""
     scale, bases = 1.0, []
     for place, word in enumerate(unit.split("/")):
         found = _simple(word.strip())

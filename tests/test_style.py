@@ -88,7 +88,6 @@ DIALECT = re.compile(
 )
 NOT_YET = {  # folders that are still to be converted; a line goes when its folder is done
     "accept",
-    "accept/analysis",
     "accept/base",
     "accept/base/cluster",
     "accept/batch",
@@ -97,24 +96,10 @@ NOT_YET = {  # folders that are still to be converted; a line goes when its fold
     "accept/certificate/signature",
     "accept/certificate/trust",
     "accept/certificate/verify",
-    "accept/commands/bench",
-    "accept/commands/fleet",
-    "accept/commands/physics",
-    "accept/commands/trust",
-    "accept/commands/units",
-    "accept/fleet",
-    "accept/fleet/population",
     "accept/gap",
     "accept/judging",
     "accept/models",
-    "accept/pictures",
-    "accept/pictures/pdf",
-    "accept/simulate",
     "accept/store",
-    "accept/tui/background",
-    "accept/tui/screens",
-    "accept/tui/widgets",
-    "accept/units",
     "accept/workflow",
     "accept/workflow/entry",
     "accept/workflow/instruments",
@@ -145,7 +130,6 @@ NOT_YET = {  # folders that are still to be converted; a line goes when its fold
     "hw/instruments",
     "hw/records",
     "hw/simulated",
-    "specs",
 }
 
 

@@ -45,14 +45,15 @@ Drawable = (
 
 
 def read_unit(folder: str | Path) -> LoadedUnit:
-    """The unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
+    """Return the unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
 
     Raises UnitError for a folder that holds no usable unit."""
     return loaded(Path(folder))
 
 
 def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
-    """Findings and verdict of a unit. spec: a built-in name or a TOML file; without it the unit's kind picks.
+    """Judge a unit: return its findings and verdict. spec: a built-in name or a TOML file; without it the unit's kind
+    picks.
 
     `result.verdict`, `result.findings` (value, U, limits, verdict each), `result.panels` for `plot`.
     Raises UnitError, SpecError."""
@@ -63,7 +64,7 @@ def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
 def read_record(
     file: str | Path, input: str = "Va", *, channels: Mapping[str, str] | None = None, step_s: float | None = None
 ) -> Record:
-    """Every vector of a record file (.mat, .csv, .uff, .tdms) that is as long as its input.
+    """Return every vector of a record file (.mat, .csv, .uff, .tdms) that is as long as its input.
 
     channels: name here -> name in the file, {"Va": "data.ch3"}; step_s: sampling time [s] of a file without a time.
     `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz]. Raises RecordError, which says what the file holds."""
@@ -79,7 +80,7 @@ def frequency_response(
     f_hi: float | None = None,
     merge_Hz: float | None = None,
 ) -> MeasuredResponse:
-    """Response of every channel over the input [unit per V], with coherence, variance and resonances.
+    """Estimate the response of every channel over the input [unit per V], with coherence, variance and resonances.
 
     Two records are joined at merge_Hz. estimator: "auto" (over the periods of a periodic input, else h1), "h1", "lpm".
     `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
@@ -90,7 +91,7 @@ def frequency_response(
 
 
 def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Responses:
-    """The responses that a unit names under [frf], on independent bins from f_lo to f_hi [Hz].
+    """Return the responses that a unit names under [frf], on independent bins from f_lo to f_hi [Hz].
 
     `responses.first` and `.second` (another realisation, or None): `.f` (F,) [Hz], `.H` (F, C) over Va at the DAC,
     `.cov` (F, C, C), `.channels`. Raises UnitError, RecordError."""
@@ -98,7 +99,7 @@ def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Respons
 
 
 def open_model(name: str | Path = "strut") -> Model:
-    """A built-in model ("strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof") or a model file.
+    """Return a built-in model ("strut", "strut-as-built", "strut-2dof", "apa-frame", "apa-2dof") or a model file.
 
     `model.frf(f)` (F, C) complex, `model.with_values({...})`. Raises SpecError, ModelError."""
     return _open_model(name)
@@ -107,7 +108,7 @@ def open_model(name: str | Path = "strut") -> Model:
 def fit_model(
     unit: UnitLike, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
 ) -> FittedModel:
-    """The model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
+    """Return the model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
     second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
@@ -115,7 +116,7 @@ def fit_model(
 
 
 def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
-    """How far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
+    """Return how far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
 
     Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
     return estimate_unit(_held(unit).folder, model)
@@ -124,7 +125,7 @@ def estimate_misalignment(unit: UnitLike, model: str | None = None) -> Misalignm
 def analyse_gap(
     unit: UnitLike, model: str | Path | None = None, *, without: Sequence[str] = (), say: Callable[[str], None] = print
 ) -> GapAnalysis:
-    """What the model does not explain, by name. Takes up to a minute.
+    """Return what the model does not explain, by name. Takes up to a minute.
 
     `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
     Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
@@ -135,7 +136,8 @@ def analyse_gap(
 def simulate_unit(
     folder: str | Path, kind: str = "strut", *, seed: int = 0, values: Mapping[str, float] | None = None
 ) -> LoadedUnit:
-    """A simulated unit with its records, written to a new folder. values: of the model, {"misalignment.dy_um": -120}.
+    """Return a simulated unit with its records, written to a new folder. values: of the model, {"misalignment.dy_um":
+    -120}.
 
     Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
     place = Path(folder)
@@ -172,7 +174,7 @@ class Plot:
 
 
 def plot(what: Drawable) -> Plot:
-    """Whatever the other functions return, as pictures. Raises PictureError for what has none."""
+    """Draw what another function returned. Raises PictureError if it has no picture."""
     match what:
         case Panel():
             return Plot({what.title: what}, what.title)

@@ -42,9 +42,9 @@ class Estimator(StrEnum):
 
 @dataclass(frozen=True)
 class EstimatorSettings:
-    """How to estimate. segment_s: length of the Hann segments of h1 [s]; f_lo, f_hi: the band kept [Hz], up to half the
-    sampling frequency if f_hi is None; input: the channel that drives; merge_Hz: two records become one response, the
-    first up to here and the second above."""
+    """Settings of an estimate. segment_s: length of the Hann segments of h1 [s]; f_lo, f_hi: the band kept [Hz], to
+    half the sampling frequency without f_hi; input: the channel that drives; merge_Hz: two records become one response,
+    the first up to here and the second above."""
 
     estimator: Estimator = Estimator.AUTO
     segment_s: float = 0.5
@@ -70,7 +70,7 @@ class MeasuredResponse:
 
     @property
     def ratios(self) -> dict[str, str]:
-        """Unit of each channel over that of the input, "" if one of them is not known."""
+        """Return the unit of each channel over that of the input, "" if one of them is not known."""
         per = self.units.get(self.frf.input, "")
         return {c: f"{self.units[c]}/{per}" if self.units[c] and per else "" for c in self.frf.channels}
 

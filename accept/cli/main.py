@@ -36,10 +36,10 @@ COMMANDS: dict[str, Command | Group] = {
     "spec": Group(
         "Acceptance specs: list, show, validate.",
         {
-            "list": Command("units.spec:show_list", "The specs that come with the program."),
-            "show": Command("units.spec:show", "Every limit of a spec with its rule and source."),
+            "list": Command("units.spec:show_list", "List the specs that come with the program."),
+            "show": Command("units.spec:show", "Show every limit of a spec with its rule and source."),
             "validate": Command("units.spec:validate", "Check specs."),
-            "checks": Command("units.spec:checks", "Every check that a spec may ask for."),
+            "checks": Command("units.spec:checks", "List every check that a spec may ask for."),
             "copy": Command("units.spec:copy", "Write a built-in spec as TOML, to change it."),
             "approve": Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance."),
         },
@@ -48,12 +48,12 @@ COMMANDS: dict[str, Command | Group] = {
         "Keys of the authority, technicians and QA.",
         {
             "init": Command("trust.keys:init", "Make the bench's authority and the technician's key."),
-            "list": Command("trust.keys:show", "The authority and every person's key."),
+            "list": Command("trust.keys:show", "List the authority and every person's key."),
             "request": Command("trust.keys:request", "Make a person's key and the request for its certificate."),
             "issue": Command("trust.keys:issue", "Answer a request with the authority's key."),
             "install": Command("trust.keys:install", "Put a certificate beside its key at this bench."),
             "revoke": Command("trust.keys:revoke", "Revoke a person's keys."),
-            "renew": Command("trust.keys:renew", "A new certificate for a person's key, for another five years."),
+            "renew": Command("trust.keys:renew", "Renew the certificate of a person's key, for another five years."),
             "passphrase": Command("trust.keys:passphrase", "Change the passphrase of a key."),
         },
     ),
@@ -61,10 +61,10 @@ COMMANDS: dict[str, Command | Group] = {
         "The event store: who did what, when and by which spec.",
         {
             "check": Command("trust.store:check", "Walk the chain of events."),
-            "log": Command("trust.store:log", "Who did what, when, with which verdict, by which spec and code."),
+            "log": Command("trust.store:log", "List who did what, when, with which verdict, by which spec and code."),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
             "publish": Command("trust.store:publish_list", "Publish judgements and signatures, as hashes."),
-            "copies": Command("trust.store:copies", "Recordings that stand in two places, and whose they are."),
+            "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),
             "restore": Command(
@@ -75,23 +75,25 @@ COMMANDS: dict[str, Command | Group] = {
     "excite": Group(
         "Excitation signals for the rig, as .mat or .csv.",
         {
-            "sweep": Command("physics.excite:sweep", "A sine of rising frequency."),
-            "noise": Command("physics.excite:noise", "Noise in a band."),
-            "sine": Command("physics.excite:sine", "Slow sines of growing amplitude, for the hysteresis."),
-            "multisine": Command("physics.excite:multisine", "A random-phase multisine."),
+            "sweep": Command("physics.excite:sweep", "Write a sine of rising frequency."),
+            "noise": Command("physics.excite:noise", "Write noise in a band."),
+            "sine": Command("physics.excite:sine", "Write slow sines of growing amplitude, for the hysteresis."),
+            "multisine": Command("physics.excite:multisine", "Write a random-phase multisine."),
         },
     ),
     "model": Group(
         "The simulated strut: modes, responses, fit.",
         {
-            "list": Command("physics.model:show_list", "The models that come with the program, and what each is."),
-            "effects": Command("physics.effects:run", "Effects that `accept gap` can name as missing."),
-            "show": Command("physics.model:show", "Every parameter with its value, unit and prior."),
-            "modes": Command("physics.model:modes", "Poles, and the zeros of Vs, de and da, with their damping."),
-            "frf": Command("physics.model:frf", "Responses of Vs, de and da to Va."),
+            "list": Command("physics.model:show_list", "List the models that come with the program, and what each is."),
+            "effects": Command("physics.effects:run", "List the effects that `accept gap` can name as missing."),
+            "show": Command("physics.model:show", "Show every parameter with its value, unit and prior."),
+            "modes": Command(
+                "physics.model:modes", "Compute poles, and the zeros of Vs, de and da, with their damping."
+            ),
+            "frf": Command("physics.model:frf", "Compute responses of Vs, de and da to Va."),
             "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
             "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
-            "sweep": Command("physics.model:run_sweep", "Poles and zeros over a row of values."),
+            "sweep": Command("physics.model:run_sweep", "Compute poles and zeros over a row of values."),
         },
     ),
     "lookup": Group(
@@ -104,18 +106,18 @@ COMMANDS: dict[str, Command | Group] = {
     "simulate": Group(
         "Simulated units and a simulated bench.",
         {
-            "bench": Command("bench.simulate_bench:run", "Simulated instruments on pseudo-terminals."),
-            "unit": Command("bench.simulate:unit", "A whole unit folder from a model."),
-            "faults": Command("bench.simulate:faults", "What can be wrong with a simulated unit."),
+            "bench": Command("bench.simulate_bench:run", "Simulate instruments on pseudo-terminals."),
+            "unit": Command("bench.simulate:unit", "Simulate a whole unit folder from a model."),
+            "faults": Command("bench.simulate:faults", "List what can be wrong with a simulated unit."),
         },
     ),
     "hw": Group(
         "Instruments on the bench.",
         {
-            "list": Command("bench.hw:show_list", "Instruments of the bench file."),
-            "scan": Command("bench.scan:scan", "Which ports and VISA instruments are there."),
+            "list": Command("bench.hw:show_list", "List the instruments of the bench file."),
+            "scan": Command("bench.scan:scan", "Find ports and VISA instruments."),
             "test": Command("bench.hw:ask", "Ask every instrument for one reading."),
-            "commission": Command("bench.commission:commission", "First run at a real instrument."),
+            "commission": Command("bench.commission:commission", "Commission a real instrument."),
             "check": Command("bench.check:run", "Compare an instrument with its reference."),
             "transcript": Command("bench.transcript:run", "Print the bytes that an instrument sent and received."),
             "measure": Command("bench.hw:measure", "Measure a section of a unit with its instrument."),
@@ -165,7 +167,7 @@ def options(
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Version and hash of the code.")
     ] = False,
 ) -> None:
-    """The acceptance bench for piezo struts: judge units against a written spec, certify them, verify them."""
+    """Read the options of the program itself."""
 
 
 def main() -> None:

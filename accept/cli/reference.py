@@ -16,7 +16,7 @@ terminal. Exit codes: 0 accepted, 3 rejected, 4 incomplete or conditional, 5 an 
 
 
 def reference() -> str:
-    """Markdown of every command: usage, what it does, its arguments and options."""
+    """Return the markdown of every command: usage, what it does, its arguments and options."""
     return "\n".join([HEAD, *_commands("accept", get_command(app))])
 
 

@@ -17,7 +17,8 @@ LEAST_BEFORE = 1  # earlier judgements that today's is compared with
 
 @dataclass(frozen=True)
 class Checked:
-    """Of one golden unit. problems: empty where it is as before; measured: whether it was judged since `since`."""
+    """The comparison of one golden unit with its history. problems: empty if it is as before; measured: whether it was
+    judged since `since`."""
 
     serial: str
     expected: str
@@ -42,7 +43,8 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
 
 
 def compared(serial: str, expected: str, frame: pd.DataFrame, since: datetime.datetime) -> Checked:
-    """One golden unit against its own earlier judgements: the verdict, and every value within the uncertainties."""
+    """Compare one golden unit with its own earlier judgements: the verdict, and every value within the
+    uncertainties."""
     recent = frame[frame["time"] >= pd.Timestamp(since)]
     if recent.empty:
         return Checked(serial, expected, measured=False, problems=())
@@ -58,7 +60,7 @@ def compared(serial: str, expected: str, frame: pd.DataFrame, since: datetime.da
 
 
 def _differs(row: pd.Series, before: pd.DataFrame) -> str | None:
-    """What is wrong with a value, in words. A value that is missing now and was there before is a difference."""
+    """Return what is wrong with a value, in words. A value that is missing now and was there before is a difference."""
     earlier = before[before["quantity"] == row["quantity"]].dropna(subset=["value"])
     if earlier.empty:
         return None

@@ -11,7 +11,7 @@ SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U w
 
 
 def changes(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows of one unit with what each value differs by from the attempt before, in the order of the attempts.
+    """Return rows of one unit with what each value differs by from the attempt before, in the order of the attempts.
 
     Adds change, En = change / sqrt(U1^2 + U2^2) and changed (True, False, or None where an uncertainty is unknown).
     """
@@ -25,8 +25,8 @@ def changes(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def panels(changed: pd.DataFrame) -> list[Panel]:
-    """A panel for each quantity that has a value: its value at every attempt, a bar of U to both sides, the limits of
-    the last attempt. changed: as `changes` gives it."""
+    """Return a panel for each quantity that has a value: its value at every attempt, a bar of U to both sides, the
+    limits of the last attempt. changed: as `changes` gives it."""
     return [_panel(str(name), rows.dropna(subset=["value"])) for name, rows in changed.groupby("quantity", sort=False)
             if rows["value"].notna().any()]  # fmt: skip
 

@@ -38,15 +38,15 @@ class JudgedAgain:
 
     @property
     def worse(self) -> bool:
-        """Accepted, and would no longer be."""
+        """Return whether the unit was accepted and would no longer be."""
         return self.flipped and self.was == "accepted"
 
 
 def judged_again(
     store: Store, specs: Mapping[str, Spec], from_records: bool, cluster: Cluster | None = None
 ) -> Iterator[JudgedAgain]:
-    """Every unit of the store whose kind has a spec, as its last judgement has it: by serial, on a cluster as they come
-    back. None is held here, however many there are. Raises StoreError, ClusterError.
+    """Yield every unit of the store whose kind has a spec, as its last judgement has it: by serial, on a cluster as
+    they come back. None is held here, however many there are. Raises StoreError, ClusterError.
 
     from_records: measure unit folders again where they hold what was judged; it alone honours changed settings.
     """
@@ -62,7 +62,7 @@ def judged_again(
 
 
 def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
-    """One unit under one spec, from its records or its stored values; here or in a worker."""
+    """Judge one unit by one spec, from its records or its stored values; here or in a worker."""
     unit, spec, from_records = asked
     findings = _from_records(unit, spec) if from_records else None
     basis = VALUES if findings is None else RECORDS
@@ -80,7 +80,7 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
 
 
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
-    """Findings from the unit's folder where it is as it was judged, else None."""
+    """Return the findings measured again from the unit's folder, None unless the folder is as it was judged."""
     try:
         folder = unit_folder.read(Path(unit.path))
         if folder.serial != unit.serial or folder.input_hashes() != dict(unit.inputs):
@@ -91,7 +91,7 @@ def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
 
 
 def from_values(result: UnitEntry, spec: Spec) -> list[Finding]:
-    """Stored values against a spec's limits. A quantity that was not measured has no result."""
+    """Compare stored values with a spec's limits. A quantity that was not measured has no result."""
     held = {i.quantity: i.measured() for i in result.information} | {
         f.quantity: Quantity.missing(f.quantity, f.cause or because(Cause.IN_WORDS, detail=f.reason or "no value"))
         if f.value is None

@@ -27,7 +27,8 @@ class Pool:
 
 
 def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
-    """The accepted units of a kind by their last judgement. Raises FleetError for a quantity that none of them has."""
+    """Return the accepted units of a kind by their last judgement. Raises FleetError for a quantity that none of them
+    has."""
     last = latest(frame)
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
     if accepted.empty:
@@ -50,7 +51,7 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
 
 
 def choose(units: Pool, size: int, sets: int) -> Matched:
-    """Sets of `size`, the best first. Raises FleetError where there are too few units."""
+    """Return sets of `size`, the best first. Raises FleetError if there are too few units."""
     try:
         return match(units.values, units.U, size, sets)
     except ValueError as e:
@@ -58,7 +59,7 @@ def choose(units: Pool, size: int, sets: int) -> Matched:
 
 
 def advice(units: Pool, members: Sequence[int], cost: float) -> str:
-    """What one more unit would have to be to make the set better."""
+    """Return what one more unit would have to be to make the set better."""
     worst, then, lo, hi = ideal_replacement(units.values, units.U, members)
     wanted = ", ".join(
         f"{name} {a:.5g} to {b:.5g} {unit}"

@@ -67,7 +67,7 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
 
 
 def when(frame: pd.DataFrame) -> pd.Series:
-    """Return when each row was measured: the stated day, or, if there is none, the time of judging."""
+    """Return when each row was measured: the stated day, else the time of judging."""
     return frame["measured"].fillna(frame["time"])
 
 

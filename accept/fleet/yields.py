@@ -91,7 +91,7 @@ def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
 
 
 def _bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | Text]:
-    """A bar each, the first one above, with its words on it."""
+    """Return a bar each, the first one above, with its words on it."""
     items: list[Band | Line | Text] = []
     for i, (value, told) in enumerate(zip(values, words, strict=True)):
         row = len(values) - 1.0 - i

@@ -18,7 +18,7 @@ SERIES = (NAVY, VERMILION, SKY, GREEN, ORANGE, BLUE)
 
 
 def colour(role: str, nth: int) -> str:
-    """Colour of a role; "auto" takes the nth of the series."""
+    """Return colour of a role; "auto" takes the nth of the series."""
     return SERIES[nth % len(SERIES)] if role == "auto" else ROLES[role]
 
 

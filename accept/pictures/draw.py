@@ -1,4 +1,4 @@
-"""Draws panels side by side with matplotlib. The same panels give the same bytes, whoever draws them."""
+"""Draws panels side by side with matplotlib. The same panels always give the same bytes."""
 
 import io
 import math
@@ -59,7 +59,7 @@ def picture(
     columns: int | None = None,
     dots: float = _PNG_DPI,
 ) -> bytes:
-    """The bytes that `draw` writes. dots: per inch, of a PNG."""
+    """Return the bytes that `draw` writes. dots: per inch, of a PNG."""
     if format not in _CANVAS:
         raise PictureError(f"pictures are written as {', '.join(FORMATS)}, not as '{format}'")
     if not panels:
@@ -88,7 +88,8 @@ def _figure(panels: Sequence[Panel], size_mm: tuple[float, float] | None, column
 def _rectangle(
     panel: Panel, row: int, column: int, rows: int, columns: int, width: float, height: float
 ) -> tuple[float, float, float, float]:
-    """Place of one panel's axes in fractions of the figure; the margins are fixed so that rows and columns line up."""
+    """Return the place of one panel's axes in fractions of the figure; the margins are fixed so that rows and columns
+    line up."""
     cell_w, cell_h = width / columns, height / rows
     left = column * cell_w + _MARGINS["left"]
     bottom = (rows - 1 - row) * cell_h + _MARGINS["bottom"]

@@ -47,8 +47,8 @@ class PageTable:
 
 
 def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tables: Sequence[PageTable] = ()) -> bytes:
-    """One HTML page of all panels, below paragraphs of words; tables follow. Raises PictureError where plotly is not
-    installed or nothing is to be drawn."""
+    """Return one HTML page of all panels, below paragraphs of words; tables follow. Raises PictureError if plotly is
+    not installed or nothing is to be drawn."""
     if find_spec("plotly") is None:
         raise PictureError(MISSING)
     if not panels:
@@ -73,7 +73,7 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
 
 
 def grouped(panels: Mapping[str, Panel]) -> list[list[Panel]]:
-    """Panels that share an axis: phase and what is left of a channel below its magnitude, by their names `de
+    """Return panels that share an axis: phase and what is left of a channel below its magnitude, by their names `de
     magnitude`, `de phase`, `de deviation`."""
     below = {
         name: f"{name.removesuffix(end)} magnitude"
@@ -86,7 +86,7 @@ def grouped(panels: Mapping[str, Panel]) -> list[list[Panel]]:
 
 
 def _safe(json: str) -> str:
-    """JSON within a script: no text in it can end the script."""
+    """Return JSON within a script: no text in it can end the script."""
     return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
@@ -141,7 +141,7 @@ def _legend(row: int) -> str:
 
 
 def _plain(words: str) -> str:
-    """What stands there is shown as it is: plotly takes tags for formatting."""
+    """Return what stands there is shown as it is: plotly takes tags for formatting."""
     return escape(pretty(words), quote=False)
 
 
@@ -180,12 +180,12 @@ def _draw(figure: Any, item: object, nth: int, row: int) -> None:
 
 
 def _short(values: Array) -> Array:
-    """Seven digits: half the size of the page."""
+    """Return a number with seven digits: half the size of the page."""
     return np.asarray(values, np.float32)
 
 
 def _outline(band: Band) -> tuple[Array, Array]:
-    """There and back again around every stretch that is all numbers."""
+    """Return the outline around every stretch without NaN, there and back."""
     good = np.isfinite(np.stack([band.x, band.lo, band.hi])).all(axis=0)
     ends = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0))
     x, y = [np.empty(0)], [np.empty(0)]

@@ -58,7 +58,7 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def _labels(axes: Axes, panel: Panel) -> None:
-    """Title and labels, smaller where they would leave the panel."""
+    """Write title and labels, smaller if they would leave the panel."""
     figure, box = axes.figure, axes.get_position()
     wide = 72.0 * figure.get_figwidth() * box.width  # type: ignore[union-attr]
     tall = 72.0 * figure.get_figheight() * box.height  # type: ignore[union-attr]
@@ -116,7 +116,7 @@ def _span(axes: Axes, item: Span, series: _Series) -> None:
 
 
 def _clipped(axes: Axes, item: Span) -> tuple[float, float]:
-    """A one-sided zone reaches to the edge of what is drawn so far."""
+    """Return a one-sided zone reaches to the edge of what is drawn so far."""
     edge = axes.get_xlim() if item.axis == "x" else axes.get_ylim()
     low = item.lo if np.isfinite(item.lo) else min(edge)
     high = item.hi if np.isfinite(item.hi) else max(edge)
@@ -132,7 +132,7 @@ def _mark(axes: Axes, item: Mark, series: _Series) -> None:
 
 
 def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
-    """Label beside the line, on the side where there is room."""
+    """Place the label beside the line, on the side with room."""
     transform = axes.get_yaxis_transform() if across else axes.get_xaxis_transform()
     scale = axes.yaxis.get_transform() if across else axes.xaxis.get_transform()
     low, high, at = scale.transform(np.array([*sorted(axes.get_ylim() if across else axes.get_xlim()), item.at]))
@@ -161,7 +161,7 @@ def _text(axes: Axes, item: Text, series: _Series) -> None:
 
 
 def _heights(axes: Axes, item: Heights, _: _Series) -> None:
-    """Numbered dots; the height stands away from the middle of the part, where no other dot is."""
+    """Draw numbered dots; the height stands away from the middle of the part, where no other dot is."""
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
     decimals = max(0, decimals_of(spread)) if np.isfinite(spread) and spread > 0 else 1
@@ -183,7 +183,7 @@ def _image(axes: Axes, item: Image, _: _Series) -> None:
 
 
 def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
-    """Bar in the margin that the panel has at its right."""
+    """Draw the bar in the margin that the panel has at its right."""
     figure = axes.figure
     box = axes.get_position()
     mm = 1.0 / (25.4 * figure.get_figwidth())  # type: ignore[union-attr]
@@ -197,7 +197,7 @@ def _colour_bar(axes: Axes, mapped: ScalarMappable, label: str) -> None:
 
 
 def _halo() -> list[Any]:
-    """White around words, so that they can be read across a curve."""
+    """Return the effect that puts white around words, so that they can be read across a curve."""
     return [withStroke(linewidth=1.5, foreground="white")]
 
 
@@ -214,7 +214,7 @@ def _legend(axes: Axes) -> Legend | None:
 
 
 def _make_room(axes: Axes, legend: Legend) -> None:
-    """Where even the best place covers a curve the axis is lengthened upwards, and the legend stands there."""
+    """Lengthen the axis upwards for the legend if even its best place covers a curve."""
     box = Bbox(legend.get_window_extent().get_points())
     low, high = axes.get_ylim()
     part = box.height / axes.get_window_extent().height + LEGEND_GAP
@@ -227,7 +227,8 @@ def _make_room(axes: Axes, legend: Legend) -> None:
 
 
 def _crosses(line: Line2D, box: Bbox) -> bool:
-    """Whether a curve, or a point of a measurement, lies under a box (pixels). A straight mark across is no curve."""
+    """Return whether a curve, or a point of a measurement, lies under a box (pixels). A straight mark across is no
+    curve."""
     path = line.get_transform().transform_path(line.get_path())
     points = np.asarray(path.vertices)
     if len(points) <= 2:

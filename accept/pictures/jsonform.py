@@ -13,12 +13,12 @@ _ITEMS: dict[str, type[Item]] = {c.__name__: c for c in (Line, Band, Span, Mark,
 
 
 def panels_to_json(panels: Mapping[str, Panel]) -> list[dict[str, Any]]:
-    """Panels in their order, as plain data; numbers that JSON does not have are words ("nan", "inf")."""
+    """Return panels in their order, as plain data; numbers that JSON does not have are words ("nan", "inf")."""
     return [{"name": name} | _panel(panel) for name, panel in panels.items()]
 
 
 def panels_from_json(data: Sequence[Mapping[str, Any]]) -> dict[str, Panel]:
-    """Inverse of `panels_to_json`. Raises KeyError, TypeError or ValueError on anything else."""
+    """Read what `panels_to_json` wrote. Raises KeyError, TypeError or ValueError on anything else."""
     return {panel["name"]: _read_panel(panel) for panel in data}
 
 

@@ -15,7 +15,7 @@ _PIXELS = 200  # at most, along each side of a map
 
 
 def reduced(panel: Panel) -> Panel:
-    """Panel with at most POINTS points a curve and 7 digits a number. Reducing twice is reducing once."""
+    """Return the panel with at most POINTS points a curve and 7 digits a number. Reducing twice is reducing once."""
     return replace(panel, items=tuple(_item(item) for item in panel.items))
 
 
@@ -36,7 +36,7 @@ def _item(item: Item) -> Item:
 
 
 def _kept(low: Array, high: Array) -> NDArray[np.int64]:
-    """Indices to keep: of each run of samples its ends, its lowest and its highest, so that no peak is lost."""
+    """Return indices to keep: of each run of samples its ends, its lowest and its highest, so that no peak is lost."""
     n = len(low)
     if n <= POINTS:
         return np.arange(n)

@@ -19,7 +19,7 @@ LARGEST = 1e100  # that has a place on an axis: the square of it is still a numb
 
 @dataclass(frozen=True)
 class Scale:
-    """Limits lo < hi of an axis, both positive where it is logarithmic; names: in place of the numbers 0, 1, ..."""
+    """Limits lo < hi of an axis, both positive if it is logarithmic; names: in place of the numbers 0, 1, ..."""
 
     lo: float
     hi: float
@@ -28,7 +28,7 @@ class Scale:
     names: tuple[str, ...] = ()
 
     def at(self, values: Array | float) -> Array:
-        """Where values stand, 0 at lo and 1 at hi; NaN for what a logarithm does not have."""
+        """Return where values stand, 0 at lo and 1 at hi; NaN if they have no logarithm."""
         x = np.asarray(values, float)
         if not self.log:
             with np.errstate(over="ignore"):
@@ -38,7 +38,7 @@ class Scale:
         return found / (math.log10(self.hi) - math.log10(self.lo))
 
     def ticks(self, most: int) -> list[tuple[float, str]]:
-        """(value, words) of at most `most` ticks within the limits."""
+        """Return (value, words) of at most `most` ticks within the limits."""
         if self.names:
             low, high = sorted((self.lo, self.hi))  # an axis of names may begin at the top
             return [(float(n), name) for n, name in enumerate(self.names) if low <= n <= high]
@@ -50,7 +50,8 @@ class Scale:
         return list(zip(values, _words(values, step), strict=True))
 
     def _step(self, most: int) -> float:
-        """The smallest round step that gives no more than `most` ticks; quarters of a turn for half a turn or more."""
+        """Return the smallest round step that gives no more than `most` ticks; quarters of a turn for half a turn or
+        more."""
         span = self.hi - self.lo
         if self.degrees and span >= 180.0:
             return 90.0 * math.ceil(span / 90.0 / most)
@@ -75,7 +76,7 @@ class Scale:
 
 
 def _words(values: Sequence[float], step: float) -> list[str]:
-    """All of an axis with the same digits; powers of ten where digits alone would be long."""
+    """Return all of an axis with the same digits; powers of ten where digits alone would be long."""
     largest = max((abs(v) for v in values), default=0.0)
     if largest >= 10.0 * _TEN_THOUSAND or 0.0 < largest < 1e-3:
         told_apart = max(6, 2 + math.ceil(math.log10(largest / step))) if step else 6
@@ -93,7 +94,7 @@ def _round(value: float, step: float) -> float:
 
 
 def scales(panel: Panel, wide: float, tall: float) -> tuple[Scale, Scale]:
-    """Scales of both axes of a panel whose axes are `wide` and `tall`, in one unit."""
+    """Return the scales of both axes of a panel whose axes are `wide` and `tall`, in one unit."""
     y_extent = panel.y_range or _extent(panel.items, "y", panel.y_log)
     x_lo, x_hi = panel.x_range or _extent(panel.items, "x", panel.x_log)
     y_lo, y_hi = y_extent
@@ -110,7 +111,7 @@ def _about(middle: float, span: float) -> tuple[float, float]:
 
 
 def _extent(items: Sequence[Item], axis: str, log: bool) -> tuple[float, float]:
-    """Limits that show every item along an axis, with a margin; maps fill theirs."""
+    """Return the limits that show every item along an axis, with a margin; maps fill theirs."""
     parts = [np.ravel(np.asarray(part, float)) for item in items for part in _parts(item, axis)]
     values = np.concatenate([np.empty(0), *parts])
     values = values[(np.abs(values) < LARGEST) & ((values > 1.0 / LARGEST) | (not log))]  # no NaN, no inf
@@ -130,7 +131,7 @@ def _extent(items: Sequence[Item], axis: str, log: bool) -> tuple[float, float]:
 
 
 def _parts(item: Item, axis: str) -> list[Array]:
-    """What an item shows along an axis."""
+    """Return what an item shows along an axis."""
     match item:
         case Line():
             return [item.x if axis == "x" else item.y]
@@ -149,7 +150,7 @@ def _parts(item: Item, axis: str) -> list[Array]:
 
 
 def edges(centres: Array) -> Array:
-    """(N + 1,) edges of the cells about N centres."""
+    """Return (N + 1,) edges of the cells about N centres."""
     x = np.asarray(centres, float)
     if x.size < 2:
         return np.array([x[0] - 0.5, x[0] + 0.5]) if x.size else x

@@ -38,7 +38,7 @@ class Sign:
 
     @property
     def bold(self) -> str:
-        """Style of a heading in a terminal."""
+        """Return style of a heading in a terminal."""
         return self.tone.style if self.tone.style.startswith("bold") else f"bold {self.tone.style}"
 
 

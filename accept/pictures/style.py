@@ -61,6 +61,6 @@ _OURS: dict[str, Any] = {
 
 
 def settings() -> Any:
-    """Every matplotlib setting, so that nobody's matplotlibrc changes a picture."""
+    """Return every matplotlib setting, so that a user's matplotlibrc changes no picture."""
     default = {key: value for key, value in mpl.rcParamsDefault.items() if not key.startswith("backend")}
     return default | _OURS

@@ -9,7 +9,7 @@ from accept.pictures.words import number
 
 
 def set_log_ticks(axis: Axis) -> None:
-    """Ticks for the limits that the axis has now.
+    """Set ticks for the limits that the axis has now.
 
     matplotlib's own labels are set as formulas, and its minor ticks are made though they are not shown: half of the
     time of a drawing.
@@ -25,6 +25,6 @@ def set_log_ticks(axis: Axis) -> None:
 
 
 def set_degree_ticks(axis: Axis) -> None:
-    """Quarters of a turn where the axis spans half a turn or more: a phase is read against -180, -90, 0."""
+    """Set ticks at quarters of a turn if the axis spans half a turn or more: a phase is read against -180, -90, 0."""
     low, high = sorted(axis.get_view_interval())
     axis.set_major_locator(MultipleLocator(90.0) if high - low >= 180.0 else AutoLocator())

@@ -8,7 +8,8 @@ _WORDS = re.compile(r"\[us\]|(?<![A-Za-z_])(?:um|uF|urad|ohm|percent)(?![A-Za-z_
 
 
 def pretty(text: str) -> str:
-    """Text with µm for um, µF for uF, Ω for ohm, and % for percent; names such as `flatness_um` stay as they are."""
+    """Return the text with µm for um, µF for uF, Ω for ohm, and % for percent; names such as `flatness_um` stay as they
+    are."""
     return _WORDS.sub(lambda found: _UNITS[found.group()], text)
 
 
@@ -17,7 +18,7 @@ _PLAIN = (1e-2, 1e5)  # numbers in here are written out, others as powers of ten
 
 
 def number(value: float, digits: int = 6) -> str:
-    """0.5, 200, 2·10⁻⁷, 10⁶; a power of ten with at most so many digits before it."""
+    """Return a number as 0.5, 200, 2·10⁻⁷, 10⁶; a power of ten with at most so many digits before it."""
     if _PLAIN[0] <= value < _PLAIN[1]:
         return f"{value:.10g}"
     power = math.floor(math.log10(value) + 1e-9)

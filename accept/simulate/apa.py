@@ -54,7 +54,7 @@ class Figures:
 
     @property
     def flatness_um(self) -> float:
-        """Half-width of the minimum zone."""
+        """Return half-width of the minimum zone."""
         x, y = np.array(POSITIONS_MM).T
         return minimum_zone(x, y, np.array(self.heights_um) / 1e3).half_width * 1e3
 
@@ -71,7 +71,7 @@ class Figures:
 
 
 def draw(rng: np.random.Generator) -> Figures:
-    """An APA like the good ones of [STB] (tables 2.1 to 2.4, 3.3)."""
+    """Return an APA like the good ones of [STB] (tables 2.1 to 2.4, 3.3)."""
     stack = rng.normal(121.0, 1.5)
     k, size = rng.normal(1.70, 0.01), rng.normal(1.0, 0.004)
     return Figures(
@@ -86,7 +86,7 @@ def draw(rng: np.random.Generator) -> Figures:
 
 
 def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
-    """Probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
+    """Return probe heights [um] of two interfaces of this flatness on a part that lies askew; the first one is zero."""
     x, y = np.array(POSITIONS_MM).T
     rough = rng.uniform(-1.0, 1.0, x.size)
     rough *= flatness_um / minimum_zone(x, y, rough).half_width
@@ -95,7 +95,7 @@ def heights(rng: np.random.Generator, flatness_um: float) -> tuple[float, ...]:
 
 
 def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> dict[str, Columns]:
-    """File stem -> columns of every record of an APA but those of frequency responses."""
+    """Return file stem -> columns of every record of an APA but those of frequency responses."""
     request = bench.request
     one, *others = figures.stacks_um
     out = {
@@ -111,7 +111,7 @@ def records(bench: DrivenUnit, figures: Figures, double: DoubleHits | None) -> d
 
 
 def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str) -> Columns:
-    """Two slow rises from -20 V to 150 V and back, and what the gauge shows."""
+    """Return two slow rises from -20 V to 150 V and back, and what the gauge shows."""
     t = np.arange(round(STROKE_FS * STROKE_PERIOD_S * STROKE_CYCLES)) / STROKE_FS
     span = TOP_V - START_V
     V = START_V + 0.5 * span * (1.0 - np.cos(2 * np.pi * t / STROKE_PERIOD_S))
@@ -121,7 +121,7 @@ def _stroke(request: UnitRequest, figures: Figures, stroke_um: float, name: str)
 
 
 def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) -> Columns:
-    """The encoder while the mass is put down and taken away by hand."""
+    """Return the encoder while the mass is put down and taken away by hand."""
     rng = request.rng(f"mass of {name}")
     t = rng.uniform(0.0, 3.0) + np.arange(round(MASS_FS * MASS_S)) / MASS_FS
     moments = (t[0] + rng.uniform(*PUT_S), t[0] + rng.uniform(*TAKEN_S))
@@ -131,7 +131,7 @@ def _mass(request: UnitRequest, figures: Figures, k_N_per_um: float, name: str) 
 
 
 def _highpass(bench: DrivenUnit, corner_Hz: float, name: str) -> Columns:
-    """A slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
+    """Return a slow sweep and the sensor stack's answer, with a resistor across it (corner_Hz) or none (0)."""
     request = bench.request
     rig = Rig(fs=LF_FS, mean_V=0.0, ramp_s=0.0)
     Va = request.converters.dac(excitation.sweep(rig, *LF_HZ, LF_S, LF_V).proper)
@@ -149,8 +149,8 @@ def _hammer(request: UnitRequest, key: str, figures: Figures, double: DoubleHits
 
 
 def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
-    """Modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left all three,
-    from the top torsion is left out, which is how it is told from bending."""
+    """Return modes that an impact shows ([STB] 2.4.3 to 2.4.5): both bendings with their overtones; from the left all
+    three, from the top torsion is left out, which is how it is told from bending."""
     x, y, torsion = figures.modes_Hz
     shown = {
         "x_bending": [(x, 1.0), (3.0 * x, 0.02), (5.0 * x, 0.006)],
@@ -162,13 +162,13 @@ def shell_modes(key: str, figures: Figures) -> list[ShellMode]:
 
 
 def dead_stack(figures: Figures) -> Figures:
-    """One of the two stacks that are measured together does not move."""
+    """Let one of the two stacks that are measured together not move."""
     one, two, _ = figures.stacks_um
     return replace(figures, stacks_um=(one, two, 0.0))
 
 
 def sections(figures: Figures) -> dict[str, dict[str, Any]]:
-    """Sections of unit.toml, frequency responses apart."""
+    """Return sections of unit.toml, frequency responses apart."""
     return {
         "flatness": {"points": "flatness.csv"},
         "capacitance": {"sensor_uF": figures.sensor_uF, "actuator_uF": figures.actuator_uF},
@@ -189,6 +189,6 @@ def sections(figures: Figures) -> dict[str, dict[str, Any]]:
 
 
 def flatness_columns(figures: Figures) -> dict[str, Array]:
-    """Columns of flatness.csv: positions [mm] and heights [um] of the probe points."""
+    """Return columns of flatness.csv: positions [mm] and heights [um] of the probe points."""
     x, y = np.array(POSITIONS_MM, dtype=float).T
     return {"x_mm": x, "y_mm": y, "z_um": np.array(figures.heights_um)}

@@ -20,8 +20,8 @@ NOMINAL = {"sensor_uF": 4.99, "actuator_uF": 9.85}
 
 
 def world_of(folder: Path) -> BenchSetup:
-    """What the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it does not
-    have is nominal. Raises UnitError, also where a section cannot be used."""
+    """Return what the simulated instruments will measure on this unit: its heights, capacitances and strokes; what it
+    does not have is nominal. Raises UnitError, also where a section cannot be used."""
     held = loaded(folder)
     unit = held.folder
 
@@ -51,7 +51,7 @@ def _number(values: Mapping[str, Any], name: str) -> float:
 
 
 def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
-    """At the probe points, in their order; of a table the point nearest to each."""
+    """Return the heights at the probe points, in their order; of a table the point nearest to each."""
     if "points" in values:
         table = values["points"]
         away = [np.hypot(table["x_mm"] - x, table["y_mm"] - y) for x, y in POINTS_MM]
@@ -61,7 +61,7 @@ def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
 
 
 def _strokes(values: Mapping[str, Any]) -> tuple[float, float]:
-    """[m] of one stack and of the two others; a typed stroke is one third and two thirds."""
+    """Return the strokes [m] of one stack and of the two others; a typed stroke is one third and two thirds."""
     records = [values.get("one_stack"), values.get("two_stacks")]
     if all(isinstance(record, Record) for record in records):
         one, two = (float(r["d"].max() - r["d"][0]) for r in records if isinstance(r, Record))

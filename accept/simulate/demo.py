@@ -18,12 +18,12 @@ HIDDEN = ("misalignment", {"dx_um": 0.0, "dy_um": -170.0})
 
 
 def earlier_struts() -> list[SimulatedUnit]:
-    """Those that the model is learned from; short records, so that the demo is quick."""
+    """Return those that the model is learned from; short records, so that the demo is quick."""
     return [_strut(serial) for serial in EARLIER]
 
 
 def demo_strut() -> SimulatedUnit:
-    """The one that is judged: its APA sits beside the axis of its joints."""
+    """Return the one that is judged: its APA sits beside the axis of its joints."""
     return _strut(SERIAL, HIDDEN)
 
 

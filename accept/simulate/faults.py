@@ -33,7 +33,7 @@ def _warped(figures: Figures) -> Figures:
 
 
 def _small_stacks(figures: Figures) -> Figures:
-    """APA 3 of [STB] 2.2: as if the stacks were half the size."""
+    """Return APA 3 of [STB] 2.2: as if the stacks were half the size."""
     return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
 
 
@@ -51,7 +51,7 @@ def _lossy(figures: Figures) -> Figures:
 
 
 def _of_responses(change: Callable[[Columns], Columns]) -> Callable[[str, Columns], Columns]:
-    """The same change of every record of frequency responses, none of the others."""
+    """Return the same change of every record of frequency responses, none of the others."""
     return lambda stem, columns: columns | change(columns) if stem.startswith("frf_") else columns
 
 
@@ -72,7 +72,7 @@ def _dead(c: Columns) -> Columns:
 
 
 def _clipped(c: Columns) -> Columns:
-    """The amplifier of Vs is set ten times too sensitive."""
+    """Return the amplifier of Vs is set ten times too sensitive."""
     return {"Vs": np.clip(10.0 * np.asarray(c["Vs"]), -RANGE_V, RANGE_V)}
 
 

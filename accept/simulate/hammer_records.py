@@ -37,7 +37,8 @@ class DoubleHits:
 def hammer_record(
     modes: Sequence[ShellMode], rng: np.random.Generator, double: DoubleHits | None = None
 ) -> tuple[Array, Array]:
-    """Force (N,) [N] and rotation (N,) [rad] at 5120 Hz over 24 s, a hit every 2 s; double: all but one bounce."""
+    """Return force (N,) [N] and rotation (N,) [rad] at 5120 Hz over 24 s, a hit every 2 s; double: all but one
+    bounce."""
     force = _hits(rng, double)
     size = fft.next_fast_len(force.size + round(4 * FS), real=True)
     f = fft.rfftfreq(size, 1.0 / FS)
@@ -53,7 +54,7 @@ def hammer_record(
 
 
 def _hits(rng: np.random.Generator, double: DoubleHits | None) -> Array:
-    """(N,) half sines, seen through the analyser's filter: band-limited."""
+    """Return (N,) half sines, seen through the analyser's filter: band-limited."""
     n = round(DURATION_S * FS)
     fine = np.zeros(n * FINE)
     count = int((DURATION_S - FIRST_S) / EVERY_S)

@@ -40,7 +40,7 @@ SEED_APAS = (
 
 
 def unit_texts() -> dict[bytes, SeedApa]:
-    """`unit.toml` of every APA -> the APA."""
+    """Return `unit.toml` of every APA -> the APA."""
     return {tomlkit.dumps(_document(apa)).encode(): apa for apa in SEED_APAS}
 
 

@@ -34,7 +34,7 @@ class DrivenUnit:
     known: dict[tuple[int, float], Answer] = field(default_factory=dict)
 
     def play(self, name: str, Va: Array, fs: float) -> Columns:
-        """Record of a drive Va (N,) about its mean: t, Va, Vs, de, da."""
+        """Return the record of a drive Va (N,) about its mean: t, Va, Vs, de, da."""
         converters = self.request.converters
         given = converters.dac(Va)
         rng = self.request.rng(f"noise of {name}")
@@ -50,7 +50,7 @@ class DrivenUnit:
 
 
 def noise_record(bench: DrivenUnit, name: str, high: bool, level: float = 1.0) -> Columns:
-    """One realisation of low-passed or band-passed noise; level: of the drive, as a part of the usual one."""
+    """Return one realisation of low-passed or band-passed noise; level: of the drive, as a part of the usual one."""
     request = bench.request
     lo, hi = HIGH_HZ if high else LOW_HZ
     length, rms = (request.high_s, HIGH_RMS_V) if high else (request.low_s, LOW_RMS_V)
@@ -59,7 +59,7 @@ def noise_record(bench: DrivenUnit, name: str, high: bool, level: float = 1.0) -
 
 
 def sweep_record(bench: DrivenUnit, name: str) -> Columns:
-    """Log sweep, notched at the axial resonance ([STB] 3.1.1)."""
+    """Return a log sweep, notched at the axial resonance ([STB] 3.1.1)."""
     f_Hz = axial_Hz(bench.model)
     shape = Notch(f_Hz, 0.2 * f_Hz, 0.15)
     played = excitation.sweep(_rig(FS), *SWEEP_HZ, bench.request.low_s, SWEEP_V, shape=shape)
@@ -67,8 +67,8 @@ def sweep_record(bench: DrivenUnit, name: str) -> Columns:
 
 
 def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns:
-    """Slow sines of growing amplitude about the middle of the stacks' range; own_width: relative width of the loop that
-    the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
+    """Return a record of slow sines of growing amplitude about the middle of the stacks' range; own_width: relative
+    width of the loop that the displacement alone shows at the largest of them (on Vs none is seen: [STB] 3.1.6)."""
     request = bench.request
     amplitudes = AMPLITUDES_V[request.kind]
     played = excitation.sines(_rig(SLOW_FS), 1.0, amplitudes, CYCLES)
@@ -83,7 +83,7 @@ def slow_record(bench: DrivenUnit, name: str, own_width: float = 0.0) -> Columns
 
 
 def axial_Hz(model: Model) -> float:
-    """The axial resonance [Hz]: the pole that da shows most in the band where it can be."""
+    """Return the axial resonance [Hz]: the pole that da shows most in the band where it can be."""
     f, _ = frequency_and_damping(model.poles())
     near = f[(f > AXIAL_HZ[0]) & (f < AXIAL_HZ[1])]
     if near.size == 0:
@@ -92,5 +92,5 @@ def axial_Hz(model: Model) -> float:
 
 
 def _rig(fs: float) -> Rig:
-    """Records start when the mean voltage is reached: the ramp to it is not stored."""
+    """Return the rig; records start when the mean voltage is reached, without the ramp to it."""
     return Rig(fs=fs, ramp_s=0.0)

@@ -34,8 +34,8 @@ class SimulatedUnit:
 
 
 def simulate(request: UnitRequest) -> SimulatedUnit:
-    """All files of a unit; equal orders give equal bytes on one machine. Raises UnitRequestError, and ModelError for an
-    effect that the model cannot hold."""
+    """Return all files of a unit; equal orders give equal bytes on one machine. Raises UnitRequestError, and ModelError
+    for an effect that the model cannot hold."""
     fault = _fault(request)
     model = request.affected()
     if fault.model is not None:
@@ -70,7 +70,7 @@ def _fault(request: UnitRequest) -> UnitFault:
 
 
 def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
-    """Records of frequency responses and their section of unit.toml."""
+    """Return the records of frequency responses and their section of unit.toml."""
     request = bench.request
     names = RESPONSES | ({"low": "frf_sweep"} if request.kind == "apa" else {})
     if request.repeats and request.kind == "strut":
@@ -80,14 +80,15 @@ def _responses(bench: DrivenUnit) -> tuple[dict[str, Columns], dict[str, Any]]:
         for key, stem in names.items()
     }
     section: dict[str, Any] = {key: f"{stem}.mat" for key, stem in names.items()}
-    # What is on the bench is what was weighed: a payload that is wrong is a fault, and nobody says so.
+    # The payload on the bench is the one that was weighed: a wrong payload is a fault, which the folder does not
+    # mention.
     payload = request.model.values["bench.payload_kg"]
     return records, section | {"merge_Hz": MERGE_HZ, "payload_kg": payload}
 
 
 def _experiments(bench: DrivenUnit, sensor_F: float) -> tuple[dict[str, Columns], list[Any], list[Any]]:
-    """Records of the responses under every experiment, their entries of unit.toml, and the parameters that it changed
-    with their true values. The noise of each is its own."""
+    """Return the records of the responses under every experiment, their entries of unit.toml, and the parameters that
+    it changed with their true values. The noise of each is its own."""
     request = bench.request
     records: dict[str, Columns] = {}
     listed: list[dict[str, Any]] = []
@@ -124,7 +125,7 @@ def _document(request: UnitRequest, sections: Mapping[str, Any]) -> dict[str, An
 
 
 def _truth(request: UnitRequest, bench: DrivenUnit, figures: Mapping[str, Any]) -> dict[str, Any]:
-    """What was put in, for whoever wants to know afterwards; nothing here is read by the bench."""
+    """Return what was put in, to be compared afterwards; the bench reads nothing of it."""
     model = {name: value for name, value in bench.model.values.items() if abs(value) != float("inf")}
     return {
         "serial": request.serial,

@@ -37,7 +37,8 @@ class ExperimentRequest:
 
     @classmethod
     def of(cls, name: str, values: Mapping[str, float]) -> "ExperimentRequest":
-        """Raises UnitRequestError for an unknown kind, a number that is missing, unknown or not plausible."""
+        """Return an experiment. Raises UnitRequestError if its kind is unknown, or a number is missing, unknown or
+        implausible."""
         if name not in EXPERIMENT_KINDS:
             raise UnitRequestError(f"experiment '{name}': expected one of {', '.join(EXPERIMENT_KINDS)}")
         kind = EXPERIMENT_KINDS[name]
@@ -79,7 +80,7 @@ class UnitRequest:
     experiments: tuple[ExperimentRequest, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises UnitRequestError."""
+        """Raise UnitRequestError if the request cannot be simulated."""
         if not SERIAL.fullmatch(self.serial):
             raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
         if self.kind not in KINDS:
@@ -99,11 +100,12 @@ class UnitRequest:
         self._vet_effects()
 
     def rng(self, of: str) -> np.random.Generator:
-        """Random numbers for one purpose, whatever else is drawn."""
+        """Yield random numbers for one purpose, whatever else is drawn."""
         return np.random.default_rng([self.seed, zlib.crc32(of.encode())])
 
     def bent(self, Va: Array, amplitude_V: float) -> Array:
-        """(N,) [V] what effects that are not linear make of a drive, their size stated at this amplitude."""
+        """Return the drive (N,) [V] that effects make of another, if they are not linear, their size stated at this
+        amplitude."""
         for name, values in self.effects:
             bends = effect_named(name).bends
             Va = Va if bends is None else bends(values, amplitude_V)(Va)
@@ -111,12 +113,12 @@ class UnitRequest:
 
     @property
     def before(self) -> Fractions | None:
-        """What the drive passes before the model."""
+        """Return what the drive passes before the model."""
         paths = [path(values) for name, values in self.effects if (path := effect_named(name).path) is not None]
         return reduce(Fractions.times, paths) if paths else None
 
     def affected(self) -> Model:
-        """The model with every effect that a model holds built in. Raises ModelError."""
+        """Return the model with every effect that a model holds built in. Raises ModelError."""
         return with_effects(self.model, [each for each in self.effects if effect_named(each[0]).in_model])
 
     def _vet_effects(self) -> None:
@@ -134,8 +136,8 @@ class UnitRequest:
 
 
 def drawn(model: Model, seed: int) -> Model:
-    """The model with every uncertain parameter drawn from its prior, at most two standard deviations away, and never
-    where it cannot be."""
+    """Return the model with every uncertain parameter drawn from its prior, at most two standard deviations away, and
+    never where it cannot be."""
     rng = np.random.default_rng([seed, zlib.crc32(b"parameters")])
     c = model.calibrated
     away = np.clip(rng.standard_normal(len(c.names)), -2.0, 2.0)
@@ -146,7 +148,7 @@ def drawn(model: Model, seed: int) -> Model:
 
 
 def on_bench(model: Model, kind: str) -> Model:
-    """The built-in model of a kind with the payload of [STB]."""
+    """Return the built-in model of a kind with the payload of [STB]."""
     return model.with_values({"bench.payload_kg": APA_PAYLOAD_KG}) if kind == "apa" else model
 
 

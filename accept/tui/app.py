@@ -51,11 +51,11 @@ class BenchApp(App[None]):
         self.theme = theme.asked_for()
 
     def get_line_filters(self) -> Sequence[LineFilter]:
-        """Those of the base class; that of NO_COLOR takes cells without a style too."""
+        """Return the filters of the base class; that of NO_COLOR takes cells without a style too."""
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
 
     def action_light_or_dark(self) -> None:
-        """The other theme, for a bright bench or a dark one."""
+        """Change to the other theme, for a bright bench or a dark one."""
         self.theme = theme.LIGHT if self.theme == theme.DARK else theme.DARK
 
     def on_mount(self) -> None:
@@ -68,14 +68,14 @@ class BenchApp(App[None]):
         super()._handle_exception(error)
 
     def show_start(self) -> None:
-        """The start screen, with what is proposed for the next unit."""
+        """Show the start screen, with what is proposed for the next unit."""
         self.push_screen(StartScreen(self.load, self.bench, self.given), self._begun)
 
     def on_start_screen_bench_opened(self, event: StartScreen.BenchOpened) -> None:
         self.bench = event.bench
 
     def _begun(self, begin: Begin | None) -> None:
-        """The start screen is left with a unit that is open."""
+        """Leave the start screen with an open unit."""
         if begin is None:
             self.exit()
             return
@@ -88,7 +88,7 @@ class BenchApp(App[None]):
         self.push_screen(Steps(begin.bench, begin.session, "; ".join(begin.problems)), self._left)
 
     def _left(self, _: bool | None) -> None:
-        """A unit is left, finished or not; the next one may come."""
+        """Go back to the start screen: a unit is left, finished or not."""
         self.close_unit()
         self.show_start()
 
@@ -102,7 +102,7 @@ class BenchApp(App[None]):
             self.session = None
 
     def get_key_display(self, binding: Binding) -> str:
-        """As it is printed on the key and in the instructions: F1, Esc, Enter."""
+        """Return a key's name as it is printed on the key and in the instructions: F1, Esc, Enter."""
         key = binding.key
         if binding.key_display or len(key) == 1 or key.startswith("ctrl+"):
             return super().get_key_display(binding)

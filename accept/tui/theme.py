@@ -85,7 +85,7 @@ ANSI_LIGHT = TerminalTheme(
 
 
 def asked_for() -> str:
-    """Theme of `ACCEPT_THEME` (dark or light), dark without it."""
+    """Return the theme of `ACCEPT_THEME` (dark or light), dark without it."""
     return LIGHT if os.environ.get("ACCEPT_THEME", "").strip().lower() == "light" else DARK
 
 
@@ -94,7 +94,7 @@ class WithoutColour(Monochrome):
     the base class fails on them."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        """(segments) in shades of grey."""
+        """Return segments in shades of grey."""
         return super().apply([Segment(s.text, s.style or Style.null(), s.control) for s in segments], background)
 
 

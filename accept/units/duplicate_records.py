@@ -11,7 +11,7 @@ from checks.record import Record
 
 
 def vet_twins(values: Mapping[str, Any]) -> None:
-    """Raises RecordError where two inputs of a section hold the same recording, also under another name or format.
+    """Raise RecordError if two inputs of a section hold the same recording, also under another name or format.
 
     Noise makes two recordings of one thing differ in their last digits, so equal samples are a copy."""
     records = {name: value for name, value in values.items() if isinstance(value, Record)}

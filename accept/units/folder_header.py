@@ -9,7 +9,7 @@ from specs.bench import Channels, channel_map
 
 
 def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
-    """Required text."""
+    """Read a required text."""
     if key not in data:
         problems.append(f"{key} is missing")
         return ""
@@ -20,7 +20,7 @@ def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
 
 
 def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str, str]:
-    """A section of texts."""
+    """Return a section of texts."""
     table = data.get(key, {})
     if not isinstance(table, dict):
         problems.append(f"{key} = {table!r}: expected a section [{key}]")
@@ -31,7 +31,8 @@ def strings(data: Mapping[str, Any], key: str, problems: list[str]) -> dict[str,
 
 
 def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
-    """A section that says where the channels stand in the records: a name, or a table with name, gain and unit."""
+    """Return a section that says where the channels stand in the records: a name, or a table with name, gain and
+    unit."""
     table = data.get("channels", {})
     if not isinstance(table, dict):
         problems.append(f"channels = {table!r}: expected a section [channels]")
@@ -44,7 +45,7 @@ def channels(data: Mapping[str, Any], problems: list[str]) -> Channels:
 
 
 def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
-    """Lines of `[notes]`, by check."""
+    """Return lines of `[notes]`, by check."""
     table = data.get("notes", {})
     if not isinstance(table, dict):
         problems.append(f"notes = {table!r}: expected a section [notes]")
@@ -60,7 +61,7 @@ def _are_texts(lines: object) -> bool:
 
 
 def days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:
-    """Days of `[measured]`, by section."""
+    """Return days of `[measured]`, by section."""
     table = data.get("measured", {})
     if not isinstance(table, dict):
         problems.append(f"measured = {table!r}: expected a section [measured]")

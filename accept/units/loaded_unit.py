@@ -1,5 +1,5 @@
 """A unit with the files it names, each read from the disk once: what is hashed, judged, explained and attached to the
-certificate are the same bytes, and what was estimated of a record is there for whoever asks next."""
+certificate are the same bytes, and what was estimated of a record is kept for the next caller."""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a s
 class LoadedUnit:
     """A unit's folder and its files as they were when they were read; lives as long as the unit is worked on.
 
-    Beyond `HELD_BYTES` a file is hashed in passing, read again where it is needed, and refused if it changed.
+    Beyond `HELD_BYTES` a file is hashed in passing, read again when it is needed, and refused if it changed.
     """
 
     def __init__(self, folder: UnitFolder, held_bytes: int = HELD_BYTES) -> None:
@@ -42,27 +42,27 @@ class LoadedUnit:
 
     @cached_property
     def hashes(self) -> dict[str, str]:
-        """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        """Return file name -> sha256 of `unit.toml` and of every named file that is there to read."""
         found = {name: self._taken(name) for name in self.folder.files}
         text = hashlib.sha256(self.folder.text).hexdigest()
         return {UNIT_FILE: text} | {name: sha256 for name, sha256 in found.items() if sha256 is not None}
 
     @property
     def contents(self) -> dict[str, bytes]:
-        """File name -> bytes, of the files that are held."""
+        """Return file name -> bytes, of the files that are held."""
         return {UNIT_FILE: self.folder.text} | {name: source.raw for name, source in self._sources.items()}
 
     def values(self, section: str) -> Values:
-        """Values of a section, its files read. Raises RecordError, which makes every finding of it no result, and
-        KeyError for a section that the unit does not have."""
+        """Return values of a section, its files read. Raises RecordError, which makes every finding of it no result,
+        and KeyError for a section that the unit does not have."""
         return self._remembered(section, lambda: self._read(section))
 
     def experiment(self, name: str) -> Values:
-        """Records and value of an experiment. Raises RecordError, KeyError."""
+        """Return records and value of an experiment. Raises RecordError, KeyError."""
         return self._remembered(f"{EXPERIMENTS} {name}", lambda: self._entries(self.folder.experiments[name]))
 
     def _remembered(self, key: str, read: Callable[[], Values]) -> Values:
-        """What was read, or why it could not be, the same whenever it is asked for again."""
+        """Return what was read, or why it could not be, the same whenever it is asked for again."""
         if key not in self._values:
             try:
                 self._values[key] = read()
@@ -92,8 +92,8 @@ class LoadedUnit:
         return values
 
     def _vet_experiments(self, values: Values) -> None:
-        """Raises RecordError where responses and an experiment, or two experiments, hold the same recording: one of
-        them was not measured, and nobody knows which."""
+        """Raise RecordError if responses and an experiment, or two experiments, hold the same recording: one of
+        them was not measured, and it is not known which."""
         every = dict(values)
         for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for
@@ -116,7 +116,7 @@ class LoadedUnit:
         return found
 
     def _taken(self, name: str) -> str | None:
-        """Hash of a file, which is held from then on where there is room; None where it cannot be read."""
+        """Return the hash of a file, which is kept from then on if there is room; None if it cannot be read."""
         try:
             path = inside(self.folder.path, name)
             if not path.is_file():  # opening a pipe would wait for ever
@@ -132,8 +132,8 @@ class LoadedUnit:
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """The unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none, and for a folder
-    that another machine sees otherwise."""
+    """Return the unit as it is, or one loaded for this alone. Raises UnitError for a path that holds none, and for a
+    folder that another machine sees otherwise."""
     if isinstance(unit, LoadedUnit):
         return unit
     folder = unit_folder.read(unit) if isinstance(unit, Path) else unit
@@ -142,5 +142,5 @@ def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
 
 
 def contents_of(unit: Path | LoadedUnit) -> Mapping[str, bytes]:
-    """What is held of a unit; nothing of a mere path."""
+    """Return what is held of a unit; nothing of a mere path."""
     return unit.contents if isinstance(unit, LoadedUnit) else {}

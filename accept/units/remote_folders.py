@@ -1,4 +1,4 @@
-"""Unit folders that lie elsewhere: in an object store, an archive, on a web server. They are fetched before they are
+"""Unit folders at an address: in an object store, an archive, on a web server. They are fetched before they are
 judged, so that what is judged, hashed and attached are files of this machine, under the same rules as any other.
 
 Of a folder come `unit.toml` and the files it names, each no larger than what is read of a local one. What cannot be
@@ -42,18 +42,18 @@ class _NotWhole(Exception):
 
 
 def is_remote(where: str) -> bool:
-    """Whether this is an address of fsspec (`s3://BUCKET/units`, `zip://::units.zip`) and no path."""
+    """Return whether this is an address of fsspec (`s3://BUCKET/units`, `zip://::units.zip`) and no path."""
     return ADDRESS.match(where) is not None and not where.startswith("file://")
 
 
 def shown(where: str) -> str:
-    """An address without the password that may be in it."""
+    """Return an address without the password that may be in it."""
     return re.sub(r"(://)[^/@]*@", r"\1", where)
 
 
 def fetched(wheres: Sequence[str], out: Path, say: Say) -> tuple[list[Path], list[Refused]]:
-    """What is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of `out`;
-    and what could not be fetched whole.
+    """Return what is named, on this machine: paths (and `file://`) as they are, other places fetched into a folder of
+    `out`; and what could not be fetched whole.
 
     Raises RemoteError where a place cannot be listed or holds no unit, OSError where `out` cannot be written."""
     paths: list[Path] = []
@@ -90,7 +90,7 @@ def _fetch_all(where: str, out: Path, say: Say) -> tuple[list[Path], list[Refuse
 
 
 def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
-    """(file system, unit folder there, its address) of each at or below an address. Raises RemoteError."""
+    """Yield (file system, unit folder there, its address) of each at or below an address. Raises RemoteError."""
     try:
         from fsspec.core import url_to_fs
     except ImportError as e:
@@ -113,20 +113,21 @@ def _unit_folders(where: str) -> Iterator[tuple[Any, str, str]]:
 
 
 def _below(where: str, relative: str) -> str:
-    """The address of a folder below another one; in a chain (`zip://...::...`) the first link is the innermost."""
+    """Return the address of a folder below another one; in a chain (`zip://...::...`) the first link is the
+    innermost."""
     first, chain, rest = where.partition("::")
     return f"{first.rstrip('/') if relative else first}{'/' if relative else ''}{relative}{chain}{rest}"
 
 
 def _fetch(fs: Any, folder: str, target: Path) -> Iterator[tuple[str, int, str]]:
-    """(name, size, sha256) of `unit.toml` and of the files it names, as they come. A name that leads elsewhere is not
-    followed: whoever judges says so, as of any folder. What is not there now is not there, whatever an earlier time has
+    """Yield (name, size, sha256) of `unit.toml` and of the files it names, as they come. A name that leads elsewhere is
+    not followed: judging refuses it, as of any folder. What is not there now is not there, whatever an earlier time has
     left."""
     yield _copy(fs, folder, target, UNIT_FILE, MAX_UNIT_TOML_BYTES)
     try:
         names = unit_folder.read(target).files
     except UnitError:
-        return  # refused with every other problem, where it is judged
+        return  # refused with every other problem, when it is judged
     for name in names:
         try:
             local = unit_folder.inside(target, name)
@@ -139,7 +140,7 @@ def _fetch(fs: Any, folder: str, target: Path) -> Iterator[tuple[str, int, str]]
 
 
 def _copy(fs: Any, folder: str, target: Path, name: str, limit: int) -> tuple[str, int, str]:
-    """One file, whole or not at all."""
+    """Copy one file, whole or not at all."""
     size, digest = 0, hashlib.sha256()
     with fs.open(f"{folder.rstrip('/')}/{name}", "rb") as source, writing_atomic(target / name) as file:
         while content := _read(source, name):
@@ -152,7 +153,8 @@ def _copy(fs: Any, folder: str, target: Path, name: str, limit: int) -> tuple[st
 
 
 def _read(source: Any, name: str) -> bytes:
-    """The next bytes; what goes wrong there is not taken for what goes wrong here, with the file that is written."""
+    """Return the next bytes; what goes wrong there is not taken for what goes wrong here, with the file that is
+    written."""
     try:
         content: bytes = source.read(CHUNK_BYTES)
     except OSError as e:
@@ -162,7 +164,7 @@ def _read(source: Any, name: str) -> bytes:
 
 @contextmanager
 def _listed(path: Path) -> Iterator[Any]:
-    """The list of what was fetched: from where, which file, into which folder, its size and hash."""
+    """Open the list of what was fetched: from where, which file, into which folder, its size and hash."""
     with writing_atomic(path) as file:
         text = TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
         listed = csv.writer(text)
@@ -173,7 +175,7 @@ def _listed(path: Path) -> Iterator[Any]:
 
 
 def _recognised(where: str) -> str:
-    """The end of an address as a name of a folder here; `_short` beside it tells two apart."""
+    """Return the end of an address as a name of a folder here; `_short` beside it tells two apart."""
     return re.sub(r"[^A-Za-z0-9]+", "-", where).strip("-")[-40:].strip("-") or "units"
 
 

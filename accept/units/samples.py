@@ -26,7 +26,7 @@ that was typed."""
 
 
 def samples_of(held: LoadedUnit, sections: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Of the records of these sections that can be read; what cannot gives no result anyway."""
+    """Return the sketches of the records of these sections; a record that cannot be read gives no result anyway."""
     found: dict[str, dict[str, str]] = {}
     for section in sections:
         try:
@@ -41,12 +41,13 @@ def samples_of(held: LoadedUnit, sections: Iterable[str]) -> dict[str, dict[str,
 
 
 def is_typed(sample: str) -> bool:
-    """Whether a sample is of typed values, not of a record."""
+    """Return whether a sample is of typed values, not of a record."""
     return sample.partition("/")[2] == TYPED
 
 
 def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Of the sections that hold readings alone: equal to those of another unit only where every reading of all is.
+    """Return the sketches of the sections that hold readings alone: equal to those of another unit only where every
+    reading of all is.
 
     Two readings that scatter by five steps of their last digit or more agree by chance in at most 0.28/5 of pairs, six
     in 3e-8: among a thousand honest units (5e5 pairs) with a probability of 1.5 percent at most, less by what every
@@ -60,7 +61,8 @@ def _typed(unit: UnitFolder, sections: Iterable[str]) -> dict[str, dict[str, str
 
 
 def _readings(section: UnitSection[Check]) -> list[tuple[str, list[float]]]:
-    """Typed numbers by input; none beside records, where they say how was measured, and none of an unusable section."""
+    """Return typed numbers by input; none beside records, where they say how was measured, and none of an unusable
+    section."""
     if section.files or section.problem:
         return []
     entries = [(name, entry) for name, entry in sorted(section.entries.items()) if not isinstance(entry, FileEntry)]
@@ -68,7 +70,7 @@ def _readings(section: UnitSection[Check]) -> list[tuple[str, list[float]]]:
 
 
 def _digits(number: float) -> int:
-    """Significant digits, without zeros at the end: whoever typed them may have meant none."""
+    """Return the significant digits, without zeros at the end, which may have been typed without a meaning."""
     return len(Decimal(repr(number)).normalize().as_tuple().digits)
 
 

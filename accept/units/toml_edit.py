@@ -66,7 +66,7 @@ def _document(folder: Path) -> tomlkit.TOMLDocument:
 
 
 def _other_forms(section: str, names: set[str]) -> set[str]:
-    """Inputs of a check that do not go with these."""
+    """Return inputs of a check that do not go with these."""
     forms = [{i.name for i in form.inputs} for form in CHECKS[section].forms]
     fitting = set().union(*(form for form in forms if names <= form))
     return set(CHECKS[section].inputs) - fitting

@@ -43,7 +43,7 @@ class UnitSection(Generic[Declared]):
         return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
 
     def number(self, key: str) -> float | None:
-        """A number in the unit of its key; None where it is not given."""
+        """Return a number in the unit of its key, None if it is not given."""
         given = self.entries.get(key)
         return given.value if isinstance(given, Measured) else None
 
@@ -51,7 +51,7 @@ class UnitSection(Generic[Declared]):
 def section_of(
     declared: Declared, where: str, inputs: Mapping[str, Input], content: Mapping[str, Any], problems: list[str]
 ) -> UnitSection[Declared]:
-    """Section of the content of one, every key of which is an input; called as it stands in the file."""
+    """Return section of the content of one, every key of which is an input; called as it stands in the file."""
     entries: dict[str, Entry] = {}
     unusable: list[str] = []
     for key, value in content.items():
@@ -62,8 +62,8 @@ def section_of(
 
 
 def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
-    """Entry of one key of a section, called as it stands in the file. A wrong type is a problem of the file; a number
-    that cannot be is a problem of the section."""
+    """Return entry of one key of a section, called as it stands in the file. A wrong type is a problem of the file; a
+    number that cannot be is a problem of the section."""
     where = f"{section} {declared.name}"
     match declared:
         case Scalar():
@@ -110,7 +110,8 @@ def _scalar(where: str, declared: Scalar, value: Any, problems: list[str], unusa
 
 
 def _float(number: float) -> float:
-    """float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a value."""
+    """Return float of a TOML number; an integer too long for one is infinite, so that no later step sees it as a
+    value."""
     try:
         return float(number)
     except OverflowError:
@@ -133,6 +134,7 @@ def _vector(
 
 
 def is_reserved(name: str) -> bool:
-    """Whether a certificate keeps this file name for itself, in whatever case a file system takes for the same."""
+    """Return whether a certificate keeps this file name for itself, in whatever case a file system takes for the
+    same."""
     folded = name.replace("\\", "/").casefold()
     return posixpath.normpath(folded) in RESERVED or folded.split("/")[0] == MODEL_FOLDER

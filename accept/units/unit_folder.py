@@ -62,13 +62,13 @@ class UnitFolder:
         return sorted({name for section in sections for name in section.files})
 
     def input_hashes(self) -> dict[str, str]:
-        """File name -> sha256 of `unit.toml` and of every named file that is there to read."""
+        """Return file name -> sha256 of `unit.toml` and of every named file that is there to read."""
         found = {name: _hash(self.path, name) for name in self.files}
         return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
 
 def find(path: Path) -> list[Path]:
-    """Unit folders at or below a path, sorted. Raises UnitError when there is none to be found there."""
+    """Return the unit folders at or below a path, sorted. Raises UnitError if there is no unit."""
     if not path.exists():
         raise UnitError(path, ["does not exist; a unit folder or a parent of unit folders was expected"])
     if not path.is_dir():
@@ -80,7 +80,7 @@ def find(path: Path) -> list[Path]:
 
 
 def read(folder: Path) -> UnitFolder:
-    """Unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
+    """Return unit of a folder. Raises UnitError listing every problem of its `unit.toml`; no other file is opened."""
     path = folder / UNIT_FILE
     if not folder.is_dir():
         raise UnitError(folder, [f"{'is a file' if folder.exists() else 'does not exist'}; expected a unit folder"])
@@ -100,7 +100,7 @@ def _read_text(path: Path) -> bytes:
 
 
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
-    """Unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
+    """Return unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
     problems: list[str] = []
     serial = folder_header.string(data, "serial", problems)
     if serial and (problem := serial_problem(serial)):
@@ -137,7 +137,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
 
 
 def serial_problem(serial: str) -> str | None:
-    """Why this cannot be the serial of any unit, None where it can."""
+    """Return why this cannot be the serial of any unit, None where it can."""
     if not SERIAL.fullmatch(serial):
         return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
     if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
@@ -146,7 +146,7 @@ def serial_problem(serial: str) -> str | None:
 
 
 def _record_channels() -> list[str]:
-    """Names, here, of every channel that a check may read from a record."""
+    """Return names, here, of every channel that a check may read from a record."""
     series = [i for check in CHECKS.values() for i in check.inputs.values() if isinstance(i, Series)]
     steps = [one.step for one in series if one.step is not None]
     channels = [name for one in series for name in (*one.channels, *one.optional_channels)]
@@ -154,7 +154,7 @@ def _record_channels() -> list[str]:
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
-    """`; did you mean 'stroke'?` where one of the known names is near."""
+    """Return `; did you mean 'stroke'?` where one of the known names is near."""
     folded = {one.casefold(): one for one in known}
     near = difflib.get_close_matches(name.casefold(), list(folded), 1)
     return f"; did you mean '{folded[near[0]]}'?" if near else ""
@@ -179,7 +179,8 @@ def _form_of(check: Check, keys: set[str]) -> Form | None:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """Path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its unit."""
+    """Return path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its
+    unit."""
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
     path = folder / name
@@ -203,6 +204,6 @@ def _hash(folder: Path, name: str) -> str | None:
 
 
 def file_hash(path: Path) -> str:
-    """sha256 of a file. Raises OSError."""
+    """Return sha256 of a file. Raises OSError."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

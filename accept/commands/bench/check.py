@@ -116,7 +116,7 @@ def _number(typed: str) -> float:
 
 
 def _show(past: list[ReferenceCheck]) -> None:
-    """The last comparisons, the new one below."""
+    """Print the last comparisons, the new one below."""
     table = Table(
         "when (UTC)", "artefact", "value", "read", "off by", "E_n", "", box=box.SIMPLE_HEAD, padding=0, pad_edge=False
     )

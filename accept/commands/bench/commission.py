@@ -41,7 +41,7 @@ def commission(
     bench: Bench = None,
     operator: Measurer = None,
 ) -> Exit:
-    """First run at a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
+    """Commission a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
     file = load_bench(bench_path(bench))
     if name not in file.instruments or file.instruments[name].driver in commissioning.WITHOUT_WIRE:
         say(f"accept: {file.path} has no instrument {name!r} on a wire")
@@ -74,7 +74,7 @@ def commission(
 
 
 def _credential() -> keys.Credential | None:
-    """The technician's key, where the bench has one and its passphrase is given."""
+    """Return the technician's key, where the bench has one and its passphrase is given."""
     try:
         return keys.unlock(home(), keys.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
     except keys.KeysError as e:
@@ -83,7 +83,7 @@ def _credential() -> keys.Credential | None:
 
 
 def _walked(instrument: Instrument, trials: tuple[Trial, ...]) -> list[TrialResult]:
-    """The first reading against the display, then every trial, each with the panel set back after it."""
+    """Return the first reading against the display, then every trial, each with the panel set back after it."""
     for reminder in instrument.reminders:
         say(reminder)
     ask_at_terminal("Connect what shall be measured and leave it untouched until the end, then Enter: ")

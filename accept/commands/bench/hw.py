@@ -39,7 +39,7 @@ Measurer = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Wh
 
 
 def bench_path(given: Path | None) -> Path:
-    """The bench file named, else the one in the bench's folder. Raises SpecError where neither is there."""
+    """Return the bench file named, else the one in the bench's folder. Raises SpecError where neither is there."""
     path = given if given is not None else home() / BENCH_FILE
     if given is None and not path.exists():
         raise SpecError(str(path), ["no bench file found; write one or name it with --bench"])
@@ -47,7 +47,7 @@ def bench_path(given: Path | None) -> Path:
 
 
 def ask_at_terminal(words: str) -> str:
-    """What a person types. Raises SettingsError where there is no terminal: nothing prompts then."""
+    """Return what a person types. Raises SettingsError without a terminal, at which a question could be asked."""
     if not sys.stdin.isatty():
         raise SettingsError(f"no terminal for a question: {words.rstrip(': ')}")
     return input(words)
@@ -55,7 +55,7 @@ def ask_at_terminal(words: str) -> str:
 
 @clear_errors
 def show_list(bench: Bench = None) -> Exit:
-    """Instruments of the bench file. With port and calibration, and the serial ports that are there."""
+    """List the instruments of the bench file. With port and calibration, and the serial ports that are there."""
     file = load_bench(bench_path(bench))
     table = _table("name", "driver", "measures", "model", "serial", "port", "calibrated until")
     for name, entry in file.instruments.items():
@@ -83,7 +83,7 @@ def entry_problem(name: str, entry: InstrumentEntry) -> str:
 
 
 def _calibrated(entry: InstrumentEntry) -> str:
-    """The last day of the calibration, marked if it is past or within a month."""
+    """Return the last day of the calibration, marked if it is past or within a month."""
     if entry.calibration is None:
         return "unknown"
     days = (entry.calibration.due - datetime.now(UTC).date()).days
@@ -139,7 +139,7 @@ def ask(
 
 
 def _tried(name: str, entry: InstrumentEntry) -> tuple[tuple[str, str, str, str], str | None]:
-    """Cells of the table, and why it failed."""
+    """Return the cells of the table, and the reason if it failed."""
     connect_s = reading_s = "-"
     said = answered = "no"
     try:

@@ -36,14 +36,14 @@ class Loopback(Server):
 
     @property
     def address(self) -> str:
-        """What is typed into the browser, once."""
+        """Return what is typed into the browser, once."""
         return f"http://{self._own}/?token={self._token}"
 
     def initialize_logging(self) -> None:
-        """Its log would stand among the program's own words."""
+        """Keep its log silent: it would stand among the program's own words."""
 
     async def on_startup(self, app: web.Application) -> None:
-        """No banner."""
+        """Print no banner."""
 
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
@@ -66,7 +66,8 @@ class Loopback(Server):
         raise self._admitted(request.query.get("token", ""))
 
     def _admitted(self, token: str) -> web.HTTPFound:
-        """The first browser that brings the printed token gets the session; nobody else does, and no second one."""
+        """Return the redirection that gives the session to the first browser that brings the printed token, and to no
+        other."""
         if self._token is None or not _same(token, self._token):
             raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
         self._token = None
@@ -81,8 +82,8 @@ def _same(given: str, expected: str) -> bool:
 
 
 def template_without_strangers(folder: Path) -> None:
-    """The package's page without what it would load from other hosts: a bench may have no way to them, and none of
-    their business is what is measured here."""
+    """Write the package's page without what it would load from other hosts, which a bench may not reach and which shall
+    not learn what is measured."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
     page = _ELSEWHERE.sub("", page).replace("</body>", f"{_FOCUS}</body>")
     (folder / "app_index.html").write_text(page, encoding="utf-8")

@@ -53,7 +53,7 @@ def show(wanted: RunOptions) -> Exit:
 
 
 def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
-    """Opens the bench; what it imports, the physics, takes longer than the first screen may."""
+    """Return a function that opens the bench; what it imports, the physics, takes longer than the first screen may."""
 
     def load() -> "Workbench":
         if wanted.training:

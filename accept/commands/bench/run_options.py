@@ -24,7 +24,7 @@ class RunOptions:
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training unit; default: random.")] = None
 
     def arguments(self) -> list[str]:
-        """What would be typed to get this."""
+        """Return what would be typed to get this."""
         options = {"spec": self.spec, "bench": self.bench, "records": self.records, "operator": self.operator}
         named = options | {"seed": self.seed}
         words = [word for name, value in named.items() if value is not None for word in (f"--{name}", str(value))]
@@ -32,6 +32,6 @@ class RunOptions:
 
     @property
     def folder(self) -> Path | None:
-        """The unit folder that is meant, None for a serial."""
+        """Return the unit folder that is meant, None for a serial."""
         path = Path(self.unit or "")
         return path if self.unit and ((path / UNIT_FILE).is_file() or len(path.parts) > 1) else None

@@ -42,7 +42,7 @@ class Seen:
 def scan(
     resource: Annotated[list[str] | None, typer.Option(help="VISA name of an instrument to ask, too.")] = None,
 ) -> Exit:
-    """Which ports and VISA instruments are there. Proposes a bench file; serial ports are only listened to."""
+    """Find ports and VISA instruments. Proposes a bench file; serial ports are only listened to."""
     seen = [*_serial_ports(), *_visa(resource or ())]
     for one in seen:
         say(f"{one.place}: {one.words}")
@@ -59,7 +59,7 @@ def _serial_ports() -> list[Seen]:
 
 
 def _listened(port: str, description: str) -> Seen:
-    """A port is opened and listened to; not a byte is sent."""
+    """Return a port is opened and listened to; not a byte is sent."""
     link = Link(LineSettings(port, 9600, 8, "none", 1, "none"))
     try:
         link.drop_until_quiet(LISTEN_S, link.deadline(2 * LISTEN_S))
@@ -100,7 +100,7 @@ def _visa(named: Sequence[str]) -> list[Seen]:
 
 
 def _identified(resource: str) -> Seen:
-    """`*IDN?` of a VISA instrument, a question that every one of them has and that changes nothing."""
+    """Ask a VISA instrument for `*IDN?`, a question that every one of them has and that changes nothing."""
     link = Link(Address(resource), visa_opener("@py", ANSWER_S))
     try:
         link.send(IDN.encode("ascii"))

@@ -21,7 +21,7 @@ Effect = tuple[str, dict[str, float]]
 
 @clear_errors
 def unit(wanted: SimulateOptions) -> Exit:
-    """A whole unit folder from a model. With the truth beside it in truth.json."""
+    """Simulate a whole unit folder from a model. With the truth beside it in truth.json."""
     try:
         request = request_of(wanted)
         with busy(f"{request.serial}: simulating its records"):
@@ -39,7 +39,7 @@ def unit(wanted: SimulateOptions) -> Exit:
 
 @clear_errors
 def faults() -> Exit:
-    """What can be wrong with a simulated unit. And what the bench then says."""
+    """List what can be wrong with a simulated unit. And what the bench then says."""
     table = Table("fault", "kind", "what is wrong", "what a judgement shows", box=box.SIMPLE_HEAD, pad_edge=False)
     for name, fault in FAULTS.items():
         shows = ", ".join(f"{quantity} {verdict.replace('_', ' ')}" for quantity, verdict in fault.shows)
@@ -49,7 +49,7 @@ def faults() -> Exit:
 
 
 def request_of(wanted: SimulateOptions) -> UnitRequest:
-    """Order of a command line. Raises UnitRequestError, SpecError or ModelError."""
+    """Return what a command line orders. Raises UnitRequestError, SpecError or ModelError."""
     if wanted.kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model, effects = _model(wanted)
@@ -73,7 +73,7 @@ def request_of(wanted: SimulateOptions) -> UnitRequest:
 
 
 def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
-    """The model before any effect is added, and those of its file that are no parameter of it."""
+    """Return the model before any effect is added, and those of its file that are no parameter of it."""
     it = opened(wanted.model or SIMULATED_MODEL[wanted.kind])
     model = it.model
     model = on_bench(model, wanted.kind) if wanted.model is None else model
@@ -83,20 +83,20 @@ def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
 
 
 def effect_of(text: str) -> Effect:
-    """`name:key=value,key=value`, or a name alone. Raises UnitRequestError."""
+    """Parse `name:key=value,key=value`, or a name without values. Raises UnitRequestError."""
     name, _, given = text.partition(":")
     return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"effect '{name}'")
 
 
 def experiment_of(text: str) -> ExperimentRequest:
-    """`kind:key=value`, or a kind alone. Raises UnitRequestError."""
+    """Parse `kind:key=value`, or a kind without values. Raises UnitRequestError."""
     name, _, given = text.partition(":")
     values = pairs((p for p in given.split(",") if p.strip()), f"experiment '{name}'")
     return ExperimentRequest.of(name.strip(), values)
 
 
 def pairs(texts: Iterable[str], where: str) -> dict[str, float]:
-    """`key=value` each. Raises UnitRequestError."""
+    """Parse texts of the form `key=value`. Raises UnitRequestError."""
     out: dict[str, float] = {}
     for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))

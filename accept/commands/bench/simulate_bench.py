@@ -35,7 +35,7 @@ class Struck:
 
     @classmethod
     def of(cls, words: str) -> "Struck":
-        """`gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
+        """Parse `gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
         UnitRequestError."""
         name, _, rest = words.partition(":")
         kind, _, more = rest.partition(":")
@@ -69,7 +69,7 @@ def run(
         list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
     ] = None,
 ) -> Exit:
-    """Simulated instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
+    """Simulate instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     try:
         struck = [Struck.of(words) for words in fault or ()]
     except UnitRequestError as e:
@@ -93,8 +93,8 @@ def run(
 
 @contextmanager
 def _stopped_by_signal() -> Iterator[threading.Event]:
-    """Set by Ctrl-C or a request to end, so that no link to a dead port stays; the handlers before come back after.
-    Only a program's main thread may ask for signals."""
+    """Yield an event that Ctrl-C or a request to end sets, so that no link to a dead port stays; then put the handlers
+    back. Only a program's main thread may ask for signals."""
     stop = threading.Event()
 
     def handler(*_: int | FrameType | None) -> None:

@@ -37,5 +37,5 @@ def run(arguments: Sequence[str], port: int) -> Exit:
 
 
 def command(arguments: Sequence[str]) -> str:
-    """What is started for every window."""
+    """Return what is started for every window."""
     return shlex.join([sys.executable, "-P", "-m", "accept", "run", *arguments])

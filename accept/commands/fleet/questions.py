@@ -75,7 +75,7 @@ def history(
 
 
 def _check_plot(plot: Path | None) -> None:
-    """Raises OSError or PictureError, before the work, for a picture that cannot be written."""
+    """Raise OSError or PictureError, before the work, if a picture cannot be written."""
     if plot is not None:
         check_place(plot)
         format_of(plot)
@@ -91,7 +91,7 @@ def _draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
 
 
 def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
-    """Value and U as texts, "-" where there is none."""
+    """Return a frame with value and U as texts, "-" if one is missing."""
 
     def both(value: float, U: float) -> tuple[str, str]:
         known = not isnan(U) and U > 0.0
@@ -125,7 +125,7 @@ def units(wanted: ListOptions, choice: Choice, outputs: Outputs) -> Exit:
 
 
 def _why(frame: pd.DataFrame) -> dict[int, str]:
-    """Number of a judgement -> what did not pass: value, verdict, limits."""
+    """Return the number of a judgement -> what did not pass: value, verdict, limits."""
     told: dict[int, list[str]] = {}
     for row in frame[frame["verdict"] != "pass"].to_dict("records"):
         told.setdefault(int(row["seq"]), []).append(_bad(row))

@@ -36,7 +36,7 @@ DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that 
 
 
 def check(outputs: Outputs) -> None:
-    """Raises OSError, before the work, for a place that cannot be written."""
+    """Raise OSError, before the work, if a place cannot be written."""
     check_places(outputs.json, outputs.csv)
 
 
@@ -81,12 +81,13 @@ def show(frame: pd.DataFrame, title: str, formats: Mapping[str, str] | None = No
 
 
 def telling(frame: pd.DataFrame, *columns: str) -> pd.DataFrame:
-    """Without those of these columns that say nothing in any row."""
+    """Drop those of these columns that hold nothing in any row."""
     return frame.drop(columns=[c for c in columns if frame[c].isna().all() or frame[c].eq(NOT_STATED).all()])
 
 
 def _told(column: str, text: str) -> str:
-    """Quantities by their label; their code name, which other commands take, stands beside it or in the files."""
+    """Return quantities by their label; their code name, which other commands take, stands beside it or in the
+    files."""
     if column == "quantity":
         return label_and_name(text)
     if column == "causes":

@@ -12,7 +12,8 @@ WIDTH, INDENT = 80, "    "
 
 @clear_errors
 def run() -> Exit:
-    """Effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it alone."""
+    """List the effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it
+    alone."""
     for effect in EFFECTS.values():
         tell(*_lines(effect))
     return Exit.ACCEPTED

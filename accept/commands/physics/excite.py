@@ -35,20 +35,20 @@ FADE_S = 0.1  # at both ends of what ends anywhere
 
 
 def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """A sine of rising frequency."""
+    """Write a sine of rising frequency."""
     law = "lin" if wanted.law is Law.LINEAR else "log"
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
     return _run(wanted.out, playing.plot, lambda: ex.sweep(rig_of(playing), *at, law, shape_of(shaping), FADE_S))
 
 
 def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """Noise in a band."""
+    """Write noise in a band."""
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
     return _run(wanted.out, playing.plot, lambda: ex.noise(rig_of(playing), *at, shape_of(shaping), FADE_S))
 
 
 def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
-    """Slow sines of growing amplitude, for the hysteresis."""
+    """Write slow sines of growing amplitude, for the hysteresis."""
 
     def make() -> Excitation:
         return ex.sines(rig_of(playing), wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
@@ -57,7 +57,7 @@ def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Exit:
 
 
 def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Exit:
-    """A random-phase multisine. Periodic, so without leakage: the best of the four."""
+    """Write a random-phase multisine. Periodic, so without leakage: the best of the four."""
     at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
 
     def make() -> Excitation:
@@ -67,12 +67,12 @@ def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playi
 
 
 def rig_of(playing: Playing) -> Rig:
-    """The rig that was asked for."""
+    """Return the rig that was asked for."""
     return Rig(fs=playing.fs, mean_V=playing.mean, ramp_s=playing.ramp)
 
 
 def levels_of(text: str) -> list[float]:
-    """Amplitudes [V] as typed. Raises ValueError."""
+    """Return amplitudes [V] as typed. Raises ValueError."""
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
@@ -80,7 +80,8 @@ def levels_of(text: str) -> list[float]:
 
 
 def shape_of(shaping: Shaping) -> AmplitudeShape:
-    """Raises ValueError when the parts do not fit together, RecordError for a record that cannot be used."""
+    """Return the shape of the amplitude. Raises ValueError if its parts do not fit together, RecordError if the record
+    cannot be used."""
     low_pass = None if shaping.low_pass is None else LowPass(shaping.low_pass)
     parts: list[AmplitudeShape] = [p for p in (_notch(shaping), low_pass) if p is not None]
     return Both(*parts) if len(parts) == 2 else (parts[0] if parts else Flat())
@@ -123,7 +124,8 @@ def _run(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Exit:
 
 
 def content(excitation: Excitation, out: Path) -> bytes:
-    """The file's bytes: .mat with t, Va and what helps to read the answer, .csv with t and Va. Raises ValueError."""
+    """Return the file's bytes: .mat with t, Va and what helps to read the answer, .csv with t and Va. Raises
+    ValueError."""
     signal: Mapping[str, ArrayLike] = {"t": excitation.t, "Va": excitation.Va}
     if out.suffix.lower() == ".csv":
         return csv_bytes(signal)
@@ -142,7 +144,7 @@ def content(excitation: Excitation, out: Path) -> bytes:
 
 
 def summary(excitation: Excitation, out: Path) -> list[str]:
-    """What was written, in a few lines."""
+    """Return what was written, in a few lines."""
     Va = excitation.Va
     rms = float(np.sqrt(np.mean(excitation.proper**2)))
     return [

@@ -92,7 +92,7 @@ def run(
 
 
 def _mapping(given: Sequence[str]) -> dict[str, str]:
-    """`Va=AI0` as name here -> name in the file. Raises RecordError."""
+    """Parse `Va=AI0` as name here -> name in the file. Raises RecordError."""
     pairs = [word.partition("=") for word in given]
     if wrong := next((w for w, (a, sign, b) in zip(given, pairs, strict=True) if not (a and sign and b)), None):
         raise RecordError(f"--map {wrong}: expected HERE=THERE, such as Va=AI0")
@@ -100,7 +100,7 @@ def _mapping(given: Sequence[str]) -> dict[str, str]:
 
 
 def summary(response: MeasuredResponse) -> Table:
-    """A row per channel: where it is coherent, and its largest resonance."""
+    """Return a row per channel: the band in which it is coherent, and its largest resonance."""
     frf = response.frf
     averages = f", {frf.segments} segments" if frf.segments else ""
     title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins{averages}"
@@ -116,14 +116,14 @@ def summary(response: MeasuredResponse) -> Table:
 
 
 def with_U(value: float, U: float) -> str:
-    """Both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is said to be that."""
+    """Return both to the decimals that U has, 93.918 ± 0.023; a U below 0.0001 is said to be that."""
     if U >= LEAST_U:
         return f"{rounded(value, U)} ± {rounded_U(U)}"
     return f"{fixed(value, 4)} ± less than {LEAST_U:g}" if U > 0.0 else f"{value:.6g}"
 
 
 def _coherent(frf: Frf, channel: str) -> str:
-    """First and last frequency with a coherence above COHERENT, and how much of what is between has it."""
+    """Return first and last frequency with a coherence above COHERENT, and how much of what is between has it."""
     good = frf.coherence[:, frf.index(channel)] >= COHERENT
     if not good.any():
         return "nowhere"
@@ -146,7 +146,7 @@ def _drawn(responses: Sequence[MeasuredResponse], merge_Hz: float | None, format
 
 
 def _panels(responses: Sequence[MeasuredResponse], merge_Hz: float | None) -> dict[str, Panel]:
-    """Of all responses, by names that do not collide."""
+    """Return the panels of all responses, by names that do not collide."""
     many = len(responses) > 1
     drawn = [(r.title, bode(r.frf, r.ratios, merge_Hz=merge_Hz)) for r in responses]
     return {f"{title}: {name}" if many else name: panel for title, found in drawn for name, panel in found.items()}

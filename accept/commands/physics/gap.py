@@ -84,7 +84,7 @@ def run(
 
 
 def _units(paths: Sequence[Path]) -> list[UnitFolder]:
-    """Units at or below the paths. Raises UnitError, for a serial that two of them have too."""
+    """Return units at or below the paths. Raises UnitError, for a serial that two of them have too."""
     units = {folder.resolve(): read(folder) for path in paths for folder in find(path)}
     by_serial: dict[str, Path] = {}
     for unit in units.values():
@@ -107,7 +107,7 @@ class GapJob:
     html: bool = False
 
     def run(self) -> Answer | str:
-        """Return the answer, or why there is none."""
+        """Return the answer, or the reason if there is no answer."""
         serial = self.unit.serial
         try:
             done = analyse_unit.analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))
@@ -120,7 +120,7 @@ class GapJob:
 
 
 def _said(serial: str, given: Answer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
-    """gap.json, when the answer is said; None where the unit was refused, which is said too."""
+    """Print the answer and return gap.json, None if the unit was refused, which is said too."""
     if not isinstance(given, Answer):
         words = str(given)
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")

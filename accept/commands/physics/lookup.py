@@ -73,7 +73,7 @@ def run_info(
 
 
 def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
-    """Model, grid and state of a stored table."""
+    """Return model, grid and state of a stored table."""
     try:
         table = open_table(path)
     except TableError as e:
@@ -89,7 +89,7 @@ def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
 
 
 def dz_words(model: Model) -> list[str]:
-    """What dz does, which the table leaves out: nothing that shows ([STB] 6.2)."""
+    """Return what dz does, which the table leaves out: nothing that shows ([STB] 6.2)."""
     import numpy as np
 
     f = np.geomspace(20.0, 700.0, 600)

@@ -48,7 +48,7 @@ def run(
 
 
 def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:
-    """A few lines for a person."""
+    """Return a few lines for a person."""
     reason = found if isinstance(found, Reason) else found.reason
     if isinstance(found, Reason) or reason is not None:
         return [f"{serial}: no result: {reason}"]

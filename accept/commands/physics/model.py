@@ -31,7 +31,7 @@ from specs.units import unit_of
 
 @clear_errors
 def show_list() -> Exit:
-    """The models that come with the program, and what each is."""
+    """List the models that come with the program, and what each is."""
     for name, path in builtin_models().items():
         about = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
         tell(*textwrap.wrap(f"{name:<14}  {about}", 80, subsequent_indent=" " * 16))
@@ -40,7 +40,7 @@ def show_list() -> Exit:
 
 @clear_errors
 def show(model: ModelName = "strut") -> Exit:
-    """Every parameter with its value, unit and prior."""
+    """Show every parameter with its value, unit and prior."""
     it = opened(model)
     built = it.model
     stdout.print(f"{built.name}: APA '{it.spec.apa.type}', damping {built.damping}, sha256 {it.spec.sha256}")
@@ -61,7 +61,7 @@ def show(model: ModelName = "strut") -> Exit:
 
 @clear_errors
 def modes(wanted: ModesOptions) -> Exit:
-    """Poles, and the zeros of Vs, de and da, with their damping."""
+    """Compute poles, and the zeros of Vs, de and da, with their damping."""
     f_max = wanted.f_max
     if not 0.0 < f_max < np.inf:
         raise ModelError(f"--f-max {f_max:g}: expected a frequency above 0 Hz")
@@ -82,7 +82,7 @@ def modes(wanted: ModesOptions) -> Exit:
 
 @clear_errors
 def frf(wanted: FrfOptions) -> Exit:
-    """Responses of Vs, de and da to Va. JSON on stdout where no file is named."""
+    """Compute responses of Vs, de and da to Va. JSON on stdout if no file is named."""
     model = opened(wanted.model).model
     f = grid(wanted.f_lo, wanted.f_hi, wanted.points)
     H = model.frf(f)
@@ -111,7 +111,7 @@ def run_sweep(
     what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
     wanted: ParameterSweepOptions,
 ) -> Exit:
-    """Poles and zeros over a row of values. Without --value the published ones."""
+    """Compute poles and zeros over a row of values. Without --value the published ones."""
     model = opened(wanted.model).model
     names, usual = PUBLISHED_SWEEPS.get(what, ((what,), ()))
     names = tuple(each for n in names for each in _both_joints(model, n))
@@ -136,12 +136,12 @@ def run_sweep(
 
 
 def _stacked(names: Sequence[str]) -> str:
-    """Names that move together, each on a line of its own: the table stays narrow."""
+    """Return names that move together, each on a line of its own: the table stays narrow."""
     return " =\n".join(names)
 
 
 def whole(title: str) -> Column:
-    """A column whose words are never cut."""
+    """Return a column whose words are never cut."""
     return Column(title, no_wrap=True, overflow="ignore")
 
 
@@ -157,7 +157,7 @@ def draw_to(path: Path, drawn: Sequence[Panel], columns: int | None = None) -> N
 
 
 def _both_joints(model: Model, name: str) -> tuple[str, ...]:
-    """`joint.X` stands for both ends where the model has two joints."""
+    """Return the names behind `joint.X`: both ends if the model has two joints."""
     ends = tuple(name.replace("joint.", f"joint.{end}.", 1) for end in ("bottom", "top"))
     return ends if name not in model.values and all(e in model.values for e in ends) else (name,)
 

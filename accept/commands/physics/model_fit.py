@@ -79,7 +79,7 @@ def _print(fitted: FittedModel) -> None:
 
 
 def _print_agreement(fitted: FittedModel) -> None:
-    """The answer in one sentence: whether this model, fitted, explains the unit."""
+    """Print the answer in one sentence: whether this model, fitted, explains the unit."""
     if not fitted.fit.converged:
         return
     channel, G = fitted.worst

@@ -55,7 +55,7 @@ class FitOutputs:
     json: Json = None
 
     def places(self) -> tuple[Path | None, Path | None, Path | None]:
-        """Model file, picture, JSON."""
+        """Return model file, picture, JSON."""
         if self.out is None:
             return self.write, self.plot, self.json
         return (

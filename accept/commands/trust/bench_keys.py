@@ -1,4 +1,4 @@
-"""Opening the bench's keys for a command: which passphrase, whose key, made when there is none."""
+"""Opening the bench's keys for a command: which passphrase, whose key; a missing key is made."""
 
 import getpass
 import os
@@ -19,12 +19,12 @@ _DEMO_PASSPHRASE = "no secret"  # the demo's authority says so, and only `accept
 
 
 def terminal_prompt(words: str) -> str | None:
-    """What the person types, None where there is no terminal to ask at."""
+    """Return what the person types, None without a terminal to ask at."""
     return getpass.getpass(words) if sys.stdin.isatty() else None
 
 
 def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE, *, only: bool = False) -> str:
-    """Passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
+    """Return passphrase from a file named on the command line, the environment, or the terminal. Raises KeysError.
 
     variable : asked before `ACCEPT_PASSPHRASE`; only : and instead of it, where another's would be wrong.
     """
@@ -45,9 +45,9 @@ def passphrase_of(file: Path | None, words: str, variable: str = keys.PASSPHRASE
 
 
 def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -> Credential | None:
-    """The technician's key of the bench, made when there is none. None, and a word why, when no passphrase is given:
-    the units are judged all the same. operator: who is said to judge; None is whoever has the key. tsa:
-    URL of the time stamping authority to ask, if any.
+    """Return the technician's key of the bench; it is made if it is missing. None, and a word why, when no passphrase
+    is given: the units are judged all the same. operator: who is said to judge; None means the one who has the key.
+    tsa: URL of the time stamping authority to ask, if any.
 
     Raises KeysError, also where another than the operator would sign: the signer is the operator on the record.
     """
@@ -71,7 +71,8 @@ def bench_credential(home: Path, operator: str | None, tsa: str | None = None) -
 
 
 def _known(home: Path, operator: str | None) -> str | None:
-    """Whom to choose where several technicians have a key: the operator named, else the login name where it is one."""
+    """Return whom to choose if several technicians have a key: the operator named, else the login name if it is one of
+    them."""
     there = [k.person for k in keys.listing(home) if k.role == TECHNICIAN]
     wanted = operator or operator_name(None)
     return wanted if len(there) > 1 and any(same_person(wanted, one) for one in there) else None
@@ -88,7 +89,8 @@ def _make(home: Path, phrase: str, technician: str) -> None:
 
 
 def _uncertified(home: Path, credential: Credential) -> str | None:
-    """Why what this bench signs is not plainly valid: its own key has no certificate, or that of another bench."""
+    """Return why what this bench signs is not plainly valid: its own key has no certificate, or that of another
+    bench."""
     if keys.bench_certificate(home, credential.ca) is not None:
         return None
     return (
@@ -102,7 +104,7 @@ def _exposed(home: Path) -> list[str]:
 
 
 def demo_credential(home: Path) -> Credential:
-    """The technician's key of the demo, made when there is none."""
+    """Return the technician's key of the demo; it is made if it is missing."""
     place = home / DEMO
     if not keys.exist(place):
         own = home / BENCH_KEY

@@ -52,7 +52,7 @@ def init(
 
 @clear_errors
 def show() -> Exit:
-    """The authority and every person's key."""
+    """List the authority and every person's key."""
     table = Table("key", "person", "valid from", "valid to", "revoked", "sha256 of the certificate")
     now = datetime.now(UTC)
     for key in keys.listing(home()):
@@ -97,7 +97,7 @@ def issue(
     office: Office = None,
     passphrase_file: PassphraseFile = None,
 ) -> Exit:
-    """Answer a request with the authority's key. Nobody gets both roles."""
+    """Answer a request with the authority's key. No person gets both roles."""
     certificate = key_changes.issue_request(_office(office), keys.read_key_file(file), _ca_passphrase(passphrase_file))
     who = f"{certificate.subject.rfc4514_string()}, valid to {certificate.not_valid_after_utc:%Y-%m-%d}"
     if out is not None:
@@ -134,7 +134,7 @@ def revoke(
 
 @clear_errors
 def renew(who: Who, office: Office = None, passphrase_file: PassphraseFile = None) -> Exit:
-    """A new certificate for a person's key, for another five years."""
+    """Renew the certificate of a person's key, for another five years."""
     new = key_changes.renew(home(), _office(office), who, _ca_passphrase(passphrase_file))
     stdout.print(f"{new.subject.rfc4514_string()}: valid to {new.not_valid_after_utc:%Y-%m-%d}")
     return Exit.ACCEPTED
@@ -160,6 +160,6 @@ def _office(given: Path | None) -> Path:
 
 
 def _ca_passphrase(file: Path | None) -> str:
-    """The authority's passphrase: from the file that is named, the environment or the terminal, and from no other file.
-    Who is at the bench is not the authority because its passphrase still lies there."""
+    """Return the authority's passphrase: from the file that is named, the environment or the terminal, and from no
+    other file. Who is at the bench is not the authority because its passphrase still lies there."""
     return passphrase_of(file, "passphrase of the authority: ", CA_PASSPHRASE, only=True)

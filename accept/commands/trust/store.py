@@ -46,7 +46,7 @@ def check(
 
 
 def _kept_head(path: Path) -> StoreHead:
-    """Of a file that `accept store head` wrote, or of a certificate. Raises StoreError, OSError."""
+    """Return the head in a file that `accept store head` wrote, or in a certificate. Raises StoreError, OSError."""
     content = read_certificate(path)
     try:
         if content.startswith(b"%PDF-"):
@@ -117,7 +117,7 @@ def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept sto
 
 @clear_errors
 def copies() -> Exit:
-    """Recordings that stand in two places, and whose they are."""
+    """List recordings that stand in two places, and whose they are."""
     open_ones = 0
     with open_store() as store:
         for serial, unit in sorted(fold(store.events()).units.items()):
@@ -152,7 +152,7 @@ def log(
     serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
     full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
 ) -> Exit:
-    """Who did what, when, with which verdict, by which spec and code."""
+    """List who did what, when, with which verdict, by which spec and code."""
     found = False
     with open_store(check=False) as store:
         if problem := store.check():

@@ -87,7 +87,7 @@ def run(
 
 
 def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
-    """What was required of a certificate and is not so."""
+    """Return what was required of a certificate and is not so."""
     if report.outcome is Validity.NOT_VALID:
         return []
     missing = []
@@ -109,7 +109,7 @@ def _unfulfilled(report: Verification, require: Sequence[str], spec_sha256: str 
 
 
 def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
-    """Verification against the CAs named, else against this bench's own; the demo's only where it is asked for."""
+    """Verify against the CAs named, else against this bench's own; against the demo's only if asked to."""
     place = home() / DEMO if options.demo else home()
     if not options.trust and not keys.exist(place):
         words = f"no trusted CA: no keys found in {place}; name a CA certificate with --trust"
@@ -129,7 +129,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
 
 
 def _known(lists: Sequence[BenchList] | None) -> Known:
-    """What is asked about a certificate: the bench's store, and the published lists if any are given."""
+    """Return what is asked about a certificate: the bench's store, and the published lists if any are given."""
 
     def ask(signed: bytes, contents: CertificateContent, when: datetime, again: UnitResult | None) -> list[Step]:
         listed = [] if lists is None else check_list(signed, contents, when, lists)

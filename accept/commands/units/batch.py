@@ -72,7 +72,7 @@ def run(
 
 
 def _listed(out: Path) -> set[str]:
-    """Serials in the results that an earlier batch left there."""
+    """Return serials in the results that an earlier batch left there."""
     try:
         return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
     except (AcceptError, OSError, ValueError, KeyError, TypeError):
@@ -80,6 +80,6 @@ def _listed(out: Path) -> set[str]:
 
 
 def specs_for(name: str | None) -> dict[str, Spec]:
-    """kind -> spec: the one named, or the built-in one of every kind."""
+    """Return kind -> spec: the one named, or the built-in one of every kind."""
     chosen = [load_spec(name)] if name else [load_spec(default) for default in DEFAULT_SPEC.values()]
     return {spec.kind: spec for spec in chosen}

@@ -63,7 +63,8 @@ def run(
 
 
 def measured(paths: Sequence[Path], spec: str | None) -> list[UnitResult]:
-    """Results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than two."""
+    """Return results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than
+    two."""
     specs = specs_for(spec)
     folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))
     results: dict[str, UnitResult] = {}
@@ -98,7 +99,7 @@ def _label(name: str) -> str:
 
 
 def table(found: Fleet) -> Table:
-    """A row per quantity and curve: the fleet's median, and the unit farthest out."""
+    """Return a row per quantity and curve: the fleet's median, and the unit farthest out."""
     rows = Table(
         *("no", "quantity", "median", "farthest", "value", "score", "chance"),
         title=f"{len(found.serials)} units of kind {found.kind}",
@@ -124,7 +125,7 @@ def _row(c: Comparison) -> list[Text]:
 
 
 def _farthest(far: Member) -> tuple[str, str, str, str]:
-    """Serial, value, score, and the chance of a value so far out in a fleet where nobody is odd."""
+    """Return serial, value, score, and the chance of a value so far out in a fleet without an odd unit."""
     return far.serial, f"{far.value:.4g}", f"{far.score:.1f}", f"{far.p:.2g}" if far.p >= 1e-6 else "< 1e-06"
 
 

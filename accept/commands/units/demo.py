@@ -78,7 +78,7 @@ def _write(unit: SimulatedUnit, folder: Path) -> Path:
 
 
 def _learned(out: Path) -> Path:
-    """The model file that struts made before the judged one, of the same batch, teach; says what it learned."""
+    """Return the model file that struts made before the judged one, of the same batch, teach; says what it learned."""
     given, path = opened(MODEL), out / LEARNED
     earlier = [_write(strut, out / "batch") for strut in earlier_struts()]
     found = learn_population(measured_units(earlier, given), given, lambda _: None)
@@ -88,13 +88,13 @@ def _learned(out: Path) -> Path:
 
 
 def _hidden(unit: Path) -> dict[str, Mapping[str, float]]:
-    """What was put into a simulated unit, which only now may be looked at."""
+    """Return what was put into a simulated unit, which only now may be looked at."""
     truth = json.loads((unit / TRUTH_FILE).read_text())
     return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
 
 
 def _found(strut: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
-    """One line: what was hidden, what was named, where it was added, the gap before and after."""
+    """Return one line: what was hidden, what was named, where it was added, the gap before and after."""
     found = strut["gap"]
     if not found.get("named"):
         return f"{strut['serial']}: {one_line(found)} (hidden: {', '.join(truth)})"
@@ -111,5 +111,5 @@ def _beside(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
 
 
 def _published() -> dict[str, str]:
-    """[STB] table 2.1: an optimiser that stopped early; beside it the exact minimum zone that is judged."""
+    """Return the flatness of [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged."""
     return {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}

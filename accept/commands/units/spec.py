@@ -1,4 +1,4 @@
-"""`accept spec`. What the checks declare is loaded where it is needed: it takes longer than all the rest."""
+"""`accept spec`. What the checks declare is loaded when it is needed, since it takes longer than all the rest."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +15,7 @@ from specs.strict import SpecError
 
 @clear_errors
 def show_list() -> Exit:
-    """The specs that come with the program."""
+    """List the specs that come with the program."""
     table = Table("name", "kind", "checks", "title")
     for name in builtin():
         spec = load(name)
@@ -26,7 +26,7 @@ def show_list() -> Exit:
 
 @clear_errors
 def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")]) -> Exit:
-    """Every limit of a spec with its rule and source."""
+    """Show every limit of a spec with its rule and source."""
     spec = load(name)
     for line in (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}"):
         stdout.print(line)
@@ -46,7 +46,7 @@ def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")
 
 
 def interval(limit: Limit) -> str:
-    """Limits in words: `4.4 to 5.5 uF`, `at least 304 um`."""
+    """Return limits in words: `4.4 to 5.5 uF`, `at least 304 um`."""
     if limit.lower is None:
         return f"at most {limit.upper:g} {limit.unit}"
     if limit.upper is None:
@@ -100,7 +100,7 @@ def copy(
 
 @clear_errors
 def checks() -> Exit:
-    """Every check that a spec may ask for. What it needs, what it measures, what can be set."""
+    """List every check that a spec may ask for. What it needs, what it measures, what can be set."""
     from accept.judging.check_docs import all_checks
 
     print(all_checks(), end="")

@@ -34,7 +34,7 @@ from checks.fitting.hierarchy import (
 from checks.gap.effects import effect_named, with_effects
 from checks.model.model import Model
 
-FEWEST = 3  # units: of two nobody can say which one does not belong
+FEWEST = 3  # units: of two it cannot be said which one does not belong
 BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong
@@ -80,13 +80,14 @@ class Population:
 
     @property
     def holds(self) -> bool:
-        """Whether enough units belong to call it a batch."""
+        """Return whether enough units belong to call it a batch."""
         belong = sum(j.belongs for j in self.judged)
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
 
 
 def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
-    """Responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be read."""
+    """Read the responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be
+    read."""
     if len(folders) < FEWEST:
         raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
     found = [responses(folder, given.model.tolerance, given.model.channels) for folder in folders]
@@ -104,7 +105,8 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
 
 
 def _same_recording(one: Complex, other: Complex) -> bool:
-    """Whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by more."""
+    """Return whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by
+    more."""
     return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=0.0))
 
 
@@ -129,13 +131,14 @@ def learn_population(measured: Sequence[Responses], given: Opened, say: Say, ask
 
 
 def common_effects(documents: Sequence[Document]) -> SharedEffects:
-    """Effects that units have with one value, from gap.json of each, and that value."""
+    """Return effects that units have with one value, from gap.json of each, and that value."""
     rows = common(documents)["common"]
     return tuple((r["effect"], {name: float(p["value"]) for name, p in r["parameters"].items()}) for r in rows)
 
 
 def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
-    """The batch of units that were fitted. A unit that does not belong is taken out, and the others learned again."""
+    """Return the batch of units that were fitted. A unit that does not belong is taken out, and the others learned
+    again."""
     free = freed(given.model)
     names = tuple(p.name for p in free)
     precision, pull = _likelihoods(fits, free)
@@ -169,8 +172,8 @@ def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
 
 
 def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, Array]:
-    """precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G times too large
-    may have moved every value by as much. A payload that was weighed is a datum of its unit."""
+    """Return the precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G
+    times too large may have moved every value by as much. A payload that was weighed is a datum of its unit."""
     theta, cov = np.array([f.theta for f in fits]), np.array([f.cov for f in fits])
     mean, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     names = [p.name for p in free]
@@ -187,8 +190,9 @@ def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, 
 
 
 def prior_of(model: Model, free: Sequence[Free]) -> Prior:
-    """Of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what units have in
-    common; of a mode it is the scatter alone, and how far the model is off in all units is learned from all modes."""
+    """Return the prior of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what
+    units have in common; of a mode it is the scatter alone, and how far the model is off in all units is learned from
+    all modes."""
     sds = np.array([model.sds.get(p.name, OFFSETS.get(p.name, p.sd)) for p in free])
     own = np.array([p.name.startswith(MODES) for p in free])
     kinds = [p.name.rstrip(DIGITS) if p.name.startswith(MODES) else p.name for p in free]
@@ -201,7 +205,7 @@ def prior_of(model: Model, free: Sequence[Free]) -> Prior:
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
-    """For every unit the batch of those that belong, without itself."""
+    """Return for every unit the batch of those that belong, without itself."""
     if belongs.sum() < FEWEST:
         return without_each(precision, pull, prior)
     inside = without_each(precision[belongs], pull[belongs], prior)
@@ -233,7 +237,7 @@ def _judged(
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:
-    """Why a unit does not belong."""
+    """Return why a unit does not belong."""
     if belongs:
         return None
     if not fit.G:
@@ -256,7 +260,7 @@ def _some(prior: Prior, kept: Array) -> Prior:
 
 
 def _some_of(batch: Batch, kept: Array) -> Batch:
-    """Of some parameters, whatever the others are."""
+    """Return the batch of some parameters, whatever the others are."""
     both = np.ix_(kept, kept)
     return replace(
         batch,

@@ -36,7 +36,7 @@ EXPLAINED = (
 
 
 def write_population(path: Path, found: Population) -> None:
-    """The batch as a model file. Raises SpecError, ModelError, OSError."""
+    """Write the batch as a model file. Raises SpecError, ModelError, OSError."""
     batch, spec = found.batch, found.given.spec
     cov = batch.of_one_more
     record = PopulationRecord(
@@ -62,7 +62,7 @@ def _short(value: float) -> float:
 
 
 def document(found: Population) -> dict[str, Any]:
-    """What a script reads."""
+    """Return what a script reads."""
     learned = told_apart(found.batch, found.prior)
     inside, compared = found.covered
     return {
@@ -114,7 +114,7 @@ def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
 
 
 def lines(found: Population) -> list[str]:
-    """For a person, on the terminal."""
+    """Return the lines for a person, on the terminal."""
     inside, compared = found.covered
     kept = [j.serial for j in found.judged if j.belongs]
     out = [f"learned from {len(kept)} units: {', '.join(kept)}" if kept else "no unit belongs to a batch"]
@@ -131,7 +131,7 @@ def lines(found: Population) -> list[str]:
 
 
 def shifts(found: Population, most: int = 8) -> list[str]:
-    """What the batch has learned, largest shift first."""
+    """Return what the batch has learned, largest shift first."""
     order = _by_shift(found)[:most]
     return [
         with_unit(
@@ -145,14 +145,15 @@ def shifts(found: Population, most: int = 8) -> list[str]:
 
 
 def _by_shift(found: Population) -> list[int]:
-    """Parameters that the batch tells, those first whose mean is farthest off, in its own standard uncertainties."""
+    """Return parameters that the batch tells, those first whose mean is farthest off, in its own standard
+    uncertainties."""
     sd, before = np.sqrt(np.diag(found.batch.mean_cov)), found.prior.mean_sd
     away = np.where(sd < LEARNED * before, np.abs(found.batch.mean - found.prior.mean) / sd, -1.0)
     return [int(i) for i in np.argsort(-away) if away[i] >= 0]
 
 
 def picture_of(found: Population) -> Panel:
-    """Every unit's value of the parameters that have moved, and the batch's mean."""
+    """Return every unit's value of the parameters that have moved, and the batch's mean."""
     order = _by_shift(found)[:SHOWN][::-1]
     scale = np.array([found.given.model.sds[n] for n in found.names])
     units = (found.batch.units - found.prior.mean) / scale
@@ -173,7 +174,7 @@ def picture_of(found: Population) -> Panel:
 
 
 def render(found: Population) -> bytes:
-    """The report as a PDF; equal answers give equal bytes."""
+    """Return the report as a PDF; equal answers give equal bytes."""
     register()
     row = FigureRow([picture_of(found)], 92.0)
     story: list[Flowable] = [

@@ -19,7 +19,7 @@ from checks.fitting.goodness import gaps
 from checks.misalignment.estimate_types import DX, DY
 from checks.model.model import Model
 
-OFFSETS = {DX: 60.0, DY: 180.0}  # [um] 1 sd, of a strut nobody aligned with care
+OFFSETS = {DX: 60.0, DY: 180.0}  # [um] 1 sd, of a strut that was not aligned with care
 BANDS_HZ = (700.0, 1000.0, 1400.0, np.inf)  # tops of the growing band: a mode or two more each time
 BLUR = 0.03  # tolerance of the first look at a wider band
 G_MOST = 2.0  # on records that were not fitted; above, a unit has something that no value of the model gives
@@ -52,7 +52,7 @@ class UnitFit:
 
 
 def fit_all(measured: Sequence[Responses], given: Opened, say: Say) -> list[UnitFit]:
-    """Every unit for itself; those that lost their way once more from the middle of the others."""
+    """Return every unit for itself; those that lost their way once more from the middle of the others."""
     fits = [_said(fit_unit(given, m), say) for m in steps(measured, "units fitted")]
     good = [f for f in fits if f.fits]
     if not good or len(good) == len(fits):
@@ -73,8 +73,8 @@ def _better(one: UnitFit, other: UnitFit) -> UnitFit:
 
 
 def fit_unit(given: Opened, measured: Responses) -> UnitFit:
-    """One unit for itself, offsets free. Where that search has lost its way, once more over a growing band: two modes
-    that lie close can be taken for each other, and are not once those below stand where they belong."""
+    """Fit one unit for itself, offsets free. If that search has lost its way, fit once more over a growing band: two
+    modes that lie close can be taken for each other, and are not once those below stand where they belong."""
     model = as_weighed(given, measured.serial, measured.payload_kg).model
     found = _tried(model, measured, lambda: calibrate(model, measured.first, freed(model), unseen=measured.second))
     return (
@@ -83,7 +83,7 @@ def fit_unit(given: Opened, measured: Responses) -> UnitFit:
 
 
 def _tried(model: Model, measured: Responses, search: Callable[[], Calibration]) -> UnitFit:
-    """What a search found; a unit of which it can make nothing says nothing: its priors alone, and no G."""
+    """Return what a search found; a unit of which it can make nothing says nothing: its priors alone, and no G."""
     try:
         found = search()
         fit, G = found.fit, gaps_at(found.model, found.fit.at, measured.second or measured.first)
@@ -108,7 +108,7 @@ def _over_growing_bands(model: Model, measured: Responses) -> Calibration:
 
 
 def fit_from(given: Opened, measured: Responses, start: Mapping[str, float]) -> UnitFit:
-    """One unit for itself from given values, offsets free."""
+    """Fit one unit for itself from given values, offsets free."""
     model = as_weighed(given, measured.serial, measured.payload_kg).model
     free = tuple(replace(p, start=float(start.get(p.name, p.begin))) for p in freed(model))
     first = of_damping(model, "modal") or model
@@ -121,7 +121,7 @@ def fit_from(given: Opened, measured: Responses, start: Mapping[str, float]) -> 
 
 
 def freed(model: Model) -> list[Free]:
-    """What is fitted of each unit: all that is uncertain, and where its APA sits."""
+    """Return what is fitted of each unit: all that is uncertain, and where its APA sits."""
     strut = any(name.startswith("joint.") for name in model.values)
     offsets = [n for n in OFFSETS if strut and n in model.values and n not in model.sds]
     return [
@@ -131,6 +131,6 @@ def freed(model: Model) -> list[Free]:
 
 
 def gaps_at(model: Model, values: Mapping[str, float], data: Dataset) -> Gs:
-    """G by channel of a model at these values."""
+    """Return the G by channel of a model at these values."""
     H = model.frf(data.f, values, data.channels)
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}

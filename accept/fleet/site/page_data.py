@@ -18,9 +18,9 @@ SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 
 def document(events: Iterable[Event], curves: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
-    """judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`;
-    quantities: name -> unit as people write it; labels: name -> words; curves: title -> [{serial, x, y}] with the
-    axes' labels."""
+    """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of
+    `FINDING`; quantities: name -> unit as people write it; labels: name -> words; curves: title -> [{serial, x, y}]
+    with the axes' labels."""
     judgements: list[dict[str, Any]] = []
     attempts: dict[str, int] = {}
     units: dict[str, str] = {}
@@ -65,7 +65,7 @@ def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:
 
 
 def curves(panels: Mapping[str, Mapping[str, Panel]]) -> dict[str, list[dict[str, Any]]]:
-    """Measured curves by the title of their picture. panels: serial -> name -> picture."""
+    """Return measured curves by the title of their picture. panels: serial -> name -> picture."""
     found: dict[str, list[dict[str, Any]]] = {}
     for serial, pictures in panels.items():
         for panel in pictures.values():
@@ -91,6 +91,6 @@ def _curve(serial: str, panel: Panel, line: Line) -> dict[str, Any]:
 
 
 def script(content: Mapping[str, Any]) -> str:
-    """The document as a script that only assigns it: no text of a unit can end the script or begin another."""
+    """Return the document as a script that only assigns it: no text of a unit can end the script or begin another."""
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     return "window.FLEET=" + text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026") + ";\n"

@@ -32,7 +32,7 @@ def assemble(
     fields: Mapping[str, tuple[float, float, float, float]],
     title: str,
 ) -> bytes:
-    """One PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
+    """Return one PDF of all parts. The same parts give the same bytes: no date, no random identifier."""
     writer = PdfWriter(clone_from=PdfReader(io.BytesIO(text)))
     _attach(writer, attachments)
     _add_fields(writer, fields)
@@ -46,7 +46,7 @@ def assemble(
 
 
 def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
-    """Embedded files, also listed as associated with the document ([ISO32000-2] 14.13)."""
+    """Embed files, also listed as associated with the document ([ISO32000-2] 14.13)."""
     names, associated = ArrayObject(), ArrayObject()
     for name, content in sorted(attachments.items()):
         reference = _added(writer, _file(writer, name, content))
@@ -80,14 +80,14 @@ def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
 
 
 def _shrinks(content: bytes) -> bool:
-    """Whether compressing pays: a record that is compressed in itself takes half a second and gives nothing."""
+    """Return whether compressing pays: a record that is compressed in itself takes half a second and gives nothing."""
     middle = len(content) // 2
     sample = content[middle : middle + _SAMPLE]
     return len(content) <= _SAMPLE or len(zlib.compress(sample, 1)) < 0.95 * len(sample)
 
 
 def _add_fields(writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]]) -> None:
-    """Empty, visible signature fields on the first page."""
+    """Add empty, visible signature fields on the first page."""
     page = writer.pages[0]
     widgets = ArrayObject()
     for name, rectangle in fields.items():

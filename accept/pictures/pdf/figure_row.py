@@ -24,11 +24,11 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         self.spaceBefore = space_above
 
     def wrap(self, *_: float) -> tuple[float, float]:
-        """Width and height [pt]."""
+        """Return width and height [pt]."""
         return self.size
 
     def draw(self) -> None:
-        """Every panel in its cell."""
+        """Draw every panel in its cell."""
         width, height = self.size[0] / self.columns, self.size[1]
         for nth, panel in enumerate(self.panels):
             draw_panel(self.canv, panel, nth * width, 0.0, width, height)
@@ -48,11 +48,11 @@ class FigureStack(Flowable):  # type: ignore[misc]
         self.size = (page_style.INNER, TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM)
 
     def wrap(self, *_: float) -> tuple[float, float]:
-        """Width and height [pt]."""
+        """Return width and height [pt]."""
         return self.size
 
     def draw(self) -> None:
-        """Every panel over the width, the first on top."""
+        """Draw every panel over the width, the first on top."""
         top = self.size[1] - TOP
         for nth, (panel, height) in enumerate(zip(self.panels, self.heights, strict=True)):
             shown = panel if nth == 0 else replace(panel, title="")

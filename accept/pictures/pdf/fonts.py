@@ -36,6 +36,6 @@ def register() -> None:
 
 
 def fitted(text: str, font: str, largest: float, width: float, smallest: float = 4.0) -> float:
-    """Largest size [pt] at which the text is no wider than `width` [pt]."""
+    """Return largest size [pt] at which the text is no wider than `width` [pt]."""
     natural = pdfmetrics.stringWidth(text, font, largest)
     return largest if natural <= width else max(smallest, largest * width / natural)

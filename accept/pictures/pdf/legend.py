@@ -28,7 +28,7 @@ class LegendEntry:
 
 
 def legend(area: Area, entries: Sequence[LegendEntry], items: Sequence[Item], *, beside: bool = False) -> None:
-    """Draw it, where there is anything to explain; beside: at the right of the axes, where nothing is hidden."""
+    """Draw the legend if there is anything to explain; beside: at the right of the axes, so that it hides nothing."""
     if not entries:
         return
     canvas = area.canvas
@@ -65,7 +65,8 @@ def _handle(area: Area, entry: LegendEntry, x: float, y: float) -> None:
 
 
 def _place(area: Area, width: float, height: float, items: Sequence[Item]) -> tuple[float, float]:
-    """Lower left corner of the box that covers the fewest points: corners first, then the middles of the sides."""
+    """Return lower left corner of the box that covers the fewest points: corners first, then the middles of the
+    sides."""
     x, y = _points(area, items)
     columns = (area.right - _EDGE - width, area.left + _EDGE, area.left + (area.width - width) / 2)
     rows = (area.top - _EDGE - height, area.bottom + _EDGE, area.bottom + (area.height - height) / 2)
@@ -80,7 +81,7 @@ def _place(area: Area, width: float, height: float, items: Sequence[Item]) -> tu
 
 
 def _points(area: Area, items: Sequence[Item]) -> tuple[Array, Array]:
-    """Places of all that a legend should not hide; curves also between their points."""
+    """Return the places of all that a legend should not hide; curves also between their points."""
     xs, ys = [np.empty(0)], [np.empty(0)]
     for item in items:
         match item:
@@ -112,7 +113,7 @@ def _points(area: Area, items: Sequence[Item]) -> tuple[Array, Array]:
 
 
 def _between(values: Array) -> list[Array]:
-    """Five places between neighbours, where there are few of them."""
+    """Return five places between neighbours if they are few."""
     if values.size > 200:
         return []
     return [values[:-1] + (values[1:] - values[:-1]) * part for part in np.arange(1, 6) / 6.0]

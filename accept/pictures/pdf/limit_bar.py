@@ -14,7 +14,8 @@ GUARD = PALE_COLOUR
 
 
 def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawing:
-    """The zone between the limits, the part of it that a guard band leaves, and the value with its interval ±U."""
+    """Return the zone between the limits, the part of it that a guard band leaves, and the value with its interval
+    ±U."""
     drawing = Drawing(width, height)
     value, U = finding["value"], finding["U"] or 0.0
     low, high = _view(finding["lower"], finding["upper"], value, U)
@@ -31,7 +32,7 @@ def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawin
 
 
 def _view(lower: float | None, upper: float | None, value: float | None, U: float) -> tuple[float, float]:
-    """What is shown: both limits and half a zone beside them, or around one limit enough to hold the value."""
+    """Return what is shown: both limits and half a zone beside them, or around one limit enough to hold the value."""
     if lower is not None and upper is not None:
         half = (upper - lower) / 2
         return lower - half, upper + half
@@ -74,7 +75,7 @@ def _value(
 
 
 def _arrow(drawing: Drawing, above: bool, tip: float, middle: float, fill: Any) -> None:
-    """The value lies outside the strip: point to where it is."""
+    """Draw an arrow towards a value that lies outside the strip."""
     back = tip - 6 if above else tip + 6
     points = [tip, middle, back, middle + 3.2, back, middle - 3.2]
     drawing.add(Polygon(points, fillColor=fill, strokeColor=INK_COLOUR, strokeWidth=0.5))

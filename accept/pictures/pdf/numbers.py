@@ -8,8 +8,8 @@ from checks.rounding import with_U
 
 
 def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
-    """Value and U with two significant digits of U, the value to the same place; U unknown: six digits and "?". A U so
-    small that nobody believes it is said to be less than the last of four digits."""
+    """Return value and U with two significant digits of U, the value to the same place; with an unknown U six digits
+    and "?". A U that is implausibly small is said to be less than the last of four digits."""
     if value is None:
         return "–", ""
     if U is None or not math.isfinite(U) or U <= 0:
@@ -19,13 +19,13 @@ def value_and_U(value: float | None, U: float | None) -> tuple[str, str]:
 
 
 def _signed(text: str) -> str:
-    """A typeset minus, and none before a zero."""
+    """Return a typeset minus, and none before a zero."""
     zero = not any(c in "123456789" for c in text.split("e")[0])
     return text.lstrip("-") if zero else text.replace("-", "−")
 
 
 def limits(finding: Mapping[str, Any]) -> str:
-    """The limits of a finding, as its row prints them."""
+    """Return the limits of a finding, as its row prints them."""
     lower, upper = finding["lower"], finding["upper"]
     if lower is not None and upper is not None:
         return f"{_plain(lower)} … {_plain(upper)}"
@@ -33,12 +33,12 @@ def limits(finding: Mapping[str, Any]) -> str:
 
 
 def _plain(number: float) -> str:
-    """Limits are shown with all their digits: they are given, not measured."""
+    """Return a limit with all its digits: it is given, not measured."""
     return _signed(f"{number:.12g}")
 
 
 def risk(probability: float | None, verdict: str) -> str:
-    """Probability of false acceptance in percent; of what is not accepted there is none."""
+    """Return the probability of false acceptance in percent, "" for what is not accepted."""
     if probability is None:
         return "–"
     if verdict == "fail":

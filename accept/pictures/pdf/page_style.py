@@ -40,7 +40,7 @@ class PageSign:
 
 
 def _on_its_colour(sign: signs.Sign) -> PageSign:
-    """Of a whole unit: in a box filled with its colour, an open one in an empty box."""
+    """Return the sign of a whole unit: in a box filled with its colour, of an open unit in an empty box."""
     fill = WHITE if sign.tone is signs.Tone.OPEN else HexColor(sign.tone.fill)
     ink = WHITE if sign.tone in (signs.Tone.GOOD, signs.Tone.BAD) else INK_COLOUR
     return PageSign(sign.word.upper(), sign.print_mark, fill, ink)
@@ -73,6 +73,6 @@ TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GR
 
 
 def words(text: object, style: Any = BODY) -> Paragraph:
-    """Paragraph of any text: markup in it stays text, control characters become blanks."""
+    """Return paragraph of any text: markup in it stays text, control characters become blanks."""
     plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
     return Paragraph(escape(plain, quote=False), style)

@@ -56,7 +56,7 @@ def draw_panel(
 
 
 def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
-    """Grid, both axes, ticks and their numbers; the width [pt] of those at the left."""
+    """Draw grid, both axes, ticks and their numbers; return the width [pt] of those at the left."""
     canvas = area.canvas
     x_ticks = area.x_scale.ticks(max(2, int(area.width / _X_TICK_ROOM)))
     y_ticks = area.y_scale.ticks(max(2, int(area.height / _Y_TICK_ROOM)))
@@ -91,7 +91,7 @@ def _axes(area: Area, grid: bool, x_numbers: bool) -> float:
 
 
 def _words(area: Area, panel: Panel, numbers: float, x_words: bool) -> None:
-    """Title and labels, smaller where they would leave the panel. numbers: width of those at the left axis."""
+    """Write title and labels, smaller if they would leave the panel. numbers: width of those at the left axis."""
     canvas = area.canvas
     canvas.setFillColor(HexColor(INK))
     title, x_label, y_label = (pretty(text) for text in (panel.title, panel.x_label, panel.y_label))

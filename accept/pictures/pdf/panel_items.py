@@ -86,7 +86,7 @@ def _band(area: Area, item: Band, tint: Color, again: bool) -> None:  # noqa: AR
 
 
 def _span(area: Area, item: Span, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """A one-sided zone reaches to the edge."""
+    """Draw a zone; a one-sided one reaches to the edge."""
     place, first, last = (area.x_of, area.left, area.right) if item.axis == "x" else (area.y_of, area.bottom, area.top)
     ends = [
         min(max(float(place(v)), first), last) if math.isfinite(v) else edge
@@ -105,7 +105,7 @@ def _zone_colour(area: Area, tint: Color, alpha: float) -> None:
 
 
 def _mark(area: Area, item: Mark, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """The line, and its label beside it, on the side where there is room."""
+    """Draw the line, and its label on the side with room."""
     canvas, words = area.canvas, pretty(item.label)
     across = item.axis == "y"
     at = float(area.y_of(item.at) if across else area.x_of(item.at))
@@ -138,7 +138,7 @@ def _text(area: Area, item: Text, tint: Color, again: bool) -> None:  # noqa: AR
 
 
 def _heights(area: Area, item: Heights, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """Numbered dots; the height stands away from the middle of the part, where no other dot is."""
+    """Draw numbered dots; the height stands away from the middle of the part, where no other dot is."""
     canvas, scale = area.canvas, _map_scale(item.z)
     known = item.z[np.abs(item.z) < LARGEST]
     spread = float(np.ptp(known)) if known.size else 0.0
@@ -165,7 +165,7 @@ def _centred(area: Area, x: float, y: float, words: str, size: float, ink: str) 
 
 
 def _image(area: Area, item: Image, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """A map as pixels: cells of equal width become one each."""
+    """Draw a map as pixels: cells of equal width become one each."""
     scale, z = _map_scale(item.z), np.asarray(item.z, float)
     x, y = (f(edges(c)) for f, c in ((area.x_of, item.x), (area.y_of, item.y)))
     if not np.isfinite([*x, *y]).all():
@@ -193,7 +193,7 @@ def _map_scale(z: Array) -> Scale:
 
 
 def _shades(level: Array) -> Array:
-    """(..., 3) colours 0..255 of levels 0..1; white where there is none."""
+    """Return (..., 3) colours 0..255 of levels 0..1; white if a level is missing."""
     steps = np.array([[int(step[k : k + 2], 16) for k in (1, 3, 5)] for step in MAP_STEPS], float)
     places = np.linspace(0.0, 1.0, len(steps))
     known = np.isfinite(level)
@@ -203,7 +203,7 @@ def _shades(level: Array) -> Array:
 
 
 def _colour_bar(area: Area, scale: Scale, label: str) -> None:
-    """Bar in the margin that the panel has at its right."""
+    """Draw the bar in the margin that the panel has at its right."""
     canvas, left = area.canvas, area.right + 1.5 * mm
     _pixels(area, _shades(np.linspace(1.0, 0.0, 64)[:, None]), left, area.bottom, _BAR, area.height)
     canvas.setFillColor(HexColor(INK))

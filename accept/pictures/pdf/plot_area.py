@@ -40,11 +40,11 @@ class Area:
         return self.bottom + self.height
 
     def x_of(self, values: Array | float) -> Array:
-        """Places [pt] of values along x."""
+        """Return the places [pt] of values along x."""
         return np.asarray(np.clip(self.left + self.width * self.x_scale.at(values), -FAR, FAR))
 
     def y_of(self, values: Array | float) -> Array:
-        """Places [pt] of values along y."""
+        """Return the places [pt] of values along y."""
         return np.asarray(np.clip(self.bottom + self.height * self.y_scale.at(values), -FAR, FAR))
 
     def clip(self) -> None:
@@ -54,7 +54,7 @@ class Area:
         self.canvas.clipPath(path, stroke=0, fill=0)
 
     def text(self, x: float, y: float, words: str, size: float, colour: str, *, halo: bool = True) -> None:
-        """Words from x, y [pt] to the right, with white around them."""
+        """Write words from x, y [pt] to the right, with white around them."""
         text: PDFTextObject = self.canvas.beginText(x, y)
         text.setFont(REGULAR, size)
         text.setFillColor(HexColor(colour))
@@ -70,15 +70,15 @@ class Area:
 
 
 def runs(*values: Array) -> Iterator[slice]:
-    """Stretches in which every one of the values (N,) is a number."""
+    """Yield stretches in which every one of the values (N,) is a number."""
     good = np.isfinite(np.stack(values)).all(axis=0)
     steps = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0))
     yield from (slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True))
 
 
 def polyline(x: Array, y: Array) -> PDFPathObject:
-    """Path through the points [pt], interrupted where there is no number. Written at once: reportlab's own way, a call
-    a point, takes ten times as long as all else on a page."""
+    """Return a path through the points [pt], interrupted at NaN. It is written at once: reportlab's own way, a call a
+    point, takes ten times as long as all else on a page."""
     code = []
     for part in runs(x, y):
         code.append(_joined(x[part], y[part]))
@@ -86,12 +86,12 @@ def polyline(x: Array, y: Array) -> PDFPathObject:
 
 
 def polygon(x: Array, y: Array) -> PDFPathObject:
-    """Closed path through the points [pt]."""
+    """Return a closed path through the points [pt]."""
     return PDFPathObject(code=[_joined(x, y) + " h"])
 
 
 def dots(x: Array, y: Array) -> PDFPathObject:
-    """Lines of no length, which round caps make into dots."""
+    """Return lines of no length, which round caps make into dots."""
     good = np.isfinite(x) & np.isfinite(y)
     pairs = np.stack([x[good], y[good], x[good], y[good]], axis=1)
     return PDFPathObject(code=[("%.2f %.2f m %.2f %.2f l " * len(pairs)) % tuple(pairs.ravel().tolist())])

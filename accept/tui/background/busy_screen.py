@@ -28,7 +28,7 @@ class Working(Screen[T]):
         self._in_order: Worker[Any] | None = None
         self._doing: tuple[str, float] | None = None
         self._clock: Timer | None = None
-        self.progress = ""  # what a slow step says of itself, set from its thread
+        self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
 
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
@@ -46,16 +46,16 @@ class Working(Screen[T]):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing is running or waiting."""
+        """Return whether nothing is running or waiting."""
         return not self._afterwards and not self._queued
 
     @property
     def alive(self) -> bool:
-        """Whether there is still something to show on: a key may leave a screen that is not yet drawn."""
+        """Return whether there is still something to show on: a key may leave a screen that is not yet drawn."""
         return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
 
     def say(self, words: str, role: str = "quiet") -> None:
-        """One line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
+        """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
         mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")
         for status in self.query("#status").results(Label):
             status.set_classes(role)
@@ -66,11 +66,11 @@ class Working(Screen[T]):
         (self.stop or otherwise)()
 
     def on_unmount(self) -> None:
-        """Nobody waits for the answer any more, and the program must be able to end."""
+        """Stop waiting for the answer, so that the program can end."""
         self.stop_or(lambda: None)
 
     def leave(self, result: T | None = None) -> None:
-        """Dismiss, with whatever stands in front; a key that comes twice leaves once."""
+        """Dismiss the screen, with whatever stands in front; a key that comes twice leaves once."""
         while self in self.app.screen_stack and self.app.screen is not self:
             self.app.pop_screen()
         if self.is_current:

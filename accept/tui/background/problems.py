@@ -17,7 +17,7 @@ _OS = {
 
 
 def words_of(error: BaseException) -> str:
-    """The error in a line. Raises the error itself when it is none that a bench can have."""
+    """Return the error in a line. Raises the error itself if it is a fault of the program."""
     if isinstance(error, EntryError | UnitBusy | InstrumentError | NotDone):
         return str(error)
     if not isinstance(error, KNOWN_ERRORS):

@@ -1,4 +1,4 @@
-"""Work of a screen in the other process: with a clock, what it says of itself, and Escape to stop it."""
+"""Work of a screen in the other process: with a clock, its progress, and Escape to stop it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from accept.workflow.worker.process import WorkerProcess
 def send_to_worker(
     screen: Working[Any], worker: WorkerProcess, work: Callable[[Elsewhere], Any], then: Then, doing: str, failed: Then
 ) -> None:
-    """As `Working.send`; until it has ended, `screen.stop` stops it."""
+    """Send work as `Working.send` does; until it has ended, `screen.stop` stops it."""
     elsewhere = Elsewhere(worker, lambda words: setattr(screen, "progress", words))
     screen.stop = elsewhere.cancel
 

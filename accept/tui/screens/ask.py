@@ -60,6 +60,6 @@ class Question(ModalScreen[list[str] | None]):
         self._leave(None)
 
     def _leave(self, answer: list[str] | None) -> None:
-        """A key that comes twice answers once."""
+        """Answer once, also if the key comes twice."""
         if self.is_current:
             self.dismiss(answer)

@@ -96,7 +96,7 @@ class Explain(Page):
 
 
 def headline(found: Mapping[str, Any]) -> Text:
-    """The verdict in a few words, with mark and colour."""
+    """Return the verdict in a few words, with mark and colour."""
     verdict = str(found["verdict"])
     sign = signs.GAP[verdict]
     words = found["reason"] if verdict == REFUSED else headline_of(verdict, [n["effect"] for n in found["named"]])
@@ -104,7 +104,7 @@ def headline(found: Mapping[str, Any]) -> Text:
 
 
 def answer(found: Mapping[str, Any]) -> Text:
-    """Everything that was found, a line each."""
+    """Return everything that was found, a line each."""
     text = Text.assemble(headline(found), "\n")
     if found["verdict"] == REFUSED:
         return text

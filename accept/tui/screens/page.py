@@ -46,11 +46,11 @@ class Page(Working[bool]):
         yield KeyRow()
 
     def parts(self) -> ComposeResult:
-        """What stands in the body, above the pictures."""
+        """Return what stands in the body, above the pictures."""
         yield Findings(id="findings")
 
     def show_around(self) -> None:
-        """Unit and steps, as they are now."""
+        """Show unit and steps, as they are now."""
         for bar in self.query(UnitBar):
             bar.show()
         for rail in self.query(StepList):
@@ -59,7 +59,7 @@ class Page(Working[bool]):
         self.refresh_bindings()
 
     def action_picture(self) -> None:
-        """The pictures on the whole screen."""
+        """Show the pictures on the whole screen."""
         panels = self.query_one(Pictures).panels
         if panels:
             self.app.push_screen(Plots(panels))
@@ -71,5 +71,5 @@ class Page(Working[bool]):
         body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
 
     def action_leave(self) -> None:
-        """Back; what takes long is stopped first."""
+        """Go back; what takes long is stopped first."""
         self.stop_or(lambda: self.leave(False))

@@ -58,7 +58,7 @@ class Plots(Screen[None]):
 
 
 def pages(panels: Mapping[str, Panel]) -> list[tuple[Panel, ...]]:
-    """What is seen at once: a response with the phase of its record below it, everything else alone."""
+    """Return what is seen at once: a response with the phase of its record below it, everything else alone."""
     phase = next((panel for panel in panels.values() if panel.kind is PanelKind.PHASE), None)
     found = []
     for name, panel in panels.items():

@@ -80,7 +80,7 @@ def look(folder: Path, fits: Callable[[Path, float, int], bool] = lambda *_: Tru
 
 
 def content_words(path: Path, size: int) -> str:
-    """What a file holds: its channels with their lengths, or why it cannot be read."""
+    """Return what a file holds: its channels with their lengths, or why it cannot be read."""
     from checks.errors import RecordError
     from hw.records import list_channels  # readers load slowly: only when a file is looked into
 
@@ -99,7 +99,7 @@ def content_words(path: Path, size: int) -> str:
 
 
 def size_words(size: int) -> str:
-    """Bytes in the largest unit that leaves a number above one."""
+    """Return bytes in the largest unit that leaves a number above one."""
     for unit in ("B", "kB", "MB"):
         if size < 1000:
             return f"{size:.3g} {unit}"
@@ -108,7 +108,7 @@ def size_words(size: int) -> str:
 
 
 def age_words(mtime: float, now: float) -> str:
-    """When a file was written: how long ago within the hour, else the time, and the day where it is another."""
+    """Return when a file was written: how long ago within the hour, else the time, with the day unless it is today."""
     passed, then = now - mtime, datetime.fromtimestamp(mtime)
     if 0 <= passed < 3600:
         return f"{passed:.0f} s ago" if passed < 60 else f"{passed / 60:.0f} min ago"
@@ -127,7 +127,7 @@ class Pick(Working[Path | None]):
     ]
 
     def __init__(self, what: str, folder: Path, fits: Callable[[Path], bool] = lambda _: True) -> None:
-        """fits: whether a file has what is wanted; asked in a thread."""
+        """Make the list. fits: whether a file has what is wanted; asked in a thread."""
         super().__init__()
         self._what, self._folder = what, folder
         self._fits = FitsByFile(fits)
@@ -195,11 +195,11 @@ class Pick(Working[Path | None]):
 
     @property
     def _moved(self) -> bool:
-        """Whether the cursor was moved by hand: else it stays on top, where a new record that fits appears."""
+        """Return whether the cursor was moved by hand: else it stays on top, where a new record that fits appears."""
         return self.query_one(DataTable).cursor_row != self._placed
 
     def _here(self) -> str:
-        """Key of the row under the cursor, "" without any."""
+        """Return key of the row under the cursor, "" without any."""
         table = self.query_one(DataTable)
         if not table.row_count:
             return ""

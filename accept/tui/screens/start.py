@@ -123,7 +123,7 @@ class StartScreen(Working[Begin | None]):
         self._look()
 
     def _propose(self, taken: "UnitFolder") -> None:
-        """What the unit's folder says of itself."""
+        """Return what the header of the unit's folder states."""
         self.query_one("#kind", Input).value, self.query_one("#serial", Input).value = taken.kind, taken.serial
         for name, part in taken.parts.items():
             for line in self.query(f"#{name}").results(Input):
@@ -170,7 +170,7 @@ class StartScreen(Working[Begin | None]):
         self.query_one("#about", Label).update(words)
 
     async def action_next(self) -> None:
-        """To the next line; a serial that is known goes on where it stands."""
+        """Go to the next line; a serial that is known goes on where it stands."""
         await typed(*self.query(Input), self)  # the screen last: it looks up the serial that was typed
         shown = [field for field in self.query(Input) if field.parent is not None and field.parent.display]
         if self.focused not in shown:
@@ -191,7 +191,7 @@ class StartScreen(Working[Begin | None]):
         self.app.push_screen(question, lambda answer: self._begin(answer[0]) if answer else None)
 
     def _begin(self, reason: str | None) -> None:
-        """reason: of a new attempt; None goes on with the present one where there is one."""
+        """Begin or go on with a unit. reason: of a new attempt; None goes on with the present one if it exists."""
         bench, operator, serial, kind = self._bench, self._value("operator"), self._value("serial"), self._value("kind")
         if bench is None:
             self.say("Please wait: opening the bench")
@@ -208,7 +208,7 @@ class StartScreen(Working[Begin | None]):
             self.leave(Begin(self._bench, *opened))
 
     def action_known(self) -> None:
-        """Units that were begun here, to go on with one."""
+        """Show the units that were begun here, to go on with one."""
         if self._bench is not None:
             self.send(self._bench.known, self._list, "looking into the store")
 
@@ -231,7 +231,7 @@ class StartScreen(Working[Begin | None]):
         self.query_one("#serial", Input).focus()
 
     def action_leave(self) -> None:
-        """The nearest thing first: the list, then the program, and that only when asked twice."""
+        """Leave the nearest thing first: the list, then the program, and that only when asked twice."""
         shown = self.query_one("#units", OptionList)
         if shown.display:
             shown.display = False
@@ -251,7 +251,7 @@ class StartScreen(Working[Begin | None]):
 
 
 def _open(bench: "Workbench", said: tuple[str, str, str, dict[str, str], str | None]) -> tuple["Session", list[str]]:
-    """In a thread: the unit, with an attempt to work on; and the next screen, which takes a moment to import."""
+    """Return, in a thread, the unit with an attempt to work on; import the next screen, which takes a moment."""
     import_module("accept.tui.screens.steps")
     opened: tuple[Session, list[str]] = bench.open_unit(import_module("accept.workflow.bench").Begun(*said))
     return opened

@@ -16,7 +16,7 @@ from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, par
 from accept.workflow.steps.plan import has_files
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
 
-TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; nobody reads a refusal and types sooner
+TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly
 
 
 class StepScreen(StepForm):
@@ -114,7 +114,7 @@ class StepScreen(StepForm):
             self._take(field, Measured(value), False, f"{value:.9g} {field.place.unit}", True)
 
     async def action_keep(self) -> None:
-        """What was asked about is meant as it was typed."""
+        """Keep what was asked about as it was typed."""
         here = await self._typed_field()
         asked = [field for field in self.query(Field) if field.doubted]
         field = here if here in asked else next(iter(asked), None)
@@ -131,7 +131,7 @@ class StepScreen(StepForm):
         self.send(action, lambda event: self._stored(field, event), doing, lambda why: self._lost(field, text, why))
 
     def _stored(self, field: Field, event: Event) -> None:
-        """It is on the disk: now it may be shown."""
+        """Show a value that is on the disk."""
         field.arrived()
         self.say(f"Saved ({event.seq})", "saved")
         self.show()
@@ -140,7 +140,7 @@ class StepScreen(StepForm):
             self.judge()
 
     def _lost(self, field: Field, text: str, why: str) -> None:
-        """It is not on the disk: what was typed comes back, and the cursor, unless something else was typed already."""
+        """Put back what was typed but is not on the disk, and the cursor, unless something else was typed already."""
         field.arrived()
         field.refuse(text, why)
         self.set_timer(TYPED_AHEAD_S, partial(self._return_to, field))
@@ -161,7 +161,7 @@ class StepScreen(StepForm):
         )
 
     def _from_records(self, path: Path) -> str:
-        """As it would be typed: the name alone where the file is in the folder of the records."""
+        """Return a file as it would be typed: the name alone if it is in the folder of the records."""
         records = self.bench.records
         return str(path.relative_to(records) if path.is_relative_to(records) else path)
 
@@ -179,7 +179,7 @@ class StepScreen(StepForm):
             self._read(field, repeat=False)
 
     async def action_repeat(self) -> None:
-        """One more reading of the same value: what stands in the line, or what the instrument says."""
+        """Take one more reading of the same value: what stands in the line, or what the instrument says."""
         field = await self._typed_field()
         if field is not None and field.input.value.strip():
             self._give(field, field.input.value, repeat=True)
@@ -205,7 +205,7 @@ class StepScreen(StepForm):
         self._go_on(field)
 
     def _read_now(self, read: Callable[[], Event]) -> Event:
-        """In a thread: another reading may be asked for when this one has ended, well or not."""
+        """Read in a thread: another reading may be asked for when this one has ended, well or not."""
         try:
             return read()
         finally:
@@ -225,7 +225,7 @@ class StepScreen(StepForm):
             self.send(lambda: self.session.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
     def action_undo(self) -> None:
-        """Only what was entered at this step: elsewhere the technician would not see what goes."""
+        """Undo the last entry of this step only: the technician would not see what goes elsewhere."""
         last = self.session.last_entry()
         if last is None or last.data.get("step") != self.step.name:
             self.say("The last entry belongs to another step; undo it in the step list", "bad")
@@ -240,7 +240,7 @@ class StepScreen(StepForm):
             self.judge()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Keys that mean nothing at this step are not in the footer."""
+        """Leave keys without a meaning at this step out of the footer."""
         if not self.is_mounted:
             return True
         match action:

@@ -29,7 +29,7 @@ class StepForm(StepView):
         self._last: Field | None = None  # given last: where all is given, the arrows go on from it
 
     def parts(self) -> ComposeResult:
-        yield from super().parts()  # what came out stands on top, so that nobody has to scroll for it
+        yield from super().parts()  # the result stands on top: it is seen without scrolling
         yield Label("", id="way", markup=False)
         with Horizontal(id="upper"):
             with Vertical(id="form"):
@@ -46,7 +46,7 @@ class StepForm(StepView):
             self.judge()
 
     async def _lay_out(self) -> None:
-        """The form's fields; the cursor in the first that is empty."""
+        """Lay out the form's fields; the cursor goes into the first that is empty."""
         if not self.alive:
             return
         forms = self.step.check.forms
@@ -62,8 +62,8 @@ class StepForm(StepView):
         self._go_on(None)
 
     def _go_on(self, after: Field | None) -> None:
-        """The cursor to the next field that nothing is saved for or under way to, behind `after` where there is one. At
-        once, so that no key comes between; and nowhere when all is there, so that nothing is overwritten unseen."""
+        """Move the cursor to the next field without a saved or pending value, behind `after` if given. It moves at
+        once, so that no key comes between, and stays if every value is there, so that none is overwritten unseen."""
         self._rereading, self._last = None, after
         fields = list(self.query(Field))
         start = fields.index(after) + 1 if after in fields else 0
@@ -81,7 +81,7 @@ class StepForm(StepView):
         return ""  # the fields themselves show it
 
     def show(self) -> None:
-        """Everything from the state of the session."""
+        """Show everything from the state of the session."""
         super().show()
         for field in self.query(Field):
             field.show(self.state)
@@ -97,7 +97,7 @@ class StepForm(StepView):
             gauge.leave()
 
     def _follow(self) -> None:
-        """The gauge shows the instrument of the present line, or what is stored there."""
+        """Show the instrument of the present line at the gauge, or what is stored there."""
         field = self._focused_field()
         for gauge in self.query(Gauge):
             if field is None or field.place.is_file:
@@ -114,7 +114,7 @@ class StepForm(StepView):
         return None if one is None else Measured(one.value, one.U)
 
     async def action_line(self, way: int) -> None:
-        """To the line above or below."""
+        """Move to the line above or below."""
         fields = [field.input for field in self.query(Field)]
         await typed(*fields)
         self._rereading = None
@@ -127,7 +127,7 @@ class StepForm(StepView):
             self.set_focus(fields[(now + way) % len(fields)])
 
     async def _typed_field(self) -> Field | None:
-        """The field that the cursor is in, when every key before this one has arrived there."""
+        """Return the field that the cursor is in, when every key before this one has arrived there."""
         await typed(*(field.input for field in self.query(Field)))
         return self._focused_field()
 
@@ -138,7 +138,8 @@ class StepForm(StepView):
         return self.bench.instruments.serving(self.step.name, place.declared.name, place.index)
 
     async def action_way(self) -> None:
-        """The next way of giving this step its data. What was given another way stays until something new is given."""
+        """Change to the next way of giving this step its data. What was given another way stays until something new is
+        given."""
         forms = self.step.check.forms
         self._form = forms[(forms.index(self._form) + 1) % len(forms)]
         await self._lay_out()
@@ -146,5 +147,5 @@ class StepForm(StepView):
 
 
 def field_of(line: Input) -> Field | None:
-    """The field of a line, None when the form was changed since the key was pressed."""
+    """Return the field of a line, None when the form was changed since the key was pressed."""
     return next((a for a in line.ancestors if isinstance(a, Field)), None)

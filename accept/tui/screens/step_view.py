@@ -37,7 +37,7 @@ class StepView(Page):
         return ready(self.step, self.state)
 
     def show(self) -> None:
-        """Everything from the state of the session."""
+        """Show everything from the state of the session."""
         if not self.alive:
             return
         self.query_one("#head", Static).update(head(self.session, self.step))
@@ -49,7 +49,7 @@ class StepView(Page):
         self.show_around()
 
     def lacking(self) -> str:
-        """What is still to be given, in words."""
+        """Return what is still to be given, in words."""
         return missing_words(missing_labels(self.step, self.state)) if self.state.entries else ""
 
     def judge(self) -> None:
@@ -71,7 +71,7 @@ class StepView(Page):
         self.show()
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
-        """Keys that mean nothing at present are not in the footer."""
+        """Leave keys without a meaning at present out of the footer."""
         return action != "picture" or not self.is_mounted or bool(self.session.panels(self.step.name))
 
     def action_note(self) -> None:
@@ -94,6 +94,6 @@ class StepView(Page):
 
 
 def limit_words(limit: Limit) -> str:
-    """A limit with its unit, as the screen writes it."""
+    """Return a limit with its unit, as the screen writes it."""
     ends = limits(limit.lower, limit.upper)
     return f"{ends} {limit.unit}, {limit.rule}"

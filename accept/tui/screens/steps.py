@@ -42,7 +42,7 @@ class Steps(Working[bool]):
     ]
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
-        """words: what the start has to say, such as a record that could not be taken."""
+        """Make the list. words: what the start has to say, such as a record that could not be taken."""
         super().__init__()
         self.bench, self.session, self._words = bench, session, words
 
@@ -78,7 +78,7 @@ class Steps(Working[bool]):
         self._show_card()
 
     def _show_card(self) -> None:
-        """What the step under the cursor asks for and what it showed, whole."""
+        """Show what the step under the cursor asks for and what it showed, whole."""
         rail = self.query_one(StepList)
         if not rail.row_count:
             return
@@ -97,7 +97,7 @@ class Steps(Working[bool]):
             self.query_one(StepList).stand_at(step.name)
 
     def _step_here(self) -> WorkflowStep | None:
-        """The step under the cursor; None where that is the gap analysis."""
+        """Return the step under the cursor, None if it is the gap analysis."""
         row = self.query_one(StepList).cursor_row
         return self.session.steps[row] if row < len(self.session.steps) else None
 
@@ -143,7 +143,7 @@ class Steps(Working[bool]):
         self.say("Last entry undone; the record keeps both", "saved")
 
     def action_summary(self) -> None:
-        """Drawing and signing take a second to import: in a thread, while the screen answers."""
+        """Open the summary; drawing and signing take a second to import, in a thread."""
         self.send(lambda: import_module("accept.tui.screens.summary"), self._sum_up, "one moment")
 
     def _sum_up(self, module: ModuleType) -> None:
@@ -164,7 +164,7 @@ class Steps(Working[bool]):
 
 
 def card(session: Session, step: WorkflowStep) -> Text:
-    """What was found where the step is judged; before that what to do."""
+    """Return what was found where the step is judged; before that what to do."""
     judgement = session.judgement(step.name)
     stands = standing(session, step)
     if judgement is not None and not stands:

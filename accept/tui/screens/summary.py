@@ -100,7 +100,7 @@ class Summary(Working[bool]):
         self.say("Signed. F3: countersign, F4: next unit" if signed else "F2: sign this result")
 
     def _with_step(self, note: str) -> str:
-        """A note with the words of its step in place of the code name that it begins with."""
+        """Return a note with the words of its step in place of the code name that it begins with."""
         name, colon, words = note.partition(": ")
         short = next((step.short for step in self.session.steps if step.name == name), name)
         return f"{short}{colon}{words}"
@@ -109,7 +109,7 @@ class Summary(Working[bool]):
         self._tell(event.cursor_row)
 
     def _tell(self, row: int) -> None:
-        """Why a finding is what it is, and what was noted about the unit."""
+        """Tell why a finding is what it is, and what was noted about the unit."""
         if row < len(self._why):
             self.query_one("#detail", Static).update("\n".join(filter(None, (self._why[row], *self._notes))))
 
@@ -167,7 +167,7 @@ class Summary(Working[bool]):
             self.app.push_screen(self._asked_of_qa(str(self.session.attempt.verdict)), self._countersign)
 
     def _asked_of_qa(self, verdict: str) -> Question:
-        """The passphrase, and for a unit that was not accepted what is to be done with it."""
+        """Return the passphrase, and for a unit that was not accepted what is to be done with it."""
         words, lines = "As quality assurance, with the QA key's own passphrase.", []
         if verdict != UnitVerdict.ACCEPTED:
             words = f"The unit is {verdict}. Decide what is to be done with it:\n{', '.join(CHOICES)}."
@@ -226,7 +226,7 @@ _FIRST_LINES = [
 
 
 def _detail(f: Finding) -> str:
-    """Why a finding is what it is, with its code name and the rule of its limit."""
+    """Return why a finding is what it is, with its code name and the rule of its limit."""
     why = f.reason or f.note or ""
     return f"{f.quantity}, rule {f.rule}{': ' if why else ''}{why}"
 

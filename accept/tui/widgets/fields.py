@@ -35,7 +35,7 @@ class FieldPlace:
 
     @property
     def name(self) -> str:
-        """What it is called in a sentence."""
+        """Return what it is called in a sentence."""
         declared = self.declared
         return declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
 
@@ -46,7 +46,7 @@ class FieldPlace:
 
     @property
     def hint(self) -> str:
-        """What an empty field shows."""
+        """Return what an empty field shows."""
         if self.is_file:
             return "F2: choose a file"
         default = getattr(self.declared, "default", None)
@@ -54,7 +54,7 @@ class FieldPlace:
 
 
 def places(form: Form) -> Iterator[FieldPlace]:
-    """The places of a form, one per value that is typed or file that is linked."""
+    """Yield the places of a form, one per value that is typed or file that is linked."""
     for declared in form.inputs:
         if isinstance(declared, Vector):
             yield from (FieldPlace(declared, index) for index in range(declared.size))
@@ -97,7 +97,7 @@ class Field(Vertical):
             line.placeholder = "" if words and self.place.is_file else self.place.hint  # the name takes its room
 
     def send(self) -> None:
-        """What was typed is on its way: the line is free, and the next key is not of this entry."""
+        """Send what was typed: the line is free, and the next key is not of this entry."""
         self.pending += 1
         self.doubted = None
         self._reason("", "")
@@ -110,13 +110,13 @@ class Field(Vertical):
         self._reason(f"✗ {reason}", "refused")
 
     def ask(self, text: str, question: str) -> None:
-        """What was typed may be a slip: it is saved when that is confirmed."""
+        """Ask about what was typed, which may be a slip: it is saved when that is confirmed."""
         self._back(text)
         self.doubted = text
         self._reason(f"? {question}. F9: keep it", "doubted")
 
     def arrived(self) -> None:
-        """One entry reached the store, or came back from it."""
+        """Note that one entry reached the store, or came back from it."""
         self.pending = max(0, self.pending - 1)
 
     def _back(self, text: str) -> None:
@@ -131,13 +131,13 @@ class Field(Vertical):
         self.set_class(kind == "refused", "refused").set_class(kind == "doubted", "doubted")
 
     def _put(self, where: str, words: str) -> None:
-        """Into a part of this field, unless the form was changed meanwhile and the field is gone."""
+        """Put text into a part of this field, unless the form was changed meanwhile and the field is gone."""
         for part in self.query(where).results(Static):
             part.update(words)
 
 
 def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState) -> str:
-    """What is stored for a place, "" for nothing."""
+    """Return what is stored for a place, "" for nothing."""
     if place.is_file:
         link = state.link(place.declared.name)
         return link.file if link else ""

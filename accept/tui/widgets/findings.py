@@ -29,8 +29,8 @@ class Findings(Hanging):
 
 
 def findings_text(check: Check, judgement: StepJudgement) -> Text:
-    """What to do stands below the finding that it is about; findings of one cause share reason and advice. What is for
-    information comes last, and what is beyond doubt before what is not."""
+    """Return what to do stands below the finding that it is about; findings of one cause share reason and advice. What
+    is for information comes last, and what is beyond doubt before what is not."""
     text, told = Text(), set[str]()
     name = max([_NAME, *(len(label_of(q.name)) for _, q in judgement.information)])
     one = finding_text if len(judgement.findings) <= _FEW else finding_row
@@ -50,7 +50,7 @@ def findings_text(check: Check, judgement: StepJudgement) -> Text:
 
 
 def finding_text(f: Finding) -> Text:
-    """Two lines, and a third with the reason where there is one."""
+    """Return a finding in two lines, and a third with its reason if it has one."""
     status = of_findings([f])
     colour = status.style
     text = Text.assemble((f"{status.mark} {label_of(f.quantity)}", colour), "  ")
@@ -66,7 +66,7 @@ def finding_text(f: Finding) -> Text:
 
 
 def finding_row(f: Finding) -> Text:
-    """One line, and a second with the reason where there is one."""
+    """Return a finding in one line, and a second with its reason if it has one."""
     status = of_findings([f])
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{_NAME}}", status.style))
     text.append(f"{_value(f):<{_VALUE}} ", "bold").append(f"{limits(f.lower, f.upper)}\n", "dim")
@@ -80,5 +80,5 @@ def _value(f: Finding) -> str:
 
 
 def missing_words(labels: Sequence[str]) -> str:
-    """What was not given, as one sentence."""
+    """Return what was not given, as one sentence."""
     return f"Missing: {', '.join(labels)}" if labels else ""

@@ -18,8 +18,8 @@ _LEFT = 9  # columns for the numbers of the y axis
 
 
 def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Text:
-    """The map with y upwards (downwards where its panel says so), the largest value fullest, numbers or names on both
-    axes and what marks say on top."""
+    """Return the map with y upwards (downwards where its panel says so), the largest value fullest, numbers or names on
+    both axes and what marks say on top."""
     names = panel.y_names
     if panel.y_range is not None and panel.y_range[0] > panel.y_range[1]:
         item, names = replace(item, y=item.y[::-1], z=item.z[::-1]), names[::-1]
@@ -44,12 +44,13 @@ def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Te
 
 
 def map_left(panel: Panel) -> int:
-    """Columns for the names or numbers of the y axis."""
+    """Return how many columns the names or numbers of the y axis need."""
     return max([_LEFT, *(len(name) + 2 for name in panel.y_names)])
 
 
 def shaded(item: Image, width: int, height: int) -> list[list[str]]:
-    """height x width characters; a column that stands for several shows the largest, so that no narrow peak is lost."""
+    """Return a map of height x width characters; a column that stands for several shows the largest, so that no narrow
+    peak is lost."""
     z = _columns(item.z[_rows(item.z.shape[0], height)], width)
     known = np.isfinite(z)
     lo, hi = (float(z[known].min()), float(z[known].max())) if known.any() else (0.0, 0.0)
@@ -58,7 +59,7 @@ def shaded(item: Image, width: int, height: int) -> list[list[str]]:
 
 
 def _columns(z: Array, width: int) -> Array:
-    """z (rows, N) as (rows, width)."""
+    """Return z (rows, N) as (rows, width)."""
     count = z.shape[1]
     if count <= width:
         return z[:, np.linspace(0, count - 1, width).round().astype(int)]
@@ -68,18 +69,18 @@ def _columns(z: Array, width: int) -> Array:
 
 
 def _rows(count: int, height: int) -> NDArray[np.int_]:
-    """Which row of a map each line shows, the last one on top."""
+    """Return which row of a map each line shows, the last one on top."""
     return np.linspace(count - 1, 0, height).round().astype(int)
 
 
 def _name(names: Sequence[str], line: int, height: int) -> str:
-    """Of the row that a line shows, beside the first of its lines."""
+    """Return the name of the row that a line shows, beside the first of its lines."""
     rows = _rows(len(names), height)
     return names[rows[line]] if line == 0 or rows[line] != rows[line - 1] else ""
 
 
 def _cell(value: float, axis: Array, count: int) -> int | None:
-    """Which of `count` cells along an axis, None outside it."""
+    """Return which of `count` cells along an axis, None outside it."""
     lo, hi = float(axis[0]), float(axis[-1])
     if not math.isfinite(value) or hi == lo:
         return None
@@ -88,7 +89,7 @@ def _cell(value: float, axis: Array, count: int) -> int | None:
 
 
 def _place(item: Image, panel: Panel, width: int, height: int) -> tuple[int, int] | None:
-    """Row and column where a mark on x and one on y cross."""
+    """Return row and column where a mark on x and one on y cross."""
     marks = {mark.axis: mark.at for mark in panel.items if isinstance(mark, Mark)}
     if set(marks) != {"x", "y"}:
         return None
@@ -111,13 +112,13 @@ def _row_column(x: float, y: float, item: Image, width: int, height: int) -> tup
 
 
 def _y_label(item: Image, row: int, height: int) -> str:
-    """Top, middle and bottom carry a number."""
+    """Return the numbers at top, middle and bottom."""
     shown = {0: item.y[-1], height // 2: _middle(item.y), height - 1: item.y[0]}
     return f"{float(shown[row]):.3g}" if row in shown else ""
 
 
 def _x_labels(item: Image, width: int, log: bool) -> str:
-    """Columns follow the places of the map: where these lie on a logarithmic axis, so does the middle."""
+    """Return the places of three ticks; columns follow the map, so the middle is logarithmic if its axis is."""
     halfway = item.x[item.x.size // 2] if log else _middle(item.x)
     left, middle, right = (f"{float(v):.3g}" for v in (item.x[0], halfway, item.x[-1]))
     gap = max(1, width // 2 - len(left) - len(middle) // 2)

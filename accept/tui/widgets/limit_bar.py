@@ -9,8 +9,8 @@ _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
 def limit_bar(value: float | None, U: float | None, lower: float | None, upper: float | None, width: int) -> str:
-    """`width` characters: zone between the limits, the value in it and what U spans. A value beyond the ends stands at
-    the end as an arrow. Without a value only the zone."""
+    """Draw in `width` characters: zone between the limits, the value in it and what U spans. A value beyond the ends
+    stands at the end as an arrow. Without a value only the zone."""
     lo, hi = _ends(value, lower, upper)
     cells = [_zone(lo + (hi - lo) * (i + 0.5) / width, lower, upper) for i in range(width)]
 
@@ -30,7 +30,7 @@ def limit_bar(value: float | None, U: float | None, lower: float | None, upper: 
 
 
 def _ends(value: float | None, lower: float | None, upper: float | None) -> tuple[float, float]:
-    """What the line spans: the zone and a margin; with one limit, from zero or to beyond the value."""
+    """Return what the line spans: the zone and a margin; with one limit, from zero or to beyond the value."""
     reach = abs(value) if value is not None and math.isfinite(value) else 0.0
     if lower is not None and upper is not None:
         margin = _MARGIN * (upper - lower)
@@ -45,7 +45,7 @@ def _zone(x: float, lower: float | None, upper: float | None) -> str:
 
 
 def numbers(value: float | None, U: float | None, unit: str) -> str:
-    """Value ± U unit, as many digits as U carries."""
+    """Return `value ± U unit` with as many digits as U carries."""
     of = after_number(unit)
     if value is None:
         return f"no value{of}"
@@ -55,12 +55,12 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
 
 
 def after_number(unit: str) -> str:
-    """The unit as it follows a number: a pure number has none, and `percent` is written %."""
+    """Return the unit as it follows a number: a pure number has none, and `percent` is written %."""
     return "" if unit == "1" else f" {'%' if unit == 'percent' else unit}"
 
 
 def limits(lower: float | None, upper: float | None) -> str:
-    """The limits in words; one of them is given."""
+    """Return the limits in words; one of them is given."""
     if lower is None or upper is None:
         return f"≤ {upper:g}" if upper is not None else f"≥ {lower:g}"
     return f"{lower:g} … {upper:g}"

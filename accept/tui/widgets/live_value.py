@@ -56,7 +56,7 @@ class Gauge(Static):
         self.leave()
 
     def _tell(self, token: object, seen: Look) -> None:
-        """From the thread that looks."""
+        """Tell the screen, from the thread that looks."""
         self.post_message(self.Looked(token, seen))
 
     def on_gauge_looked(self, event: Looked) -> None:
@@ -73,7 +73,8 @@ class Gauge(Static):
 
 
 def gauge_text(name: str, value: Measured | None, unit: str, limit: Limit | None, fault: str) -> Text:
-    """name: of the instrument, "" where the value is a stored one. fault: the last one, "" without."""
+    """Return what stands beside a value. name: of the instrument, "" for a stored value; fault: the last one, ""
+    without."""
     text = Text()
     if name:
         text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")

@@ -32,7 +32,7 @@ class Pictures(Vertical):
         self._draw()
 
     def on_resize(self) -> None:
-        """Another width may have room for another number."""
+        """Draw again: another width may have room for another number."""
         if len(self.query(PanelView)) != len(self._shown()):
             self._draw()
 
@@ -40,8 +40,8 @@ class Pictures(Vertical):
         return list(self._panels[:2]) if self.app.size.width >= WIDE_FROM else []
 
     def _draw(self) -> None:
-        """As a message to itself, one after the other; not as a worker: to cancel one that waits for the old panels to
-        go would cancel their tasks, and with them those of the screen and of the whole program."""
+        """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old
+        panels to go would cancel their tasks, and with them those of the screen and of the whole program."""
         if self.is_attached and self.query("#which"):
             self.call_later(self._redraw)
 

@@ -85,7 +85,7 @@ class PanelPlot(PlotWidget):
         self._reach: tuple[list[float], list[float]] = ([], [])  # lowest and highest of what was drawn, along x and y
 
     def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
-        """textual calls the base class's handler after this one: it would clear what was drawn."""
+        """Draw after the base class's handler, which textual calls later: it would clear what was drawn."""
         super().on_mount()
         event.prevent_default()
         self.margin_top = 1
@@ -157,13 +157,15 @@ class PanelPlot(PlotWidget):
 
 
 def unbroken(x: Array, y: Array, jump: float) -> Iterator[tuple[Array, Array]]:
-    """A curve in parts that go on without a jump of this height: from -180 to 180 degrees a phase moved by nothing."""
+    """Yield a curve in parts that go on without a jump of this height: from -180 to 180 degrees a phase moved by
+    nothing."""
     edges = [0, *(np.flatnonzero(np.abs(np.diff(y)) > jump) + 1), x.size]
     yield from ((x[a:b], y[a:b]) for a, b in pairwise(edges))
 
 
 def _layer(item: object) -> int:
-    """Which items are drawn first: bands, then what is no longer so, curves, and the points of a measurement on top."""
+    """Return which items are drawn first: bands, then what is no longer so, curves, and the points of a measurement on
+    top."""
     if isinstance(item, Band):
         return 0
     if getattr(item, "role", "") == "before":
@@ -178,7 +180,8 @@ def _vertical(panel: Panel) -> AxisFormatter:
 
 
 def apart(x: Array, most: int) -> NDArray[np.intp]:
-    """Places in x (N,) of at most so many values, one of each equal part of its range; all where there are fewer."""
+    """Return places in x (N,) of at most so many values, one of each equal part of its range; all if there are
+    fewer."""
     if x.size <= most or float(np.ptp(x)) == 0.0:
         return np.arange(x.size)
     part = np.floor(most * (x - x.min()) / np.ptp(x) * (1.0 - 1e-12))
@@ -186,8 +189,8 @@ def apart(x: Array, most: int) -> NDArray[np.intp]:
 
 
 def thin(y: Array) -> NDArray[np.intp]:
-    """Places in y (N,) of at most `_MOST_POINTS` values: of each run of samples the lowest and the highest, so that no
-    peak is lost."""
+    """Return places in y (N,) of at most `_MOST_POINTS` values: of each run of samples the lowest and the highest, so
+    that no peak is lost."""
     if y.size <= _MOST_POINTS:
         return np.arange(y.size)
     edges = np.linspace(0, y.size, _MOST_POINTS // 2 + 1).astype(int)
@@ -197,14 +200,14 @@ def thin(y: Array) -> NDArray[np.intp]:
 
 
 def _with_margin(reach: Sequence[float]) -> tuple[float, float]:
-    """What lies on the edge of the axes may be lost to rounding: a little more than what is drawn."""
+    """Return what lies on the edge of the axes may be lost to rounding: a little more than what is drawn."""
     lo, hi = min(reach), max(reach)
     margin = _MARGIN * (hi - lo) or abs(hi) * _MARGIN or _MARGIN
     return lo - margin, hi + margin
 
 
 def _logged(values: Array, log: bool) -> Array:
-    """log10 where asked; what has none is NaN."""
+    """Return log10 of values if the axis is logarithmic, NaN without a logarithm."""
     if not log:
         return np.asarray(values, dtype=float)
     out = np.full(np.shape(values), np.nan)
@@ -240,7 +243,7 @@ class PanelView(Vertical):
     """Title, what the colours mean, and the axes; a map as shades."""
 
     def __init__(self, panel: Panel, *, large: bool = False, titled: bool = True) -> None:
-        """large: on a screen of its own; titled: False where its title stands above already."""
+        """Make the plot. large: on a screen of its own; titled: False if its title stands above already."""
         super().__init__(classes="panel")
         self._panel, self._large, self._titled = panel, large, titled
 
@@ -256,7 +259,7 @@ class PanelView(Vertical):
 
 
 def panel_head(panel: Panel, *, titled: bool = True) -> Text:
-    """Title of a panel with the colours of its curves."""
+    """Return the title of a panel with the colours of its curves."""
     text = Text.assemble((f"{panel.title}  " if titled else "", "bold"), panel.y_label)
     colours = iter(SERIES * 4)
     for item in panel.items:
@@ -270,12 +273,12 @@ def panel_head(panel: Panel, *, titled: bool = True) -> Text:
 
 
 def _entry(sign: str, label: str) -> str:
-    """Of a legend; its words stay in the line of their sign."""
+    """Return an entry of a legend; its words stay in the line of their sign."""
     return "  " + f"{sign} {label}".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def plan(item: Heights, width: int = 56, height: int = 9) -> str:
-    """Numbered points with their heights, seen from above."""
+    """Draw numbered points with their heights, seen from above."""
     rows = [[" "] * (width + 12) for _ in range(height)]
     for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
         column = round((width - 1) * _fraction(x, item.x))

@@ -38,7 +38,7 @@ class StepList(DataTable[Text]):
         self.show()
 
     def show(self) -> None:
-        """Marks and results as they are now."""
+        """Show marks and results as they are now."""
         if not self.row_count:
             return
         for step in self._session.steps:
@@ -72,7 +72,7 @@ class StepList(DataTable[Text]):
 
 
 def gap_row(session: Session) -> tuple[Status, str, str]:
-    """Status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
+    """Return status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
     found = session.gap
     if found is None:
         return Status.NOT_DONE, GAP_TITLE, ""
@@ -87,7 +87,7 @@ def held_words(nonconformances: Sequence[str]) -> Text:
 
 
 def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
-    """The first finding that is no pass, else the first: its number."""
+    """Return the first finding that is no pass, else the first: its number."""
     judgement = session.judgement(step.name)
     notes = "✎ " if session.state(step.name).notes else ""
     if judgement is None or status in (Status.NOT_DONE, Status.TAKEN):
@@ -97,7 +97,7 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
 
 
 def _number(f: Finding, status: Status) -> str:
-    """What was found; without its U where both have no room."""
+    """Return what was found; without its U where both have no room."""
     if f.value is None:
         return status.word
     whole = numbers(f.value, f.U, f.unit)

@@ -9,7 +9,7 @@ from accept.workflow.steps.section import missing_labels
 
 
 def head(session: Session, step: WorkflowStep) -> Text:
-    """Number, state and title, which is never cut."""
+    """Return number, state and title, which is never cut."""
     status = session.status(step)
     number = 1 + [s.name for s in session.steps].index(step.name)
     text = Text().append(f"{number}/{len(session.steps)}  ", "dim")
@@ -19,7 +19,7 @@ def head(session: Session, step: WorkflowStep) -> Text:
 
 
 def setup(step: WorkflowStep) -> Text:
-    """With which instrument, and who starts the drive at which amplitude."""
+    """Return with which instrument, and who starts the drive at which amplitude."""
     text = Text()
     for label, words in (("Instrument", step.asked.instrument or ""), ("Drive", step.guide.drive)):
         if words:
@@ -29,7 +29,7 @@ def setup(step: WorkflowStep) -> Text:
 
 
 def standing(session: Session, step: WorkflowStep) -> str:
-    """Where a step stands that is not judged: what is missing, why it is measured again."""
+    """Return where a step stands that is not judged: what is missing, why it is measured again."""
     status, state = session.status(step), session.state(step.name)
     if status is Status.NOT_DONE:
         return f"Measure again: {state.reasons[-1]}" if state.reasons else ""

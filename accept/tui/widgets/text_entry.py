@@ -17,8 +17,8 @@ class TextEntry(Input):
 
 
 async def typed(*widgets: MessagePump) -> None:
-    """Until every key that was typed is in its field: each takes its keys in its own time, and what is asked for before
-    that would be cut short. Awaited in the action of a priority binding it holds back the keys behind."""
+    """Wait until every key that was typed is in its field: each takes its keys in its own time, and what is asked for
+    before that would be cut short. Awaited in the action of a priority binding it holds back the keys behind."""
     for widget in widgets:
         taken = asyncio.Event()
         if widget.call_later(taken.set):

@@ -22,7 +22,7 @@ class UnitBar(Static):
         self.show()
 
     def show(self) -> None:
-        """As it is now."""
+        """Show the unit as it is now."""
         spec = self._session.spec
         lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
         self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
