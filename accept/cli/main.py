@@ -49,7 +49,10 @@ COMMANDS: dict[str, Command | Group] = {
         {
             "init": Command("trust.keys:init", "Make the bench's authority and the technician's key."),
             "list": Command("trust.keys:show", "List the authority and every person's key."),
-            "request": Command("trust.keys:request", "Make a person's key and the request for its certificate."),
+            "request": Command(
+                "trust.keys:request",
+                "Make a person's key and the request for its certificate; of a bench, the request for the key that it has.",
+            ),
             "issue": Command("trust.keys:issue", "Answer a request with the authority's key."),
             "install": Command("trust.keys:install", "Put a certificate beside its key at this bench."),
             "revoke": Command("trust.keys:revoke", "Revoke a person's keys."),
@@ -63,7 +66,10 @@ COMMANDS: dict[str, Command | Group] = {
             "check": Command("trust.store:check", "Walk the chain of events."),
             "log": Command("trust.store:log", "List who did what, when, with which verdict, by which spec and code."),
             "head": Command("trust.store:head", "Export the signed head of the chain, to be kept elsewhere."),
-            "publish": Command("trust.store:publish_list", "Publish judgements and signatures, as hashes."),
+            "publish": Command(
+                "trust.store:publish_list",
+                "Publish this bench's judgements and signatures, as hashes, for `accept verify --log FILE`.",
+            ),
             "copies": Command("trust.store:copies", "List recordings that stand in two places, and whose they are."),
             "resolve": Command("trust.store:resolve_copies", "Say whose a recording is that stands in two places."),
             "backup": Command("trust.store:backup", "Copy the whole store into one file."),
