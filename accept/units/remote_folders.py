@@ -2,8 +2,8 @@
 judged, so that what is judged, hashed and attached are files of this machine, under the same rules as any other.
 
 Of a folder come `unit.toml` and the files it names, each no larger than what is read of a local one. What cannot be
-fetched whole is refused: a unit without a file would only seem incomplete. The names that a foreign server gives are not
-trusted.
+fetched whole is refused: a unit without a file would only seem incomplete. The names that a foreign server gives are
+not trusted.
 """
 
 import csv
