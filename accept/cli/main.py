@@ -49,10 +49,7 @@ COMMANDS: dict[str, Command | Group] = {
         {
             "init": Command("trust.keys:init", "Make the bench's authority and the technician's key."),
             "list": Command("trust.keys:show", "List the authority and every person's key."),
-            "request": Command(
-                "trust.keys:request",
-                "Make a person's key and the request for its certificate; of a bench, the request for the key that it has.",
-            ),
+            "request": Command("trust.keys:request", "Make a person's key and the request for its certificate."),
             "issue": Command("trust.keys:issue", "Answer a request with the authority's key."),
             "install": Command("trust.keys:install", "Put a certificate beside its key at this bench."),
             "revoke": Command("trust.keys:revoke", "Revoke a person's keys."),

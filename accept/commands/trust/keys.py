@@ -77,7 +77,7 @@ def request(
     out: Annotated[Path | None, typer.Option(help="Where to write the request; else beside the key.")] = None,
     passphrase_file: PassphraseFile = None,
 ) -> Exit:
-    """Make a person's key and the request for its certificate; of a bench, the request for the key that it has."""
+    """Make a person's key and the request for its certificate. Of a bench: the request for the key that it has."""
     variable = QA_PASSPHRASE if role == QA else keys.PASSPHRASE
     words, only = f"passphrase of the key of {name}: ", role == QA
     phrase = "" if role == BENCH else passphrase_of(passphrase_file, words, variable, only=only)
