@@ -29,14 +29,15 @@ def check_places(*paths: Path | None) -> None:
         check_place(path)
 
 
-def write_atomic(path: Path, content: bytes) -> None:
-    """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one."""
-    with writing_atomic(path) as file:
+def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one. mode:
+    permissions, of which the umask takes its part."""
+    with writing_atomic(path, mode) as file:
         file.write(content)
 
 
 @contextmanager
-def writing_atomic(path: Path) -> Iterator[IO[bytes]]:
+def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
     """A file to be written bit by bit, which replaces `path` at the end and not where an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
@@ -48,7 +49,7 @@ def writing_atomic(path: Path) -> Iterator[IO[bytes]]:
             yield file
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(temporary, 0o666 & ~_UMASK)
+        os.chmod(temporary, mode & ~_UMASK)
         os.replace(temporary, path)
     except OSError as e:
         Path(temporary).unlink(missing_ok=True)

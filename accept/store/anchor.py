@@ -10,6 +10,8 @@ from accept.store.chain import StoreHead
 from accept.store.errors import StoreError
 from specs.files import read_bounded
 
+OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write what the store is held against
+
 
 @dataclass(frozen=True)
 class Anchor:
@@ -36,6 +38,6 @@ class Anchor:
     def write(self, head: StoreHead) -> None:
         """Replace the head. Raises StoreError: the event is stored then, but its anchor is not."""
         try:
-            write_atomic(self.path, f"{head}\n".encode("ascii"))
+            write_atomic(self.path, f"{head}\n".encode("ascii"), OWNER_WRITES)
         except OSError as e:
             raise StoreError(f"{self.path}: cannot be written ({e.strerror}); event {head.seq} itself is stored") from e

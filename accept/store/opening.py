@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+import stat
+from functools import cache
 from pathlib import Path
 
 from sqlalchemy import URL, Connection, Engine, make_url, select, update
@@ -36,6 +38,8 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
         except BaseException:
             engine.dispose()
             raise
+    if chosen is None:
+        _warn_of_open_home(Path(str(parsed.database)).parent)
     anchor = Anchor.beside(parsed)
     file = Path(str(parsed.database)) if anchor else None
     store = Store(engine, where, anchor, _sealer(parsed, file), file)
@@ -46,6 +50,16 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
             engine.dispose()
             raise
     return store
+
+
+@cache
+def _warn_of_open_home(folder: Path) -> None:
+    """Say, once, that other users of this machine can replace what lies in the bench's folder."""
+    mode = folder.stat().st_mode
+    if os.name == "posix" and mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
+        from accept.base.console import say  # loads rich: only when there is something to say
+
+        say(f"warning: {folder}: every user of this machine can replace keys and store there; chmod o-w {folder}")
 
 
 def _sealer(url: URL, file: Path | None) -> Sealer | None:

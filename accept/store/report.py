@@ -5,10 +5,15 @@ from accept.store.store import Store
 
 
 def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
-    """Whether the store is unbroken, and the lines that say so or name the first broken place. Raises StoreError."""
+    """Return whether the store is unbroken, and the lines that say so or name the first broken place, and every place
+    where the clock was set back. Raises StoreError."""
     problem = store.check(exported)
     if problem is not None:
         return False, [f"store: {store.where}: broken", str(problem)]
     head = store.head()
     against = f", and holds the exported event {exported.seq}" if exported else ""
-    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}"]
+    set_back = [
+        f"warning: {name} was stored {seconds / 60:.0f} min before the event that it follows: the clock was set back"
+        for name, seconds in store.clock_set_back()
+    ]
+    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *set_back]

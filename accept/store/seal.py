@@ -74,7 +74,7 @@ class Sealer:
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
             signature = own_key(self.key_file).sign(seal.encode()).hex()
-            write_atomic(self.file, json.dumps({"sealed": seal, "signature": signature}).encode())
+            write_atomic(self.file, json.dumps({"sealed": seal, "signature": signature}).encode(), 0o600)
         except (OSError, ValueError):
             self.file.unlink(missing_ok=True)
 

@@ -1,12 +1,13 @@
 """The store: appends events under a lock, reads them back verified, and checks the whole chain."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, Row, Select, func, insert, select, update
 
@@ -21,7 +22,10 @@ from accept.store.payloads import Payload
 from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
 from accept.store.spelling import NAMING
 
+CLOCK_BACK_S = 300.0  # clocks of benches that share a store differ by seconds, not by minutes
 _PAGE = 500  # events read at once; between pages no lock is held
+
+T = TypeVar("T")
 
 
 class Store:
@@ -36,6 +40,7 @@ class Store:
         self._checked: StoreHead | None = None  # up to where the chain was walked or written by this program
         self._made = 0.0  # when the chain was last walked whole [s]
         self._looks = ""  # what the database looked like then
+        self._last_time = ""  # of the event that the last append followed
 
     def __enter__(self) -> "Store":
         return self
@@ -73,14 +78,17 @@ class Store:
         if seal is None:
             return False
         before = file_looks(self._file) if self._file else ""
-        with reported(self.where), snapshot(self._engine) as connection:
+
+        def unchanged(connection: Connection) -> bool:
             head = _head_row(connection)
             looks = before or rows_look(connection, seal.head.seq)
             if head is None or looks != seal.looks or self._tail_problem(connection, seal.head, head) is not None:
                 return False
             self._made = seal.made
             self._hold(connection, head, before)
-        return True
+            return True
+
+        return self._ask(unchanged)
 
     def _hold(self, connection: Connection, head: StoreHead, looks: str) -> None:
         """Remember what was checked; a server's rows are sealed at once, in the transaction that saw them."""
@@ -155,7 +163,19 @@ class Store:
                 self._anchor.write(_head_of(new[-1]))
             if ours and self._file:
                 self._checked, self._looks = _head_of(new[-1]), file_looks(self._file)
+        self._warn_of_clock(new[0])
         return new
+
+    def _warn_of_clock(self, event: Event) -> None:
+        """Say that the clock was set back. The event is stored all the same: one that was stored while the clock was a
+        year ahead must not stop the bench for a year."""
+        back = _seconds_back(self._last_time, event.time)
+        if back > CLOCK_BACK_S:
+            from accept.base.console import say  # loads rich: only when there is something to say
+
+            say(
+                f"warning: {event.name} lies {back / 60:.0f} min before the event before it; check this machine's clock"
+            )
 
     def _put(self, connection: Connection, entries: Sequence[NewEvent], who: str, end: StoreHead) -> list[Event]:
         """Write entries after the last event; not yet committed."""
@@ -204,8 +224,7 @@ class Store:
         keys = indexes.sample_keys(samples)
         if not keys:
             return []
-        with reported(self.where), snapshot(self._engine) as connection:
-            numbers = indexes.SAMPLES.judgements_with(connection, keys)
+        numbers = self._ask(lambda connection: indexes.SAMPLES.judgements_with(connection, keys))
         at_once, wanted = indexes.AT_ONCE, select(tables.events).where(tables.events.c.subject != but)
         parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
         return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
@@ -216,16 +235,14 @@ class Store:
         e, p = tables.events.c, tables.parts.c
         asked = select(e.subject).join_from(tables.parts, tables.events, p.seq == e.seq)
         asked = asked.where(p.key.in_(indexes.part_keys([part])))
-        with reported(self.where), snapshot(self._engine) as connection:
-            return sorted(connection.scalars(asked.distinct()))
+        return self._ask(lambda connection: sorted(connection.scalars(asked.distinct())))
 
     def other_spelling(self, serial: str) -> str | None:
         """The serial in the store that a new one would be mistaken for, as `accept.store.spelling` says; None for one
         that the store knows as it is. Raises StoreError."""
         subject, what = tables.events.c.subject, tables.events.c.what
         asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
-        with reported(self.where), snapshot(self._engine) as connection:
-            alike = set(connection.scalars(asked))
+        alike = self._ask(lambda connection: set(connection.scalars(asked)))
         return None if serial in alike else min(alike, default=None)
 
     @property
@@ -253,24 +270,44 @@ class Store:
         except ValueError as e:
             return ChainBreak(0, str(e))
         before = file_looks(self._file) if self._file else ""
-        with reported(self.where), snapshot(self._engine) as connection:
-            if foreign := tables.foreign_columns(connection):
-                return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
-            row = _head_row(connection)
-            if row is None:
-                return ChainBreak(0, "the row of table head is missing or altered")
-            # Asked after the events were seen: the file is there before the first of them is.
-            if self._anchor is not None and row != START and self._anchor.read() is None:
-                return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
-            ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
+        return self._ask(lambda connection: self._first_problem(connection, anchors, before))
+
+    def _first_problem(
+        self, connection: Connection, anchors: Mapping[str, StoreHead], before: str
+    ) -> ChainBreak | None:
+        """Walk the whole chain; hold what was found unbroken. before: what the database looked like."""
+        if foreign := tables.foreign_columns(connection):
+            return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
+        row = _head_row(connection)
+        if row is None:
+            return ChainBreak(0, "the row of table head is missing or altered")
+        # Asked after the events were seen: the file is there before the first of them is.
+        if self._anchor is not None and row != START and self._anchor.read() is None:
+            return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
+        ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
+        with connection.execute(ordered) as rows:
+            problem = first_problem(map(_event, rows), row, anchors)
+        if problem is None:
             with connection.execute(ordered) as rows:
-                problem = first_problem(map(_event, rows), row, anchors)
-            if problem is None:
-                with connection.execute(ordered) as rows:
-                    problem = indexes.problem(connection, map(_event, rows))
-            if problem is None:
-                self._hold(connection, row, before)
-            return problem
+                problem = indexes.problem(connection, map(_event, rows))
+        if problem is None:
+            self._hold(connection, row, before)
+        return problem
+
+    def clock_set_back(self) -> list[tuple[str, float]]:
+        """Return the events whose time lies more than `CLOCK_BACK_S` before that of the event before them, by name, and
+        by how many seconds. Raises StoreError."""
+        e = tables.events.c
+
+        def walked(connection: Connection) -> list[tuple[str, float]]:
+            rows = connection.execute(select(e.seq, e.time, e.what, e.subject).order_by(e.seq))
+            return [
+                (f"event {row.seq} ({row.what} {row.subject})", back)
+                for last, row in pairwise(rows)
+                if (back := _seconds_back(last.time, row.time)) > CLOCK_BACK_S
+            ]
+
+        return self._ask(walked)
 
     def _anchors(self, exported: StoreHead | None) -> dict[str, StoreHead]:
         kept = {"the exported head": exported} if exported else {}
@@ -285,6 +322,7 @@ class Store:
         last = select(tables.events).order_by(tables.events.c.seq.desc()).limit(1)
         end = [_event(row) for row in connection.execute(last)]
         head = _head_of(end[0]) if end else START
+        self._last_time = end[0].time if end else ""
         if (
             not all(event.intact for event in end)
             or _head_row(connection) != head
@@ -307,13 +345,19 @@ class Store:
         there = select(tables.events.c.hash).where(tables.events.c.seq == kept.seq)
         return connection.scalar(there) == kept.hash
 
-    def _read(self, wanted: Select[Any]) -> list[Event]:
-        def once() -> list[Event]:
+    def _ask(self, question: Callable[[Connection], T]) -> T:
+        """Ask the database in a snapshot of its own: every read goes this way, and is asked again if the connection to
+        a server was lost. Raises StoreError."""
+
+        def once() -> T:
             with snapshot(self._engine) as connection:
-                return [_event(row) for row in connection.execute(wanted)]
+                return question(connection)
 
         with reported(self.where):
-            found = reconnecting(once)
+            return reconnecting(once)
+
+    def _read(self, wanted: Select[Any]) -> list[Event]:
+        found = self._ask(lambda connection: [_event(row) for row in connection.execute(wanted)])
         for event in found:
             if not event.intact:
                 raise StoreError(f"{self.where}: {event.name} was altered; see accept store check")
@@ -334,6 +378,14 @@ def _chained(entries: Sequence[NewEvent], who: str, last: StoreHead) -> list[Eve
         new.append(sealed(last.seq + 1, now, who, entry, code_sha256(), last.hash))
         last = _head_of(new[-1])
     return new
+
+
+def _seconds_back(earlier: str, later: str) -> float:
+    """Return by how much a time lies before the one of the event before it [s], 0 for a text that is no time."""
+    try:
+        return (datetime.fromisoformat(earlier) - datetime.fromisoformat(later)).total_seconds()
+    except (TypeError, ValueError):
+        return 0.0
 
 
 def _head_row(connection: Connection) -> StoreHead | None:

@@ -237,3 +237,50 @@ def test_a_store_from_before_the_index_of_spellings_gets_it(home: Path, tmp_path
     with closing(sqlite3.connect(tmp_path / "store.sqlite")) as file:
         plan = file.execute("EXPLAIN QUERY PLAN SELECT subject FROM events WHERE lower(subject) = lower('apa-1')")
         assert BY_SPELLING in plan.fetchone()[3]  # no walk over all units
+
+
+def at(monkeypatch: pytest.MonkeyPatch, moment: datetime) -> None:
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz: Any = None) -> datetime:
+            return moment
+
+    monkeypatch.setattr(store_module, "datetime", Clock)
+
+
+@pytest.mark.parametrize(("minutes", "said"), [(50, True), (6, True), (4, False), (-60, False)])
+def test_a_clock_that_was_set_back_is_said(
+    store: Store, minutes: int, said: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """When the event is stored, and by every check since; the store goes on."""
+    noon = datetime(2026, 11, 23, 12, tzinfo=UTC)
+    at(monkeypatch, noon)
+    store.append("a", "U1", {}, who="Ada")
+    at(monkeypatch, noon - timedelta(minutes=minutes))
+    store.append("b", "U1", {}, who="Ada")
+    assert ("clock" in capsys.readouterr().err) is said
+    assert [name for name, _ in store.clock_set_back()] == (["event 2 (b U1)"] if said else [])
+    sound, lines = check_lines(store)
+    assert sound
+    assert any("clock" in line for line in lines) is said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
+def test_nobody_else_writes_what_the_store_is_held_against(home: Path) -> None:
+    """Whatever the umask of whoever starts the program."""
+    script = (
+        "import os; os.umask(0)\nfrom accept.store import open_store\n"
+        "with open_store() as store: store.append('a', 'U1', {}, who='Ada')"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+    modes = {name: (home / f"store.{name}").stat().st_mode & 0o777 for name in ("head", "seal")}
+    assert modes == {"head": 0o644, "seal": 0o600}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
+@pytest.mark.parametrize(("mode", "said"), [(0o777, True), (0o1777, False), (0o770, False)])
+def test_a_home_that_everybody_writes_is_said(home: Path, mode: int, said: bool) -> None:
+    home.chmod(mode)
+    script = "from accept.store import open_store; open_store().close(); open_store().close()"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stderr.count("chmod o-w") == said

@@ -229,7 +229,7 @@ def test_a_server_that_does_not_answer_is_said_without_its_password() -> None:
 
 
 def test_an_anchor_without_room_says_that_the_event_is_stored(made: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(path: Path, content: bytes) -> None:
+    def full(path: Path, content: bytes, mode: int) -> None:
         raise OSError(28, "No space left on device")
 
     with open_store(url_of(made)) as store:

@@ -5,13 +5,13 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from sqlalchemy.exc import DBAPIError
 
-from accept.store import NewEvent, StoreError, StoreHead, check_lines, open_store
+from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
 from tests.accept.batch.killing import TIMEOUT_S
 from tests.accept.store.postgres_server import Server, Wire, any_server, execute, own_server
@@ -196,6 +196,38 @@ def test_a_connection_that_drops_at_any_message_of_an_append(url: str, heard: bo
             break
     assert not cut
     assert n > 5  # a transaction's begin, lock, reads, writes and commit
+
+
+READS: dict[str, Callable[[Store], object]] = {
+    "events": lambda store: [e.seq for e in store.events()],
+    "latest": lambda store: store.latest("S-1", "unit_judged"),
+    "last_of_each": lambda store: [e.seq for e in store.last_of_each("unit_judged")],
+    "judgements_with": lambda store: [e.seq for e in store.judgements_with({"frf/low": {"table": "abc"}})],
+    "naming": lambda store: store.naming("X-1"),
+    "other_spelling": lambda store: store.other_spelling("s-1"),
+    "head": lambda store: store.head(),
+    "check": lambda store: store.check(),
+}
+
+
+@pytest.mark.parametrize("read", READS)
+def test_a_connection_that_drops_at_any_message_of_a_read(url: str, read: str) -> None:
+    """Every question to the store goes on when the server is there again, not the appends alone."""
+    sampled = {"verdict": "accepted", "samples": {"frf/low": {"table": "abc"}}}
+    with open_store(url) as store:
+        store.append_many([named("S-1", "X-1"), NewEvent("unit_judged", "S-2", {"result": sampled})], who="Ada")
+        expected = READS[read](store)
+    for n in range(1, 50):
+        wire = Wire(port_of(url), heard=False)
+        with open_store(through(url, wire), check=False) as store:
+            wire.cut_at = wire.messages + n
+            assert READS[read](store) == expected
+            cut = wire.messages >= wire.cut_at
+        wire.close()
+        if not cut:
+            break
+    assert not cut
+    assert n > 2  # begin, the question, the end
 
 
 @pytest.mark.parametrize("kills", [20 if SOAK else 1])
