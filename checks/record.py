@@ -13,7 +13,8 @@ class Record:
     """Uniformly sampled channels.
 
     t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`.
-    name : where it came from, for messages; sha256 : hash of the source file ("" if it came from no file).
+    name : where it came from, for messages; sha256 : hash of the source file ("" if it came from no file); remarks :
+    how its columns were read if not as they are, for a person.
     """
 
     t: Array
@@ -21,6 +22,7 @@ class Record:
     units: Mapping[str, str]
     name: str = "record"
     sha256: str = ""
+    remarks: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Record({self.name}: {', '.join(self.channels)}; {self.t.size} samples at {self.fs:.6g} Hz)"

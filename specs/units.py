@@ -3,6 +3,8 @@
 The unit of a quantity is the suffix of its name; without a suffix it is SI or dimensionless.
 """
 
+import re
+
 # Longest suffix first: `k_N_per_um` ends in `_um` too.
 _SUFFIXES = {
     "N_s_per_m": "N s/m",
@@ -53,6 +55,15 @@ PREFIXES = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3,
 BASES = frozenset({"F", "m", "Hz", "V", "s", "ohm", "N", "g", "rad"})
 ALIASES = {"\u03a9": "ohm", "\u2126": "ohm", "Ohm": "ohm", "Ohms": "ohm", "ohms": "ohm"}  # Greek omega, ohm sign
 SAME = {"%": "percent", "°": "deg", "": "1"}
+
+
+_HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*)\s*[\])]$")
+
+
+def parse_header(text: str) -> tuple[str, str]:
+    """Return name and unit of a column: `de [nm]` and `de (nm)` are ("de", "nm"), `de` is ("de", "")."""
+    found = _HEADER.match(text.strip())
+    return (found["name"].strip(), found["unit"].strip()) if found else (text.strip(), "")
 
 
 class UnitMismatch(ValueError):

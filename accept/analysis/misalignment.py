@@ -30,6 +30,8 @@ def estimate_or_reason(
     """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
     of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
     given, measured = opened(model or AS_BUILT), _measured(folder)  # records are refused before a table is built
+    for words in measured.remarks:
+        say(words)
     table = table_for(given.model, say, workers=workers)
     try:
         weighed = as_weighed(given, measured.serial, measured.payload_kg).model

@@ -82,6 +82,8 @@ def fit_unit(
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
     measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
+    for words in measured.remarks:
+        say(words)
     start = base.model
     if measured.payload_kg is not None:
         start = start.with_values({"bench.payload_kg": measured.payload_kg})

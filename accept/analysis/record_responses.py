@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from accept.base.console import say
+from checks.acceptance.responses.rules import unusable_units
 from checks.arrays import Array
+from checks.cause import together
 from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
@@ -21,7 +23,7 @@ from checks.signals.spectral.periodic import detect, periodic_frf
 from checks.signals.spectral.poles import Transforms
 from checks.signals.spectral.resonance import Resonance, find
 from hw.records import list_channels, read
-from hw.records.foreign_record import Unreadable, foreign_record
+from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.uff import frf_bytes
 from specs.bench import NO_CHANNELS, ChannelSource, channel_map
 
@@ -93,7 +95,10 @@ def read_any(
         raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     if not channels and step_s is None:
         try:
-            return _read(path, input)
+            record = _read(path, input)
+            for words in record.remarks:
+                say(words)
+            return record
         except RecordError as e:
             first = e
         try:
@@ -110,7 +115,7 @@ def _read(path: Path, input: str) -> Record:
     """Read every vector of a file that is as long as its input."""
     shapes = list_channels(path)
     length = math.prod(shapes.get(input, (0,)))
-    names = [n for n, s in shapes.items() if math.prod(s) == length and n not in ("t", STEP)]
+    names = [n for n, s in shapes.items() if math.prod(s) == length and n.lower() not in TIMES and n != STEP]
     if input not in shapes or len(names) < 2:
         raise RecordError(f"{path.name}: needs the input '{input}' and an output; it has {', '.join(shapes)}")
     series = Series("record", "any record", {n: UNITS.get(n, "") for n in names}, step=STEP)
@@ -121,6 +126,8 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
     """Estimate the response of each record, or one of two records merged.
 
     Raises RecordError if it cannot be estimated."""
+    for record in records:
+        _vet_sizes(record)
     found = [_estimate(record, wanted) for record in records]
     if wanted.merge_Hz is None:
         return [_response((r,), f, wanted) for r, f in zip(records, found, strict=True)]
@@ -131,6 +138,13 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
     except ValueError as e:
         raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
     return [_response(tuple(records), _cut(both, wanted), wanted)]
+
+
+def _vet_sizes(record: Record) -> None:
+    """Raise RecordError if a motion that is stated in metres can only be in nm, um or mm."""
+    wrong = [r for r in unusable_units(record) if record.units.get(str(r.parameters["channel"])) == "m"]
+    if wrong:
+        raise RecordError(together(wrong).within("", record.name))
 
 
 def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:

@@ -73,6 +73,8 @@ def analyse(
     given = opened(model)
     say("reading the records")
     measured, notes = _read(held, given.model)
+    for words in measured.remarks:
+        say(words)
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = realisations(measured, given.model.tolerance)
     trials, lost = trials_of(held, measured, given.model.tolerance)

@@ -34,6 +34,11 @@ class Responses:
     records: dict[str, Record] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def remarks(self) -> list[str]:
+        """Return how columns of the records were read if not as they are."""
+        return [words for record in self.records.values() for words in record.remarks]
+
     def __repr__(self) -> str:
         second = "no second realisation" if self.second is None else "with a second realisation"
         return f"Responses({self.serial}, {self.kind}: {self.first!r}, {second})"

@@ -2,6 +2,7 @@
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,7 @@ from checks.consistency.contradictions import held_together
 from checks.declare import Check
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
+from checks.record import Record
 from checks.verdict import Finding, bounds, judge, largest_U, unit_verdict
 from specs.spec import CheckSpec, Spec, load
 from specs.strict import SpecError
@@ -81,6 +83,7 @@ def judge_unit(
         {q.name: q for _, q in quantities if q.reason is None and math.isfinite(q.value)},
     )
     notes = [f"{name}: {note}" for name, outcome in outcomes.items() for note in outcome.notes]
+    notes += _reading_notes(held, spec)
     notes += [f"{name}: {line}" for name, lines in unit.notes.items() if name in spec.checks for line in lines]
     if stated is not None:
         stated = calibration.checked(stated, unit.measured)
@@ -105,6 +108,16 @@ def judge_unit(
         models=models.hashes(spec),
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
+
+
+def _reading_notes(held: LoadedUnit, spec: Spec) -> list[str]:
+    """Return how columns of the unit's records were read if not as they are, by section."""
+    found: list[str] = []
+    for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
+        with suppress(RecordError, KeyError):  # said with the findings
+            values = held.values(section)
+            found += [f"{section}: {words}" for v in values.values() if isinstance(v, Record) for words in v.remarks]
+    return found
 
 
 def spec_warnings(spec: Spec) -> list[str]:

@@ -24,10 +24,9 @@ from hw.records.source import SIGNATURE, Source, load_bytes
 from hw.records.variable import Variable
 from hw.records.vet import vet_channel, vet_time
 from specs.bench import TIME, Channels, ChannelSource
-from specs.units import UnitMismatch, factor
+from specs.units import UnitMismatch, factor, parse_header
 
 TIMES = ("t", "time", "time_s", "timestamp", "zeit")
-_HEADER = re.compile(r"^(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\])]*)\s*[\])]$")
 _DIGIT = re.compile(r"\d")
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 STEPS = ("ts", "dt", "sampletime", "sample_time")  # a single number of that name is the sampling time [s]
@@ -161,7 +160,7 @@ def _text(source: Source) -> dict[str, Column]:
     except ValueError as e:
         raise RecordError(f"{source.file}: {e}") from e
     said = units if len(units) == len(heads) else [""] * len(heads)
-    of = {head: _header_unit(head) or unit for head, unit in zip(heads, said, strict=True)}
+    of = {head: parse_header(head)[1] or unit for head, unit in zip(heads, said, strict=True)}
     return {head: Column(np.ascontiguousarray(table[:, i]), of[head]) for i, head in enumerate(heads)}
 
 
@@ -249,13 +248,7 @@ def _hits(wanted: str, found: Mapping[str, Column]) -> list[str]:
 
 def _plain(name: str) -> str:
     """Name without its unit and without the structures around it."""
-    bare = _HEADER.match(name)
-    return (bare["name"] if bare else name).strip().rsplit(".", 1)[-1].rsplit("/", 1)[-1].strip("\"'")
-
-
-def _header_unit(name: str) -> str:
-    found = _HEADER.match(name)
-    return found["unit"].strip() if found else ""
+    return parse_header(name)[0].rsplit(".", 1)[-1].rsplit("/", 1)[-1].strip("\"'")
 
 
 def _in_unit(file: str, name: str, column: Column, wanted: str) -> Array:

@@ -10,13 +10,14 @@ from checks.declare import Series
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records.damage import refused
-from hw.records.foreign_record import OBJECTS, nested_variables
+from hw.records.foreign_record import OBJECTS, TIMES, nested_variables
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
+from hw.records.textfile import ROWS
 from hw.records.variable import Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
-from specs.units import UnitMismatch, factor
+from specs.units import UnitMismatch, factor, parse_header
 
 NESTED = ("struct", "cell")  # kinds of variables that may hold the channels
 
@@ -51,15 +52,28 @@ def record_of(
         wanted = _wanted(source, series, sources)
         units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
-        for name in arrays.keys() & sources.keys():
-            arrays[name] = _scaled(source.file, name, arrays[name], sources[name], units.get(name, ""))
+        remarks = [f"time from '{wanted[TIME].name}'"] if TIME in wanted and _is_other_clock(wanted, sources) else []
+        for name, x in arrays.items():
+            given = sources.get(name, ChannelSource())
+            theirs, ours = wanted[name].unit, units.get(name, "")
+            if given.unit is None and wanted[name].kind == ROWS and theirs and ours:
+                given = given.model_copy(update={"unit": theirs})
+                if theirs != ours:
+                    remarks.append(f"{name} is in {theirs}, converted to {ours}")
+            arrays[name] = _scaled(source.file, name, x, given, units.get(name, ""))
         t = _time(source.file, arrays, series, sources, limits)
         channels = {name: x for name, x in arrays.items() if name not in (TIME, series.step)}
         for name, x in channels.items():
             vet_channel(source.file, name, units[name], x, t)
     for x in (t, *channels.values()):
         x.flags.writeable = False
-    return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256)
+    said = (f"{source.file}: {', '.join(remarks)}",) if remarks else ()
+    return Record(t, channels, {name: units[name] for name in channels}, source.file, source.sha256, said)
+
+
+def _is_other_clock(wanted: Variables, sources: Channels) -> bool:
+    """Return whether the time has a name of another tool, as `time`."""
+    return TIME not in sources and wanted[TIME].name != TIME
 
 
 def _wanted(source: Source, series: Series, sources: Channels) -> Variables:
@@ -69,7 +83,12 @@ def _wanted(source: Source, series: Series, sources: Channels) -> Variables:
     clock = sources.get(TIME)
 
     def theirs(name: str) -> str:
-        return sources[name].name or name if name in sources else name
+        if name in sources and sources[name].name:
+            there = sources[name].name or name
+            return there if there in found else parse_header(there)[0]
+        if name == TIME and TIME not in found:  # as other tools call it
+            return next((n for n, v in found.items() if v.kind == ROWS and n.lower() in TIMES), TIME)
+        return name
 
     channels = [n for n in series.channels if n != TIME]
     plain = {name: v for name, v in found.items() if v.kind not in NESTED}
@@ -91,7 +110,7 @@ def _wanted(source: Source, series: Series, sources: Channels) -> Variables:
     _refuse_twins(file, wanted)
     for name, unit in {TIME: "s", **series.channels, **series.optional_channels}.items():
         expected = (sources[name].unit if name in sources else None) or unit
-        if name in wanted and wanted[name].unit not in ("", expected):
+        if name in wanted and wanted[name].kind != ROWS and wanted[name].unit not in ("", expected):
             raise RecordError(f"{file}: channel '{name}' is in {wanted[name].unit}, expected {expected}")
     return wanted
 

@@ -1,4 +1,5 @@
-"""CSV files: a header row with the names, then one row per sample. Numbers with a decimal point, commas between."""
+"""CSV files: a header row with the names, maybe with units as `de [nm]`, then one row per sample. Numbers with a
+decimal point, commas between."""
 
 from functools import cache
 
@@ -7,6 +8,9 @@ import numpy as np
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.variable import Variable, unique
+from specs.units import parse_header
+
+ROWS = "rows"  # kind of a column
 
 
 def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
@@ -20,10 +24,13 @@ def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
         raise RecordError(f"{file}: holds a header and no rows")
     table = cache(lambda: _numbers(file, rows, names))
 
-    def variable(index: int, name: str) -> Variable:
-        return Variable(name, (len(rows),), "rows", lambda: table()[index])
+    def variable(index: int, name: str, unit: str) -> Variable:
+        return Variable(name, (len(rows),), ROWS, lambda: table()[index], unit)
 
-    return unique(file, [variable(i, n) for i, n in enumerate(names)])
+    plain = [parse_header(name) for name in names]
+    if len({name for name, _ in plain}) < len(plain):  # `de [nm]` beside `de [um]`: each by its whole header
+        plain = [(name, "") for name in names]
+    return unique(file, [variable(i, name, unit) for i, (name, unit) in enumerate(plain)])
 
 
 def _lines(file: str, raw: bytes) -> list[str]:

@@ -114,8 +114,12 @@ def _wrong_channels(record: Record) -> list[Reason]:
 def unusable(record: Record) -> list[Reason]:
     """Why no model can be compared with a record: a motion in another unit, or faults of sampling. Channels that are
     dead, reversed or exchanged are left to the comparison, which names them."""
-    in_another_unit = [r for r in _wrong_sizes(_looked_at(record)) if r.cause is Cause.CHANNEL_UNIT]
-    return in_another_unit or list(sampling_faults(record))
+    return unusable_units(record) or list(sampling_faults(record))
+
+
+def unusable_units(record: Record) -> list[Reason]:
+    """Return the motions of a record that are plausible only in nm, um or mm."""
+    return [r for r in _wrong_sizes(_looked_at(record)) if r.cause is Cause.CHANNEL_UNIT]
 
 
 def _looked_at(record: Record) -> dict[str, Array]:

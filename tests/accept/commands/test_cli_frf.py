@@ -69,7 +69,7 @@ def test_each_record_by_itself_and_the_other_estimator(files, tmp_path: Path):
 def test_a_periodic_input_is_recognised(tmp_path: Path):
     rng = np.random.default_rng(1)
     u = np.tile(rng.standard_normal(1000), 12)
-    y = np.convolve(u, [0.5, 0.25])[: u.size]
+    y = np.convolve(u, [5e-6, 2.5e-6])[: u.size]  # m, as far as an encoder moves
     np.savetxt(tmp_path / "p.csv", np.column_stack([np.arange(u.size) / 1e3, u, y]), delimiter=",", header="t,Va,de",
                comments="")  # fmt: skip
     found = accept("frf", tmp_path / "p.csv", "--json", tmp_path / "p.json")
@@ -77,7 +77,7 @@ def test_a_periodic_input_is_recognised(tmp_path: Path):
     assert response["estimator"] == "periodic"
     H = np.array(response["H"]["de"]["re"]) + 1j * np.array(response["H"]["de"]["im"])
     f = np.array(response["f_Hz"])
-    assert np.allclose(H, 0.5 + 0.25 * np.exp(-2j * np.pi * f / 1e3), rtol=1e-9)
+    assert np.allclose(H, 5e-6 + 2.5e-6 * np.exp(-2j * np.pi * f / 1e3), rtol=1e-9, atol=0.0)
     assert "periods" in found.stderr
 
 
