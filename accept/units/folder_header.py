@@ -1,11 +1,16 @@
 """What stands in `unit.toml` beside the sections of the checks: text, sections of texts, days."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from datetime import date
-from typing import Any
+from typing import Any, TypeVar
 
 from checks.acceptance import CHECKS
+from checks.declare import Measured
 from specs.bench import Channels, channel_map
+
+ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift")
+ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # beyond them nobody measures units
 
 
 def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
@@ -58,6 +63,42 @@ def notes(data: Mapping[str, Any], problems: list[str]) -> dict[str, list[str]]:
 
 def _are_texts(lines: object) -> bool:
     return isinstance(lines, list) and all(isinstance(line, str) and line for line in lines)
+
+
+def origin(data: Mapping[str, Any], problems: list[str]) -> dict[str, str]:
+    """Return `[origin]`: where a unit comes from, as its maker and the workshop call it."""
+    return {k: v for k, v in _known(strings(data, "origin", problems), "origin", ORIGIN, problems).items() if v}
+
+
+def environment(data: Mapping[str, Any], problems: list[str]) -> dict[str, Measured]:
+    """Return `[environment]`: what the air was like, each a number or a value with its U."""
+    table = data.get("environment", {})
+    if not isinstance(table, dict):
+        problems.append(f"environment = {table!r}: expected a section [environment]")
+        return {}
+    given = {}
+    for name, stated in _known(table, "environment", ENVIRONMENT, problems).items():
+        value, U = (stated.get("value"), stated.get("U")) if isinstance(stated, dict) else (stated, None)
+        lo, hi = ENVIRONMENT[name]
+        if not (_is_number(value) and lo <= value <= hi and (U is None or (_is_number(U) and U > 0))):
+            problems.append(
+                f"[environment] {name} = {stated}: expected {lo:g} to {hi:g}, or {{ value = 21.5, U = 0.5 }}"
+            )
+            continue
+        given[name] = Measured(float(value), None if U is None else float(U))
+    return given
+
+
+T = TypeVar("T")
+
+
+def _known(table: Mapping[str, T], section: str, names: Collection[str], problems: list[str]) -> dict[str, T]:
+    problems.extend(f"[{section}] {k}: unknown key (known: {', '.join(names)})" for k in table if k not in names)
+    return {k: v for k, v in table.items() if k in names}
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def days(data: Mapping[str, Any], problems: list[str]) -> dict[str, date]:

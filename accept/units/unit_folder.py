@@ -13,7 +13,7 @@ from accept.units import folder_header
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import EXPERIMENTS, Experiments, experiments_of
 from checks.acceptance import CHECKS
-from checks.declare import Check, Form, Series
+from checks.declare import Check, Form, Measured, Series
 from checks.errors import RecordError
 from specs.bench import TIME, Channels
 from specs.errors import AcceptError
@@ -41,7 +41,7 @@ class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> where it stands in the lab's record files;
     measured: section -> the day on which it was measured, where the folder tells; notes: check -> what was noted of it;
     experiments: its responses under other conditions; sizes: of its files [bytes] as the machine sees them that hands
-    it to another one (`accept.units.shared_folder`)."""
+    it to another one (`accept.units.shared_folder`); origin, environment: `folder_header.ORIGIN`, `.ENVIRONMENT`."""
 
     path: Path
     serial: str
@@ -54,6 +54,8 @@ class UnitFolder:
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     experiments: Experiments = field(default_factory=dict)
     sizes: Mapping[str, int] | None = None
+    origin: Mapping[str, str] = field(default_factory=dict)
+    environment: Mapping[str, Measured] = field(default_factory=dict)
 
     @property
     def files(self) -> list[str]:
@@ -119,10 +121,12 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     ]
     measured = folder_header.days(data, problems)
     notes = folder_header.notes(data, problems)
+    origin = folder_header.origin(data, problems)
+    environment = folder_header.environment(data, problems)
     experiments = experiments_of(data, problems)
     sections = {}
     for name, content in data.items():
-        if name in {"serial", "kind", "parts", "channels", "measured", "notes", EXPERIMENTS}:
+        if name in {"serial", "kind", "parts", "channels", "measured", "notes", "origin", "environment", EXPERIMENTS}:
             continue
         if name not in CHECKS or CHECKS[name].reads != name:
             known = ", ".join(own for own, check in CHECKS.items() if check.reads == own)
@@ -133,7 +137,10 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
             sections[name] = _section(CHECKS[name], content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
-    return UnitFolder(folder, serial, kind, text, parts, channels, sections, measured, notes, experiments)
+    return UnitFolder(
+        folder, serial, kind, text, parts, channels, sections, measured, notes, experiments,
+        origin=origin, environment=environment,
+    )  # fmt: skip
 
 
 def serial_problem(serial: str) -> str | None:
