@@ -14,6 +14,7 @@ from accept.gap.start_model import StartModel, applies
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
 from accept.judging.result import UnitResult
+from accept.store.payloads import PlaceInBatch
 from accept.units.loaded_unit import LoadedUnit, contents_of, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
 from specs.spec import Spec
@@ -48,6 +49,7 @@ class UnitJob:
     certificate : the file wanted, None for none. provenance : what it states beside the result. draws : whether the
     page is drawn by `judge`; else by whoever settles the judgement, because something is already known against the
     unit that the page has to state. uncertified : number of the stored judgement that only wants its certificate.
+    place : where the unit stands in its batch, None without one.
     """
 
     unit: UnitFolder
@@ -60,6 +62,7 @@ class UnitJob:
     provenance: Mapping[str, Any] | None = None
     draws: bool = True
     uncertified: int | None = None
+    place: PlaceInBatch | None = None
 
     def judge(self, say: Say = lambda _: None) -> Judgement:
         """Judge the unit, explain its responses, and draw its certificate. Raises UnitError, ContentError."""

@@ -26,9 +26,9 @@ from accept.judging.parts import part_doubts
 from accept.judging.result import UnitResult
 from accept.pictures.labels import label_of
 from accept.store import Event, Store
-from accept.store.payloads import BatchFinished, BatchStarted, UnitJudged
+from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged
 from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
+from accept.units.unit_folder import UnitError, UnitFolder
 from checks.picture import Panel
 from checks.verdict import Verdict
 from specs.bench import BenchFile
@@ -96,7 +96,8 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.enrol()
         check_room(roster.count(), request.cluster is not None)
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
-        store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
+        started = store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
+        batch.started = started.seq
         jobs: Iterator[UnitJob] | list[UnitJob] = batch.jobs()
         if request.cluster is None:
             jobs = list(jobs)
@@ -129,6 +130,7 @@ class _Batch:
             out=request.out,
         )
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
+        self.started = 0  # number of the event that says so
         self.built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = {}  # parts, and the doubts that were stated
 
     def enrol(self) -> None:
@@ -180,7 +182,10 @@ class _Batch:
             self._note_parts(unit.serial, unit.parts, known.reservations.part_doubts)
             self.say(f"{unit.serial}: unchanged, {before.verdict}")
             return None
-        return pipeline.prepare(unit, known, certificate)
+        return pipeline.prepare(unit, known, certificate, self._place(unit))
+
+    def _place(self, unit: UnitFolder) -> PlaceInBatch:
+        return PlaceInBatch(self.started, self.roster.place(unit.serial))
 
     def keep(self, job: UnitJob, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
         """Settle what came back of a job; only then say the verdict."""
@@ -219,7 +224,7 @@ class _Batch:
         unit = self.roster.unit(path)
         found, certificate = self.roster.found(serial), self.request.certificate(serial)
         panels = {} if certificate is None else _pictures(certificate)
-        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate)
+        job = self.pipeline.prepare(unit, self.pipeline.ask(unit), certificate, self._place(unit))
         judgement = job.run() if found is None or panels is None else Judgement(replace(found, panels=panels))
         self.keep(job, judgement, "again, ")
 

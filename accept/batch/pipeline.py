@@ -37,7 +37,7 @@ from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
 from accept.models.evidence import evidence_of, hashes, named_models
 from accept.store import Event, SignedHead, Store, UnitState, fold
-from accept.store.payloads import UnitJudged, UnitRefused
+from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.store.spelling import mistaken_for
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
@@ -123,8 +123,10 @@ class Pipeline:
             return True
         return before.certificate is not None and _sha256(certificate) == before.certificate.sha256
 
-    def prepare(self, unit: UnitFolder, known: Known, certificate: Path | None = None) -> UnitJob:
-        """Return the job that judges a unit. certificate: the file wanted, None for none."""
+    def prepare(
+        self, unit: UnitFolder, known: Known, certificate: Path | None = None, place: PlaceInBatch | None = None
+    ) -> UnitJob:
+        """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch."""
         spec, before, due = self.specs[unit.kind], known.before, None
         if certificate is not None and self._lacks_only_certificate(unit, before):
             due, before = before, self._before(before)
@@ -139,6 +141,7 @@ class Pipeline:
             provenance=None if certificate is None else self._provenance(spec, unit.serial, before),
             draws=not known.reservations,
             uncertified=None if due is None else due.seq,
+            place=place,
         )
 
     def settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
@@ -155,7 +158,7 @@ class Pipeline:
         page = judgement.page
         if job.certificate is not None and (page is None or result is not found or due != job.uncertified):
             page = drawn(job.contents(result))
-        seq = self._store_verdict(unit, result).seq if job.uncertified is None else job.uncertified
+        seq = self._store_verdict(job, result).seq if job.uncertified is None else job.uncertified
         if job.certificate is not None and page is not None:
             if self.credential is None:
                 write_atomic(job.certificate, page)
@@ -221,12 +224,12 @@ class Pipeline:
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 
-    def _store_verdict(self, unit: UnitFolder, result: UnitResult) -> Event:
+    def _store_verdict(self, job: UnitJob, result: UnitResult) -> Event:
         """Store a result, as results.json has it, with all that it depends on. No way to a verdict goes round the
         golden units."""
         check_may_judge(self.store, result.serial)
-        entry, path = result.entry, str(unit.path.resolve())
-        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry)
+        entry, path = result.entry, str(job.unit.path.resolve())
+        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place)
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec)
 
 

@@ -68,6 +68,11 @@ class Roster:
         row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         return None if row is None else Path(row[0])
 
+    def place(self, serial: str) -> int:
+        """Return the place of a unit among the folders, in the order in which they were found."""
+        row = self._file.execute("SELECT rowid FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return int(row[0]) - 1
+
     def refuse(self, path: Path) -> None:
         self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
 

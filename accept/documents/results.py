@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 
 from accept.documents.document import Document, only_if
 from checks.cause import Cause, because
+from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
 from checks.verdict import Finding, UnitVerdict
 
@@ -69,6 +70,12 @@ class UnitEntry(Document):
     )
     measured: Annotated[Mapping[str, str], _filled, "day of measuring, ISO, of each check that states it"] = field(
         default_factory=dict
+    )
+    origin: Annotated[Mapping[str, str], _filled, "where it comes from: `lot`, `supplier`, `order`, `shift` ..."] = (
+        field(default_factory=dict)
+    )
+    environment: Annotated[Mapping[str, Measured], _filled, "`temperature_C`, `humidity_percent`: `value`, `U`"] = (
+        field(default_factory=dict)
     )
 
 

@@ -15,12 +15,14 @@ from accept.store.payloads import UnitJudged
 from checks.cause import Cause
 
 OF_A_JUDGEMENT = [
-    "seq", "time", "batch", "place", "operator", "bench", "serial", "kind", "attempt", "unit_verdict", "spec",
+    "seq", "time", "batch", "place", "operator", "bench", "lot", "supplier", "order", "shift", "serial", "kind",
+    "attempt", "unit_verdict", "spec",
 ]  # fmt: skip
 OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
 ]  # fmt: skip
 COLUMNS = [*OF_A_JUDGEMENT, *OF_A_FINDING]
+OF_ORIGIN = ("lot", "supplier", "order", "shift")
 NOT_STATED = "not stated"
 NOT_MEASURED = Cause.NOT_MEASURED.value
 
@@ -55,6 +57,7 @@ def rows(events: Iterable[Event]) -> Iterator[dict[str, Any]]:
             "place": batch.place if batch else 0,
             "operator": event.who,
             "bench": bench_of(result),
+            **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},
             "serial": event.subject,
             "kind": result.kind,
             "attempt": attempts[event.subject],

@@ -10,6 +10,8 @@ import pandas as pd
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import NOT_STATED, first_attempts, in_order_of_measurement, of_quantity
 from accept.pictures.labels import label_of
+from accept.store import Store
+from accept.store.payloads import BaselineSet
 from checks.picture import Line, Mark, Panel
 from checks.process_control.capability import Capability, Index, capability
 from checks.process_control.control_chart import (
@@ -28,22 +30,21 @@ from checks.process_control.control_chart import (
 )
 from checks.rounding import with_U
 
-PLACES = ("bench", "operator")  # what a shift may be confined to
+PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
 ONLY_THERE = 3.0  # standard errors that a shift must show at one place, and must not at any other
 
 
 @dataclass(frozen=True)
 class StoredBaseline:
-    """A baseline that was stored: of which quantity and group, from which days, by whom, when and why."""
+    """A baseline of the store, by whom and when it was set."""
 
-    quantity: str
-    group: str
-    since: str
-    until: str
-    process: Baseline
+    stated: BaselineSet
     who: str
     time: str
-    reason: str
+
+    @property
+    def process(self) -> Baseline:
+        return Baseline(self.stated.mean, self.stated.sigma, self.stated.n, self.stated.left_out)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +94,14 @@ def _trend(
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
     if baseline is not None:
-        rows = rows[rows["day"].dt.strftime("%Y-%m-%d") > baseline.until]
+        rows = rows[rows["day"].dt.strftime("%Y-%m-%d") > baseline.stated.until]
     values, why = rows["value"].to_numpy(), []
     made, cap, rate = None, None, 0.0
     if values.size >= LEAST or (baseline is not None and values.size):
         made = chart(values, baseline.process if baseline else None, nelson_rules)
         rate = false_alarm_rate(values.size, baseline.process.n if baseline else None, nelson_rules)
+    elif baseline is not None:
+        why.append(f"no unit since the baseline ended on {baseline.stated.until}")
     else:
         why.append(f"{values.size} values: a control chart needs {LEAST}")
     limits = rows[["lower", "upper"]].drop_duplicates()
@@ -166,19 +169,46 @@ def place(trend: Trend, alarm: Alarm) -> str:
         }
         there = [name for name, sigmas in seen.items() if abs(sigmas) > ONLY_THERE]
         if len(seen) > 1 and len(there) == 1:
-            return f", only at {column} {there[0]}" if column != "operator" else f", only by operator {there[0]}"
+            return f", only {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {there[0]}"
     return ""
 
 
-def make_baseline(trend: Trend) -> Baseline:
-    """Return the process of a trend's values as a baseline. Raises FleetError for too few or equal values."""
+def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
+    """Return group -> the baseline that was set last for a quantity. Raises StoreError."""
+    found = {}
+    for event in store.events(what=BaselineSet.KIND):
+        stated = BaselineSet.of(event)
+        if stated.quantity == quantity:
+            found[stated.group] = StoredBaseline(stated, event.who, event.time)
+    return {name: found[key] for key in found if (name := _group_of(key, by)) is not None}
+
+
+def _group_of(key: str, by: str) -> str | None:
+    column, _, name = key.partition(": ")
+    return name or column if column == by else None
+
+
+def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> BaselineSet:
+    """Store the process of a trend's values as the baseline of its group.
+
+    Raises FleetError for too few or equal values, and for a revision without a reason; StoreError.
+    """
+    where = f"{trend.quantity}, {trend.name}"
+    if trend.name in stored_baselines(store, trend.quantity, by) and not reason.strip():
+        raise FleetError(f"{where}: has a baseline; say why it is revised: --reason")
     try:
         made = estimate_baseline(trend.rows["value"].to_numpy())
     except ValueError as e:
-        raise FleetError(f"{trend.quantity}, {trend.name}: no baseline: {e}") from e
+        raise FleetError(f"{where}: no baseline: {e}") from e
     if made.sigma == 0.0:
-        raise FleetError(f"{trend.quantity}, {trend.name}: no baseline: all {made.n} values are {made.mean:g}")
-    return made
+        raise FleetError(f"{where}: no baseline: all {made.n} values are {made.mean:g}")
+    since, until = (f"{trend.rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
+    group = "all" if by == "all" else f"{by}: {trend.name}"
+    stated = BaselineSet(
+        trend.quantity, group, since, until, made.mean, made.sigma, made.n, made.left_out, reason.strip()
+    )
+    store.write(stated, who=who)
+    return stated
 
 
 def summary(t: Trend) -> dict[str, Any]:
@@ -215,11 +245,11 @@ def summary(t: Trend) -> dict[str, Any]:
             "sigma": base.sigma,
             "n": base.n,
             "left_out": base.left_out,
-            "since": stored.since if stored else None,
-            "until": stored.until if stored else None,
+            "since": stored.stated.since if stored else None,
+            "until": stored.stated.until if stored else None,
             "stored_by": stored.who if stored else None,
             "stored_at": stored.time if stored else None,
-            "reason": stored.reason if stored else None,
+            "reason": stored.stated.reason if stored else None,
         },
         "limits": None if t.chart is None else {"lower": t.chart.lower, "upper": t.chart.upper},
         "false_alarm_rate": t.false_alarms if t.chart else None,

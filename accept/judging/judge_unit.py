@@ -106,6 +106,9 @@ def judge_unit(
         panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),
+        measured=_days(unit, spec),
+        origin=unit.origin,
+        environment=unit.environment,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
 
@@ -137,6 +140,12 @@ def spec_warnings(spec: Spec) -> list[str]:
                 words = f"U_max = {limit.U_max:.3g} {limit.unit} is above the {most:.3g}"
                 found.append(f"[checks.{name}.limits.{quantity}] {words} that any U may be")
     return found
+
+
+def _days(unit: UnitFolder, spec: Spec) -> dict[str, str]:
+    """Return the day, ISO, on which the section of each check was measured, as far as the unit states it."""
+    days = {name: unit.measured.get(name) or unit.measured.get(CHECKS[name].reads) for name in spec.checks}
+    return {name: day.isoformat() for name, day in days.items() if day is not None}
 
 
 def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:

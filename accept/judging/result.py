@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from accept.documents.results import Information, UnitEntry
+from checks.declare import Measured
 from checks.picture import Panel
 from checks.quantity import Quantity
 from checks.rounding import rounded, with_U
@@ -28,6 +29,7 @@ class UnitResult:
     nonconformances : what was found wrong with the part and holds it (`accept.judging.nonconformance`); likewise.
     part_doubts : what speaks against its parts (`accept.judging.parts`); in the JSON only where anything does.
     gap : what `accept.gap.attach_to_result` found missing from the model; in the JSON only where that was asked for.
+    measured : section -> day of measuring; origin, environment : as its folder states them; in the JSON only then.
     """
 
     serial: str
@@ -49,6 +51,9 @@ class UnitResult:
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()
     nonconformances: tuple[str, ...] = ()
+    measured: Mapping[str, str] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
+    environment: Mapping[str, Measured] = field(default_factory=dict)
 
     @property
     def spec(self) -> str:
@@ -84,6 +89,9 @@ class UnitResult:
             gap=self.gap,
             models=self.models,
             samples=self.samples,
+            measured=dict(self.measured),
+            origin=dict(self.origin),
+            environment=dict(self.environment),
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -123,6 +123,21 @@ class BatchFinished(Payload, what="batch_finished"):
 
 
 @dataclass(frozen=True)
+class BaselineSet(Payload, what="baseline_set"):
+    """The process of a quantity was named the one that later values are compared with."""
+
+    quantity: str
+    group: Annotated[str, "`all`, or what the chart is of, `bench: B1`"]
+    since: Annotated[str, "first day of measuring, ISO"]
+    until: Annotated[str, "last day"]
+    mean: float
+    sigma: Annotated[float, "standard deviation within the process"]
+    n: Annotated[int, "values behind it"]
+    left_out: Annotated[int, "gross values among them"]
+    reason: Annotated[str, "why it was revised; empty for the first"] = ""
+
+
+@dataclass(frozen=True)
 class CopiesResolved(Payload, what="copies_resolved"):
     """A person said which unit a recording belongs to that several units share."""
 

@@ -119,7 +119,7 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
     weighted, spread = _weighted_mean(x, gross, base)
     if baseline is not None and base.sigma > 0.0:
         kept = np.flatnonzero(~gross)
-        lasting = _departures(x, kept, base, (np.abs(weighted - base.mean) / spread)[kept])
+        lasting = _departures(x, kept, base, np.abs(weighted[kept] - base.mean) / spread[kept])
     alarms = [_single(i, float(x[i] - level[i]), base) for i in map(int, np.flatnonzero(gross))]
     return Chart(
         values=x,

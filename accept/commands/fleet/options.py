@@ -33,6 +33,10 @@ class By(StrEnum):
     DAY = "day"
     BENCH = "bench"
     OPERATOR = "operator"
+    LOT = "lot"
+    SUPPLIER = "supplier"
+    ORDER = "order"
+    SHIFT = "shift"
     KIND = "kind"
     SPEC = "spec"
 
@@ -43,6 +47,10 @@ class TrendBy(StrEnum):
     ALL = "all"
     BENCH = "bench"
     OPERATOR = "operator"
+    LOT = "lot"
+    SUPPLIER = "supplier"
+    ORDER = "order"
+    SHIFT = "shift"
     KIND = "kind"
     SPEC = "spec"
 

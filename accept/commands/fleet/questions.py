@@ -1,6 +1,7 @@
 """`accept history`, `list`, `yield` and `trend`."""
 
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from math import isnan
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,11 +10,11 @@ import pandas as pd
 import typer
 
 from accept.base.atomic_files import check_place, write_atomic
-from accept.base.console import clear_errors, say, stdout
+from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.commands.fleet.options import By, Choice, ListOptions, Outputs, TrendBy
 from accept.commands.fleet.tables import check, show, telling, write, write_documents
-from accept.commands.options import Plot
+from accept.commands.options import Operator, Plot
 from accept.fleet import history as histories
 from accept.fleet import trend as trends
 from accept.fleet import yields
@@ -82,7 +83,7 @@ def _check_plot(plot: Path | None) -> None:
 
 
 def _draw(plot: Path | None, panels: Sequence[Panel], columns: int) -> None:
-    if plot is None:
+    if plot is None or not panels:
         return
     from accept.pictures.draw import picture  # loads matplotlib: only when wanted
 
@@ -181,6 +182,14 @@ def trend(
     quantity: Annotated[str, typer.Argument(help="Name of a quantity, such as stroke_um.")],
     *,
     by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
+    baseline: Annotated[
+        str | None,
+        typer.Option(
+            help="Days of a good process, 2026-10-01..2026-10-15: store it; later values are compared with it."
+        ),
+    ] = None,
+    reason: Annotated[str, typer.Option(help="Why a baseline is revised.")] = "",
+    operator: Operator = None,
     rules: Annotated[
         str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
     ] = None,
@@ -192,7 +201,13 @@ def trend(
     check(outputs)
     _check_plot(plot)
     frame = _stored()
-    made = trends.trends(frame, quantity, by.value, None, _rules(rules), is_chosen(frame, choice))
+    with open_store() as store:
+        if baseline is not None:
+            for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
+                stated = trends.set_baseline(store, of, by.value, reason, operator_name(operator))
+                say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
+        known = trends.stored_baselines(store, quantity, by.value)
+    made = trends.trends(frame, quantity, by.value, known, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t) for t in made]
     show(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{made[0].unit}], first attempts")
     for each, document in zip(made, documents, strict=True):
@@ -205,8 +220,16 @@ def trend(
     write_documents(
         outputs, documents, pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     )
-    _draw(plot, [trends.panel(t) for t in made], columns=1)
+    _draw(plot, [trends.panel(t) for t in made if len(t.rows)], columns=1)
     return Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED
+
+
+def _within(days: str, choice: Choice) -> Choice:
+    """Return the choice narrowed to the days of a baseline. Raises FleetError for anything but two days."""
+    since, dots, until = days.partition("..")
+    if not dots:
+        raise FleetError(f"--baseline {days}: expected two days, 2026-10-01..2026-10-15")
+    return replace(choice, since=since, until=until)
 
 
 def _rules(text: str | None) -> list[int]:
@@ -242,11 +265,8 @@ def _row(document: Mapping[str, Any]) -> dict[str, object]:
 def _basis(each: trends.Trend, base: Baseline) -> str:
     """Return what the chart compares with, and how often it rings without a reason."""
     left_out = f", {base.left_out} gross left out" if base.left_out else ""
-    of = (
-        "the values themselves"
-        if each.baseline is None
-        else f"the baseline {each.baseline.since} to {each.baseline.until}"
-    )
+    stated = each.baseline.stated if each.baseline else None
+    of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
     return (
         f"compared with {of} ({base.n} units{left_out}); "
         f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"

@@ -11,7 +11,16 @@ from accept.documents.document import DocumentError
 from accept.documents.results import ListedUnit, ResultsDocument, UnitEntry
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
-from accept.store.payloads import KINDS, GoldenMet, InstrumentChecked, Payload, UnitJudged, UnitRefused, payload_of
+from accept.store.payloads import (
+    KINDS,
+    BaselineSet,
+    GoldenMet,
+    InstrumentChecked,
+    Payload,
+    UnitJudged,
+    UnitRefused,
+    payload_of,
+)
 from accept.workflow.state.unit_state import fold_run
 from checks.verdict import UnitVerdict
 
@@ -38,7 +47,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         assert payload is not None, event.name
         assert payload.about(event.subject, event.spec).text() == event.payload
         kinds.add(type(payload))
-    assert set(KINDS.values()) - kinds == {GoldenMet, InstrumentChecked}  # which that store has none of
+    assert set(KINDS.values()) - kinds == {BaselineSet, GoldenMet, InstrumentChecked}  # which that store has none of
 
 
 def test_the_state_of_an_earlier_store(store: Store) -> None:

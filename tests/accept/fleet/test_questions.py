@@ -212,6 +212,52 @@ def test_charts_do_not_depend_on_which_worker_was_done_first():
     assert (made[1] == values).all()
 
 
+def month_with_a_step(at_bench_2: float) -> None:
+    """Twenty days, ten units a day at two benches; from the eleventh day on bench-2 reads this much more."""
+    rng = np.random.default_rng(12)
+    with open_store() as store:
+        for d in range(20):
+            at = datetime.datetime(2026, 10, 1 + d, 9, tzinfo=datetime.UTC)
+            step = at_bench_2 if d >= 10 else 0.0
+            for n in range(10):
+                bench = f"bench-{1 + n % 2}"
+                value = 360.0 + 2.0 * rng.standard_normal() + (step if bench == "bench-2" else 0.0)
+                lot = {"origin": {"lot": f"L{d // 5}"}}
+                event = judgement(f"M-{d:02d}-{n}", {"stroke_um": value}, bench)
+                result = {**event.payload["result"], **lot}
+                add(store, [replace(event, payload={**event.payload, "result": result})], at=at)
+
+
+def test_a_baseline_is_kept_and_what_leaves_it_is_named_with_its_place(tmp_path):
+    """A step of 2 sigma at one bench: named with direction, size, first day and bench; nothing rings at the other. The
+    baseline's limits are frozen: they are those of the first eight days however many units follow."""
+    month_with_a_step(4.0)
+    days = ("--baseline", "2026-10-01..2026-10-08")
+    assert ask("trend", "stroke_um", "--by", "bench", *days, "--json", tmp_path / "t.json").exit_code == 4
+    one, two = json.loads((tmp_path / "t.json").read_text())
+    assert one["alarms"] == []
+    (alarm,) = [a for a in two["alarms"] if a["rule"] == "shift"]
+    assert alarm["direction"] == "up"
+    assert alarm["size"] == pytest.approx(4.0, abs=alarm["U"])
+    assert "2026-10-10" <= alarm["since"] <= "2026-10-12"  # it began on the 11th
+    assert two["baseline"]["n"] == 40
+    assert ask("trend", "stroke_um", *days).exit_code == 4
+    assert ask("trend", "stroke_um", "--json", tmp_path / "t.json").exit_code == 4  # kept for the next question
+    (row,) = json.loads((tmp_path / "t.json").read_text())
+    assert row["baseline"]["until"] == "2026-10-08"
+    assert any("only at bench bench-2" in a["words"] for a in row["alarms"])
+    assert ask("trend", "stroke_um", *days).exit_code == 6  # a revision needs its reason
+    assert ask("trend", "stroke_um", *days, "--reason", "new probe").exit_code == 4
+    assert ask("trend", "stroke_um", "--baseline", "October").exit_code == 6
+
+
+def test_lots_can_be_grouped_by(tmp_path):
+    month_with_a_step(0.0)
+    assert ask("yield", "--by", "lot", "--json", tmp_path / "y.json").exit_code == 0
+    rows = json.loads((tmp_path / "y.json").read_text())
+    assert {row["lot"]: row["units"] for row in rows} == {f"L{i}": 50 for i in range(4)}
+
+
 def test_an_unknown_verdict_is_refused_and_lists_nothing(bench):
     assert ask("list", "--verdict", "reject").exit_code == 2
 
