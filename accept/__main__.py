@@ -11,7 +11,7 @@ import sys
 from accept import _strangers
 
 if problem := _strangers():  # the folder in which it is started comes first where modules are looked for
-    print(f"accept: {problem}", file=sys.stderr)
+    sys.stderr.write(f"accept: {problem}\n")
     sys.exit(6)  # bad input: `Exit.BAD_INPUT` cannot be imported yet
 
 from accept.cli.main import main

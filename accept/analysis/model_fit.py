@@ -115,7 +115,7 @@ def _no_worse(found: Calibration, start: Model, data: Dataset) -> Calibration:
 
 
 def _doubt(found: Fit) -> str | None:
-    """Return why a model with these values is none that its file allows."""
+    """Return which of these values its file does not allow, and why."""
     reason = next(chain(outside_priors(found), all_priors(found)), None)
     return None if reason is None or not found.converged else str(reason)
 

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Collection, Mapping
 from datetime import date
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 from checks.acceptance import CHECKS
 from checks.declare import Measured
 from specs.bench import Channels, channel_map
 
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift")
-ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # beyond them nobody measures units
+ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
 
 
 def string(data: Mapping[str, Any], key: str, problems: list[str]) -> str:
@@ -97,7 +97,7 @@ def _known(table: Mapping[str, T], section: str, names: Collection[str], problem
     return {k: v for k, v in table.items() if k in names}
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
