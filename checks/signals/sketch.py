@@ -33,7 +33,7 @@ MOST_LEVELS = 10_000  # coarser steps may be above the noise: single samples of 
 SWINGS = 64  # hashes of swings that a sketch keeps
 SHARED = 16  # of them: honest records of the same excitation share one or two
 LEAST_SWINGS = 32  # different ones, below which they are those of the excitation
-WINDOW = 512  # a turning point is the highest or lowest of this part of the channel to either side
+WIDTHS = (8, 64, 512, 4096)  # samples to either side, of which a turning point is the highest or lowest
 SWING = 0.1  # of the span: a smaller one is noise
 RATIO = 1e-4  # step of the logarithm of a ratio: two units differ by more, a copy by less
 SWING_KEYS = 12  # of an index
@@ -122,26 +122,37 @@ def sketch(x: Array) -> Sketch | None:
 
 
 def _swings(x: Array) -> NDArray[np.uint32]:
-    """Hashes of three successive ratios of swings between turning points of a channel, the smallest ones in order."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+    """Return hashes of three successive ratios of swings between turning points of a channel, the smallest in order.
 
+    How wide a turning point is seen is chosen by the channel, as that which gives most of them, and not by its length,
+    which a cut changes."""
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")
-    size = 2 * max(4, 1 << max(0, (x.size // WINDOW).bit_length() - 1)) + 1  # the same for a copy that was cut
-    turning = (x == maximum_filter1d(x, size)) | (x == minimum_filter1d(x, size))
-    at = np.flatnonzero(turning[1:-1]) + 1
-    heights = _vertex(x[at - 1], x[at], x[at + 1])
-    swing = np.diff(heights)
-    large = np.abs(swing) >= SWING * np.ptp(x)
-    good = large[:-3] & large[1:-2] & large[2:-1] & large[3:] if swing.size > 3 else np.zeros(0, dtype=bool)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.round(np.log(np.abs(swing[1:] / swing[:-1])) / RATIO)
-    triples = np.stack([ratios[n : n + good.size] for n in range(3)], axis=1)[good] if good.size else np.zeros((0, 3))
+    wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]
+    triples = max((_triples(x, width) for width in wide), key=len, default=np.zeros((0, 3)))
     different = np.unique(triples, axis=0).astype("<i4")
     if different.shape[0] < LEAST_SWINGS:
         return np.zeros(0, dtype="<u4")
     hashes = [int.from_bytes(hashlib.sha256(row.tobytes()).digest()[:4], "little") for row in different]
     return np.unique(np.array(hashes, dtype="<u4"))[:SWINGS]
+
+
+def _triples(x: Array, width: int) -> Array:
+    """Return three successive ratios (n, 3) of large swings, in steps, between points that are the highest or lowest of
+    `width` samples to either side."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    size = 2 * width + 1
+    turning = (x == maximum_filter1d(x, size)) | (x == minimum_filter1d(x, size))
+    at = np.flatnonzero(turning[1:-1]) + 1
+    swing = np.diff(_vertex(x[at - 1], x[at], x[at + 1]))
+    if swing.size < 4:
+        return np.zeros((0, 3))
+    large = np.abs(swing) >= SWING * np.ptp(x)
+    good = large[:-3] & large[1:-2] & large[2:-1] & large[3:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.round(np.log(np.abs(swing[1:] / swing[:-1])) / RATIO)
+    return np.asarray(np.stack([ratios[n : n + good.size] for n in range(3)], axis=1)[good])
 
 
 def _vertex(before: Array, at: Array, after: Array) -> Array:

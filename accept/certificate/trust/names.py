@@ -1,4 +1,4 @@
-"""Names of persons: two that a reader takes for one are one person (Unicode Technical Standard 39, skeletons).
+"""Names of persons: two that a reader takes for one are one person ([UTS39], skeletons).
 
 The table holds the letters of living scripts that Unicode's list of confusables gives for a Latin letter or digit.
 """

@@ -148,10 +148,15 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Not complete if the store knows something against its parts that the certificate does not state."""
+    """Not complete if the store knows something against its parts or holds a nonconformance that the certificate does not
+    state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
-    return Step(f"the bench's store speaks against its parts: {'; '.join(new)}", False) if new else Step("")
+    held = open_nonconformances(store, contents.serial, {})
+    unstated = [words for words in held if words not in contents.result.get("nonconformances", ())]
+    words = [f"the bench's store speaks against its parts: {'; '.join(new)}"] if new else []
+    words += [f"the bench's store holds a nonconformance: {'; '.join(unstated)}"] if unstated else []
+    return Step("; ".join(words), complete=not words)
 
 
 def _sound(store: Store, contents: CertificateContent) -> Step:

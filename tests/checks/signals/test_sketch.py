@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from checks.signals.sketch import Sketch, sketch
 
@@ -89,3 +90,53 @@ def test_what_tells_nothing_has_no_sketch() -> None:
 def test_what_is_no_sketch_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="no sketch"):
         Sketch.parse(text)
+
+
+def excited(seed: int, resonance_Hz: float = 95.0, noise: float = 2e-4) -> np.ndarray:
+    """Response of a plant to the noise that excites every unit, with noise of its own."""
+    drive = np.random.default_rng(11).standard_normal(40_000)
+    w = 2 * np.pi * resonance_Hz / 4000.0
+    pole = 0.99 * np.exp(1j * w)
+    x = signal.lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], drive)
+    return x + noise * np.ptp(x) * np.random.default_rng(seed).standard_normal(x.size)
+
+
+CUT = {
+    "the first sample": lambda x: x[1:],
+    "the last sample": lambda x: x[:-1],
+    "seven samples": lambda x: x[7:],
+    "a tenth at either end": lambda x: x[len(x) // 10 : -len(x) // 10],
+    "a sample, in other units and sign": lambda x: -1e6 * x[1:] + 3.0,
+    "a sample, noise of 3e-6 added": lambda x: x[1:] + 3e-6 * np.ptp(x) * RNG.standard_normal(x.size - 1),
+}
+
+
+@pytest.mark.parametrize("how", CUT)
+def test_a_copy_that_was_cut_is_known(how: str) -> None:
+    x = excited(1)
+    one, other = sketch(x), sketch(CUT[how](x))
+    assert one is not None
+    assert other is not None
+    assert Sketch.parse(str(one)).same(Sketch.parse(str(other)))
+    assert set(one.keys()) & set(other.keys())  # the index finds it
+
+
+def test_honest_records_of_the_same_excitation_are_no_copies() -> None:
+    """The same unit measured again, and another one whose resonance is a thousandth higher."""
+    one = sketch(excited(1))
+    assert one is not None
+    assert one.swings.size
+    for other in (excited(2), excited(3, 95.1), excited(4, 95.1, 0.0), excited(5, 97.0)):
+        found = sketch(other)
+        assert found is not None
+        assert not one.same(found)
+
+
+def test_a_sketch_of_before_is_read_and_keeps_its_keys() -> None:
+    new = sketch(excited(1))
+    assert new is not None
+    text = str(new).rpartition(":")[0]
+    old = Sketch.parse(text)
+    assert str(old) == text
+    assert old.same(new)
+    assert set(old.keys()) <= set(new.keys())

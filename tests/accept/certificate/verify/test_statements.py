@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,7 @@ from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.statements import PAGE, STATEMENTS, statement_of, unlisted
 from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
+from accept.documents.results import UnitEntry
 from accept.pictures.pdf.assemble import assemble
 from accept.store import open_store
 from accept.store.seal import own_key
@@ -175,6 +176,8 @@ def test_the_table_names_every_statement(tmp_path: Path) -> None:
     contents = read(certified(tmp_path, "B-1").read_bytes())
     assert unlisted(contents) == []
     assert all(s.how for s in STATEMENTS)
+    entry = {field.name for field in fields(UnitEntry)}
+    assert {name for name in entry if statement_of(RESULTS, name) is None} == set()
     assert statement_of(PAGE, "anything") is not None
     more = replace(contents, result={**contents.result, "remark": "accepted after review"})
     assert unlisted(more) == ["results.json: remark"]
