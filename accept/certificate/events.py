@@ -17,11 +17,11 @@ def signed(
     role: str,
     *,
     who: str,
-    of: bytes,
+    of: bytes = b"",
     spec: str = "",
     disposition: Disposition | None = None,
 ) -> Event:
-    """Store that a certificate was signed in a role and written to `path`. of: the document before this signature.
+    """Store that a certificate was signed in a role and written to `path`. of: the document before a countersignature.
     disposition: of a unit that was not accepted. Raises StoreError."""
     event = CertificateSigned(
         str(path.resolve()),

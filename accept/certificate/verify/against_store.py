@@ -148,7 +148,7 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Not complete if the store knows something against its parts or holds a nonconformance that the certificate does not
+    """Not complete if the store knows something against its parts, or a nonconformance, that the certificate does not
     state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
