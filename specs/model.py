@@ -24,6 +24,7 @@ from specs.model_sections import (
     FitRecord,
     Joints,
     JointSection,
+    LearnedBenchRecord,
     Misalignment,
     ModelSection,
     PopulationRecord,
@@ -51,6 +52,7 @@ class ModelDocument(Strict):
     effects: list[EffectEntry] = Field(default_factory=list)
     fit: FitRecord | None = None
     population: PopulationRecord | None = None
+    learned_bench: LearnedBenchRecord | None = None
 
     @model_validator(mode="before")
     @classmethod

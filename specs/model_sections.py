@@ -1,11 +1,12 @@
 """The sections of a model file. A number may be a value or `{ value, sd }`; with an sd it is uncertain."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from specs.strict import Finite, Positive, Strict, Words
+from specs.strict import Finite, NotNegative, Positive, Strict, Words
 
 BENDING = ("kRx_Nm_per_rad", "kRy_Nm_per_rad")
 TYPES = {"2dof": BENDING, "3dof": (*BENDING, "kRz_Nm_per_rad"), "4dof": (*BENDING, "kRz_Nm_per_rad", "kz_N_per_um")}
@@ -308,6 +309,40 @@ class FitRecord(Strict):
         for i, name in enumerate(self.names):
             if not self.covariance[i][i] > 0:
                 raise ValueError(f"covariance of {name} with itself is {self.covariance[i][i]:g}, expected above 0")
+        return self
+
+
+class BenchOfChannel(Strict):
+    """What a learned bench is on one channel, a number for each frequency: real and imaginary part of its factor less
+    one, the standard uncertainty of that, and 1 sd of what one more unit has beside it."""
+
+    real: list[Finite]
+    imag: list[Finite]
+    sd: list[NotNegative]
+    tolerance: list[NotNegative]
+
+
+class LearnedBenchRecord(Strict):
+    """What the bench adds to every unit alike without a name, learned from units. units: their serials; apart: those
+    that did not count; learned_on: the day, in ISO 8601."""
+
+    f_Hz: Annotated[list[Positive], Field(min_length=2)]
+    channels: dict[Literal["Vs", "de", "da"], BenchOfChannel]
+    units: list[Words]
+    apart: list[Words] = Field(default_factory=list)
+    learned_on: Words | None = None
+
+    @model_validator(mode="after")
+    def _one_number_for_each_frequency(self) -> "LearnedBenchRecord":
+        if any(b <= a for a, b in pairwise(self.f_Hz)):
+            raise ValueError("f_Hz: expected frequencies that rise")
+        for channel, of_channel in self.channels.items():
+            for key, numbers in of_channel:
+                if len(numbers) != len(self.f_Hz):
+                    raise ValueError(
+                        f"channels.{channel}.{key}: has {len(numbers)} entries, expected one for each of "
+                        f"{len(self.f_Hz)} frequencies"
+                    )
         return self
 
 

@@ -81,7 +81,7 @@ def fit_unit(
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
-    measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
+    measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi).on_bench(base.model.learned)
     for words in measured.remarks:
         say(words)
     start = base.model

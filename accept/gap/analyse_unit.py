@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,9 @@ def analyse(
     given = as_weighed(given, measured.serial, measured.payload_kg)
     A, B, more = realisations(measured, given.model.tolerance)
     trials, lost = trials_of(held, measured, given.model.tolerance)
+    bench = given.model.learned
+    A, B = A.on_bench(bench), B.on_bench(bench)
+    trials = tuple(replace(t, A=t.A.on_bench(bench), B=t.B.on_bench(bench)) for t in trials)
     low = measured.records["low"]
     inputs = Inputs(
         model=given.model,

@@ -1,7 +1,7 @@
 """The measured responses of a unit, from the records that its folder names under [frf]."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from accept.units import unit_folder as units
@@ -13,6 +13,7 @@ from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
+from checks.model.learned_bench import LearnedBench
 from checks.record import Record
 
 _SHARED = CHECKS["frf"].inputs["merge_Hz"]
@@ -38,6 +39,11 @@ class Responses:
     def remarks(self) -> list[str]:
         """Return how columns of the records were read if not as they are."""
         return [words for record in self.records.values() for words in record.remarks]
+
+    def on_bench(self, learned: LearnedBench | None) -> "Responses":
+        """Return the same with what a learned bench says of units that differ, if there is one."""
+        second = None if self.second is None else self.second.on_bench(learned)
+        return replace(self, first=self.first.on_bench(learned), second=second)
 
     def __repr__(self) -> str:
         second = "no second realisation" if self.second is None else "with a second realisation"

@@ -22,7 +22,7 @@ from checks.model.unidentified import NAME as UNIDENTIFIED
 from checks.model.unidentified import Element, element
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
-from specs.model_sections import ByChannel, FitRecord, PopulationRecord
+from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
@@ -122,14 +122,16 @@ def write_model(
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
+    bench: LearnedBenchRecord | None = None,
     name: str | None = None,
 ) -> ModelSpec:
     """Write a model file that is `spec` with other values, and what was read back from it.
 
     values, sds: by flat name, in the names' units; a value without an sd keeps the sd that it had. effects: added after
     those that the file has. population: the batch that the values are of; an earlier unit's fit and an earlier batch
-    then go. Comments stay. The superelement's path is made relative to the new place. The file is read back before it
-    replaces anything, so that what is there can be opened. Raises SpecError, ModelError, OSError."""
+    then go. bench: what its bench adds without a name. Comments stay. The superelement's path is made relative to the
+    new place. The file is read back before it replaces anything, so that what is there can be opened. Raises
+    SpecError, ModelError, OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
         document["name"] = name
@@ -148,6 +150,11 @@ def write_model(
     if population is not None:
         document.pop("fit", None)
         document["population"] = _record_table(population)
+    if bench is not None:
+        document.pop("learned_bench", None)
+        table = tomlkit.table()
+        table.update(bench.model_dump(exclude_none=True))
+        document["learned_bench"] = table
     content = tomlkit.dumps(document).encode()
     read = parse_model(content, str(path), path.parent)
     write_atomic(path, content)

@@ -17,6 +17,7 @@ from checks.arrays import Array, Complex
 from checks.errors import RecordError
 from checks.fitting.noise_pooling import shared_noise
 from checks.fitting.whitener import Whitener, whitener
+from checks.model.learned_bench import LearnedBench
 from checks.record import Record
 from checks.signals.interpolation import Errors, interpolation_errors, of_another_record, without_errors
 from checks.signals.spectral.frf import Frf
@@ -30,9 +31,10 @@ STEP = 2 * HALF + 1  # windows that share no bin
 @dataclass(frozen=True, eq=False)
 class Dataset:
     """f (F,) [Hz]; H (F, C) complex, channels (C,) over Va at the DAC; cov (F, C, C) noise E[e e^H] across channels;
-    nu (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; scale (F, C): the
-    response that it is a part of, the measured one where there is no model yet; taken_out: errors of the encoder's
-    interpolation that are no longer in H.
+    nu (F,) complex degrees of freedom of cov; tolerance: relative model error, see `whitener`; by_frequency (F, C):
+    more of it, added in square, where a learned bench knows how much units differ; scale (F, C): the response that both
+    are a part of, the measured one where there is no model yet; taken_out: errors of the encoder's interpolation that
+    are no longer in H.
 
     Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it.
     """
@@ -45,6 +47,7 @@ class Dataset:
     tolerance: float = 0.0
     name: str = "responses"
     scale: Complex | None = None
+    by_frequency: Array | None = None
     taken_out: Errors = ()
 
     def __repr__(self) -> str:
@@ -70,12 +73,21 @@ class Dataset:
     @property
     def variance(self) -> Array:
         """(F, C) noise variance plus squared tolerance: what G divides the squared residual by."""
-        return self.noise + (self.tolerance * np.abs(self.reference)) ** 2
+        return self.noise + (self.relative * np.abs(self.reference)) ** 2
+
+    @property
+    def relative(self) -> float | Array:
+        """The relative model error: one number, or (F, C) where it depends on frequency and channel."""
+        return self.tolerance if self.by_frequency is None else np.hypot(self.tolerance, self.by_frequency)
 
     @cached_property
     def whitener(self) -> Whitener:
         """Turns residuals (F, C) into real numbers of unit variance: noise and tolerance with their correlations."""
-        return whitener(self.f, self.reference, self.cov, self.nu, self.tolerance)
+        return whitener(self.f, self.reference, self.cov, self.nu, self.relative)
+
+    def on_bench(self, learned: LearnedBench | None) -> "Dataset":
+        """Return the same with what a learned bench says of units that differ, if there is one."""
+        return self if learned is None else replace(self, by_frequency=learned.tolerance_at(self.f, self.channels))
 
     def select(self, channels: Iterable[str]) -> "Dataset":
         """Some channels, in the order asked for. Raises RecordError naming one that is not there."""
@@ -85,7 +97,9 @@ class Dataset:
                 raise RecordError(f"{self.name}: no channel '{c}' (has: {', '.join(self.channels)})")
         at = [self.channels.index(name) for name in wanted]
         scale = None if self.scale is None else self.scale[:, at]
-        return replace(self, H=self.H[:, at], cov=self.cov[:, at][:, :, at], channels=wanted, scale=scale)
+        more = None if self.by_frequency is None else self.by_frequency[:, at]
+        H, cov = self.H[:, at], self.cov[:, at][:, :, at]
+        return replace(self, H=H, cov=cov, channels=wanted, scale=scale, by_frequency=more)
 
     def band(self, f_lo: float, f_hi: float) -> "Dataset":
         """The bins with f_lo <= f <= f_hi [Hz]."""
@@ -94,7 +108,9 @@ class Dataset:
     def at(self, bins: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Dataset":
         """Some bins."""
         scale = None if self.scale is None else self.scale[bins]
-        return replace(self, f=self.f[bins], H=self.H[bins], cov=self.cov[bins], nu=self.nu[bins], scale=scale)
+        more = None if self.by_frequency is None else self.by_frequency[bins]
+        f, H, cov, nu = self.f[bins], self.H[bins], self.cov[bins], self.nu[bins]
+        return replace(self, f=f, H=H, cov=cov, nu=nu, scale=scale, by_frequency=more)
 
     def thinned(self, bins: int) -> "Dataset":
         """At most `bins` of the bins, spread over log f: for a first, quick fit."""
@@ -151,7 +167,7 @@ def joined(below: Dataset, above: Dataset) -> Dataset:
     if below.channels != above.channels:
         raise RecordError(f"{below.name}: channels {below.channels} below and {above.channels} above")
     f, H, cov, nu = (np.concatenate([getattr(d, k) for d in (below, above)]) for k in ("f", "H", "cov", "nu"))
-    return replace(below, f=f, H=H, cov=cov, nu=nu, scale=None)
+    return replace(below, f=f, H=H, cov=cov, nu=nu, scale=None, by_frequency=None)
 
 
 def simulated(

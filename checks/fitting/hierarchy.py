@@ -256,7 +256,7 @@ def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
 
 def covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, int]:
     """How many parameters of all units lie within what the others foretell, and how many were compared."""
-    z = np.concatenate([b.z[np.isfinite(b.z)] for b in belongings])
+    z = np.concatenate([np.zeros(0), *(b.z[np.isfinite(b.z)] for b in belongings)])
     return int(np.sum(np.abs(z) <= stats.norm.ppf(0.5 + level / 2))), int(z.size)
 
 

@@ -75,15 +75,16 @@ class Whitener:
         return np.ascontiguousarray(np.moveaxis(self.inverse, 0, -1))
 
 
-def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float) -> Whitener:
-    """f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom."""
+def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | Array) -> Whitener:
+    """Return the whitener of f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom; tolerance:
+    one number, or (F, C)."""
     C = H.shape[1]
     independent: Complex = cov * _unsure(nu, C)[:, None, None]
     d = np.arange(C)
-    size = tolerance * np.sqrt(SHARE) * _without_dips(f, np.abs(H))
+    size = tolerance * np.sqrt(SHARE) * without_dips(f, np.abs(H))
     independent[:, d, d] += _bins_of_one_error(f)[:, None] * size**2
     inverse = np.asarray(np.linalg.inv(np.linalg.cholesky(independent)), dtype=np.complex128)
-    if tolerance == 0.0:
+    if not np.any(tolerance):
         return Whitener(inverse, np.zeros((2 * H.size, 0)), np.zeros(0))
     B = _smooth_errors(f, tolerance * np.sqrt(SHARE) * H, inverse)
     s2, V = np.linalg.eigh(B.T @ B)
@@ -105,7 +106,7 @@ def _bins_of_one_error(f: Array) -> Array:
     return np.maximum(1.0, NARROW * f / np.gradient(f))
 
 
-def _without_dips(f: Array, size: Array) -> Array:
+def without_dips(f: Array, size: Array) -> Array:
     """size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. A zero is where large
     motions cancel: a small part of each of them is no small part of what is left."""
     below = np.searchsorted(f, f * (1.0 - NARROW))

@@ -74,7 +74,8 @@ def estimate(
 
 
 def _prepared(data: Dataset, model: Model, channels: tuple[str, ...]) -> Dataset:
-    return replace(data.select(channels).band(F_LO, min(F_HI, model.up_to_Hz)), tolerance=model.tolerance)
+    band = data.select(channels).band(F_LO, min(F_HI, model.up_to_Hz))
+    return replace(band, tolerance=model.tolerance).on_bench(model.learned)
 
 
 def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:

@@ -12,6 +12,7 @@ from checks.errors import ModelError
 from checks.model.channel_paths import channel_path_off
 from checks.model.free_apa_modes import modal_apa, mode_names
 from checks.model.joint_prior import JointPrior
+from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model, Values
 from checks.model.parameters import in_range, is_mode_factor, known, si
 from checks.model.structure.apa import ApaBody, superelement_body
@@ -59,6 +60,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
         values=values,
         sds={**spec.sds, **sds, **({} if joint is None else joint.sds)},
         joint=joint,
+        learned=_learned_bench(spec),
         tolerance=spec.tolerance.relative,
         least=min(spec.tolerance.least, spec.tolerance.relative),
         sha256=sha256,
@@ -73,6 +75,23 @@ def _of_its_batch(spec: ModelSpec) -> JointPrior | None:
     if batch is None:
         return None
     return JointPrior(tuple(batch.names), np.array(batch.mean), np.array(batch.full))
+
+
+def _learned_bench(spec: ModelSpec) -> LearnedBench | None:
+    """Return what the bench adds to every unit without a name, if the file knows it."""
+    record = spec.learned_bench
+    if record is None:
+        return None
+    parts = list(record.channels.values())
+    factor, sd, tolerance = (
+        np.array(columns).T
+        for columns in (
+            [np.array(p.real) + 1j * np.array(p.imag) for p in parts],
+            [p.sd for p in parts],
+            [p.tolerance for p in parts],
+        )
+    )
+    return LearnedBench(np.array(record.f_Hz), tuple(record.channels), factor, sd, tolerance)
 
 
 def _as_built(

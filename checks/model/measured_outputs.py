@@ -8,6 +8,7 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.model.channel_paths import channel_path
+from checks.model.learned_bench import LearnedBench
 from checks.model.parts import electrical_of
 from checks.model.structure.bench import suspension
 from checks.model.structure.encoder import bracket
@@ -44,9 +45,11 @@ class OutputGains:
         return np.asarray(moved)
 
 
-def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> OutputGains:
-    """What is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that it has
-    not."""
+def output_gains(
+    f: Array, v: Values, have: Channels, wanted: Channels, learned: LearnedBench | None = None
+) -> OutputGains:
+    """Return what is seen at f (F,) [Hz] of a motion of the channels `have`. Raises ModelError for a channel that is
+    not among them."""
     e = electrical_of(v)
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)
@@ -54,6 +57,8 @@ def output_gains(f: Array, v: Values, have: Channels, wanted: Channels) -> Outpu
     gain, with_rest, with_own_rest, alone = np.zeros((4, len(wanted), f.size), dtype=complex).swapaxes(1, 2)
     for i, channel in enumerate(wanted):
         seen = factor(v, channel, f) * channel_path(f, v, channel)
+        if learned is not None:
+            seen = seen * learned.at(f, channel)
         if channel == "Vs":
             gain[:, i] = per_volt * (e.gs * seen) * e.sensor(f)
             alone[:, i] = drive * (e.crosstalk * e.gain * seen)

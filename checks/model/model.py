@@ -30,7 +30,8 @@ from checks.model.dynamics.real_modes import real_modal
 from checks.model.dynamics.receptances import Receptances, receptances
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.joint_prior import JointPrior
-from checks.model.measured_outputs import output_gains
+from checks.model.learned_bench import LearnedBench
+from checks.model.measured_outputs import OutputGains, output_gains
 from checks.model.parameters import (
     TURNS_TIES,
     depends_on,
@@ -72,7 +73,7 @@ class Model:
     parameters together; tolerance: relative model error too small to matter; least: what is left of it where the modes
     of the APA are uncertain and fitted; up_to_Hz: nothing is compared above; held: the payload is clamped as well.
     sha256: of the model's file and of the APA's matrices. damping: "full", or "modal" where each real mode has its own
-    and modes exchange no energy through the dampers.
+    and modes exchange no energy through the dampers. learned: what the bench adds to every unit without a name.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Model:
     damping: str = "full"
     up_to_Hz: float = F_MAX
     joint: JointPrior | None = None
+    learned: LearnedBench | None = None
 
     def __repr__(self) -> str:
         return f"Model({self.name}: {len(self.values)} parameters, {len(self.sds)} of them uncertain)"
@@ -143,9 +145,8 @@ class Model:
         f = frequencies(f)
         system = self.system(changes)
         wanted = system.channels if channels is None else tuple(channels)
-        return output_gains(f, self._at(changes), system.channels, wanted)(
-            direct_frf(system, f), modal(system).static()
-        )
+        seen = self._seen(f, self._at(changes), system.channels, wanted)
+        return seen(direct_frf(system, f), modal(system).static())
 
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
@@ -159,7 +160,7 @@ class Model:
         wanted = form.channels if channels is None else tuple(channels)
         inside = [i for i, n in enumerate(names) if self._smooth(n)]
         moved = self._moved(f, [names[i] for i in inside], changes)
-        converted = output_gains(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
+        converted = self._seen(f, v, form.channels, wanted).in_proportion(moved[:, 1:], moved[:, 0].real)
         if len(inside) == len(names) and not any(_seen_otherwise(n, v) for n in names):
             return converted
         found = np.zeros((len(names), len(wanted), f.size), dtype=complex).swapaxes(1, 2)
@@ -171,7 +172,7 @@ class Model:
                 continue
             known_motion = name in smooth or not is_mechanical(name)
             above, below = (
-                output_gains(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
+                self._seen(f, end, form.channels, wanted)(H, static) if known_motion else self._frf(f, end, wanted)
                 for end in _ends(v, name)
             )
             found[i] += (above - below) / (2.0 * derivative_step(name, v[name]))
@@ -204,7 +205,11 @@ class Model:
         """Response at values that are not judged: a derivative may look just past a bound."""
         form = _answering(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
-        return output_gains(f, v, form.channels, wanted)(form.frf(f), form.static())
+        return self._seen(f, v, form.channels, wanted)(form.frf(f), form.static())
+
+    def _seen(self, f: Array, v: Values, have: tuple[str, ...], wanted: tuple[str, ...]) -> OutputGains:
+        """Return what is seen of a motion of the channels `have`, through a learned bench if there is one."""
+        return output_gains(f, v, have, wanted, self.learned)
 
     def _solved(self, v: Values) -> "tuple[System, Callable[[], Modal]]":
         return _solved(self, self._mechanical(v))

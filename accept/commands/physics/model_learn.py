@@ -1,9 +1,9 @@
 """`accept model learn`: a model file learned from a batch of units."""
 
 import json
-from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -12,11 +12,13 @@ from accept.base.console import clear_errors, say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import busy
 from accept.commands.options import StartModelName
-from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.bench import changes_since
+from accept.fleet.population.learn import NothingLearned, learn_population, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
-from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import DEFAULT_MODEL, opened
 from accept.units.unit_folder import read
+from specs.model import ModelSpec, load_model
+from specs.strict import SpecError
 
 MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
 
@@ -27,22 +29,31 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
     model: StartModelName = None,
 ) -> Exit:
-    """Learn a model from a batch. Its mean, its scatter, and which units do not belong."""
+    """Learn a model from a batch. Its mean, its scatter, what its bench adds, and which units do not belong."""
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
-    kind = read(units[0]).kind
-    name = model or DEFAULT_MODEL[kind]
-    given = opened(name)
-
-    def ask(i: int) -> Mapping[str, Any]:
-        return run_gap(units[i], name)
-
-    with busy("learning the batch"):
-        found = learn_population(measured_units(units, given), given, say, ask)
-    write_population(places[0], found)
-    write_atomic(places[1], render(found))
-    write_atomic(places[2], json.dumps(document(found), indent=1, allow_nan=False).encode() + b"\n")
-    tell(*lines(found))
+    given = opened(model or DEFAULT_MODEL[read(units[0]).kind])
+    earlier = _earlier(places[0])
+    try:
+        with busy("learning bench and batch"):
+            found = learn_population(measured_units(units, given), given, say)
+    except NothingLearned as e:
+        say(f"accept: {e}")
+        return Exit.INCOMPLETE
+    today = datetime.now(UTC).date().isoformat()
+    changed = [] if earlier is None else changes_since(earlier, found)
+    write_population(places[0], found, today)
+    write_atomic(places[1], render(found, changed))
+    write_atomic(places[2], json.dumps(document(found, today, changed), indent=1, allow_nan=False).encode() + b"\n")
+    tell(*lines(found, changed))
     for place in places:
         say(f"{place}: written")
     return Exit.ACCEPTED if found.holds else Exit.INCOMPLETE
+
+
+def _earlier(path: Path) -> ModelSpec | None:
+    """Return the model that was learned into the same place before, if there is one that can be read."""
+    try:
+        return load_model(path) if path.exists() else None
+    except (SpecError, OSError):
+        return None

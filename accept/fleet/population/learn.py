@@ -5,16 +5,29 @@ batch of what is left. A misalignment is each strut's own: the batch says nothin
 neither.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from accept.fleet.population.unit_fits import G_MOST, OFFSETS, Gs, Say, UnitFit, fit_all, freed, gaps_at
-from accept.gap.fleet import common
+from accept.base.progress import steps
+from accept.fleet.population.unit_fits import (
+    FAR,
+    G_MOST,
+    LATENCIES,
+    OFFSETS,
+    UNLIKE,
+    Fitted,
+    Gs,
+    Say,
+    UnitFit,
+    fit_all,
+    foretold,
+    freed,
+    with_latencies,
+)
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import Opened
 from accept.units.unit_folder import UnitError
@@ -31,10 +44,13 @@ from checks.fitting.hierarchy import (
     learn,
     without_each,
 )
-from checks.gap.effects import effect_named, with_effects
+from checks.model.joint_prior import JointPrior
+from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
+from specs.errors import AcceptError
 
 FEWEST = 3  # units: of two it cannot be said which one does not belong
+LATENCY_SCATTER_US = 0.5  # from unit to unit on one bench
 BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong
@@ -42,21 +58,23 @@ SAME = 1e-6  # relative: a copy in single precision stays below it, a repeat of 
 DIGITS = "0123456789"
 MODES, PAYLOAD = "apa.mode_", "bench.payload_kg"
 
-Document = Mapping[str, Any]
-Ask = Callable[[int], Document]
-SharedEffects = tuple[tuple[str, Mapping[str, float]], ...]
+
+class NothingLearned(AcceptError, ValueError):
+    """Units of which the model can make nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
     """A unit against the batch that the others make. G_left_out: with the values that follow from the others' batch and
-    its own data; worst: the parameter that lies farthest off, and by how many standard deviations."""
+    its own data; G_before: without the bench and with the latencies of the file; worst: the parameter that lies
+    farthest off, and by how many standard deviations."""
 
     serial: str
     belongs: bool
     reason: str | None
     G: Gs
     G_left_out: Gs
+    G_before: Gs
     belonging: Belonging
     worst: tuple[str, float] | None
     weight: float
@@ -65,8 +83,8 @@ class Judged:
 @dataclass(frozen=True, eq=False)
 class Population:
     """names (p,): without the offsets; prior, batch: of these. judged: every unit, in the order given; covered: how
-    many parameters of those that belong lie where the others foretell them, of how many. common: effects of the bench.
-    """
+    many parameters of those that belong lie where the others foretell them, of how many. bench: what it adds to every
+    unit without a name."""
 
     names: tuple[str, ...]
     given: Opened
@@ -76,18 +94,17 @@ class Population:
     judged: tuple[Judged, ...]
     covered: tuple[int, int]
     inputs: Mapping[str, Mapping[str, str]]
-    common: SharedEffects = ()
+    bench: LearnedBench | None = None
 
     @property
     def holds(self) -> bool:
-        """Return whether enough units belong to call it a batch."""
+        """Whether enough units belong to call it a batch."""
         belong = sum(j.belongs for j in self.judged)
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
 
 
 def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
-    """Read the responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be
-    read."""
+    """Responses of every unit. Raises UnitError, RecordError, ModelError: nothing is fitted before all can be read."""
     if len(folders) < FEWEST:
         raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
     found = [responses(folder, given.model.tolerance, given.model.channels) for folder in folders]
@@ -98,6 +115,10 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
     for (one, measured), (other, copied) in combinations(zip(folders, found, strict=True), 2):
         if _same_recording(measured.first.H, copied.first.H):
             raise UnitError(other, [f"holds the recording of {measured.serial} ({one}); each unit counts once"])
+    for folder, measured in zip(folders, found, strict=True):
+        alone = np.abs(measured.first.H) ** 2 < measured.first.noise
+        if alone.mean(axis=0).min() > 0.5:
+            raise UnitError(folder, ["no channel follows the drive in half of the band: its records say nothing"])
     kinds = {m.kind for m in found}
     if len(kinds) > 1:
         raise ModelError(f"units of kinds {', '.join(sorted(kinds))}: a batch is of one kind")
@@ -105,40 +126,29 @@ def measured_units(folders: Sequence[Path], given: Opened) -> list[Responses]:
 
 
 def _same_recording(one: Complex, other: Complex) -> bool:
-    """Return whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by
-    more."""
+    """Whether responses (F, C) are of one recording, by whatever serial: noise alone makes any two differ by more."""
     return one.shape == other.shape and bool(np.allclose(one, other, rtol=SAME, atol=0.0))
 
 
-def learn_population(measured: Sequence[Responses], given: Opened, say: Say, ask: Ask | None = None) -> Population:
-    """Fit every unit, learn the batch, judge each unit by the others. ask: the gap analysis of unit number i; it is
-    asked for where most units have something that no value of the model gives, and what all of them have alike is then
-    the bench's. Raises ModelError where nothing is uncertain or a unit cannot be fitted at all."""
+def learn_population(measured: Sequence[Responses], given: Opened, say: Say) -> Population:
+    """Fit every unit, learn bench and batch, judge each unit by the others. Raises ModelError where nothing is
+    uncertain, NothingLearned where no unit can be fitted at all."""
     if not given.model.sds:
         raise ModelError(f"{given.spec.name}: no value has an sd, so there is nothing to learn")
-    alone = replace(given, model=replace(given.model, joint=None))
-    fits = fit_all(measured, alone, say)
-    strange = [i for i, f in enumerate(fits) if not f.fits]
-    if ask is None or 2 * len(strange) <= len(fits):
-        return of_fits(fits, alone)
-    say(f"{len(strange)} of {len(fits)} units have something that the model does not: looking for what they share")
-    shared = common_effects([ask(i) for i in strange])
-    if not shared:
-        return of_fits(fits, alone)
-    say("of the bench, in all units alike: " + ", ".join(name for name, _ in shared))
-    with_bench = replace(alone, model=with_effects(alone.model, [e for e in shared if effect_named(e[0]).in_model]))
-    return replace(of_fits(fit_all(measured, with_bench, say), with_bench), common=shared)
+    alone = replace(given, model=with_latencies(replace(given.model, joint=None, learned=None)))
+    fitted = fit_all(measured, alone, say)
+    if not any(f.G for f in fitted.fits):
+        raise NothingLearned(
+            f"no values of {given.spec.name} come near the responses of any of {len(measured)} units: the model is of "
+            "another kind of unit, or its priors are too narrow for these"
+        )
+    return of_fits(fitted, alone)
 
 
-def common_effects(documents: Sequence[Document]) -> SharedEffects:
-    """Return effects that units have with one value, from gap.json of each, and that value."""
-    rows = common(documents)["common"]
-    return tuple((r["effect"], {name: float(p["value"]) for name, p in r["parameters"].items()}) for r in rows)
-
-
-def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
-    """Return the batch of units that were fitted. A unit that does not belong is taken out, and the others learned
+def of_fits(fitted: Fitted, given: Opened) -> Population:
+    """Make the batch of units that were fitted. A unit that does not belong is taken out, and the others are learned
     again."""
+    fits = fitted.fits
     free = freed(given.model)
     names = tuple(p.name for p in free)
     precision, pull = _likelihoods(fits, free)
@@ -154,11 +164,13 @@ def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
     batch = learn(precision[belongs], pull[belongs], prior) if belongs.any() else learn(precision, pull, prior)
     weights = np.ones(len(fits))
     weights[belongs] = batch.weights.min(axis=1) if belongs.any() else 1.0
-    judged = tuple(
-        _judged(fit, names, one, ok, b, (P, h), weight)
-        for fit, one, ok, b, P, h, weight in zip(fits, found, belongs, batches, precision, pull, weights, strict=True)
-    )
     kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
+    judged = tuple(
+        _judged(fit, names, one, bool(ok), _left_out(fit, fitted, names, kept, b), float(weight))
+        for fit, one, ok, b, weight in zip(
+            steps(fits, "units judged by the others"), found, belongs, batches, weights, strict=True
+        )
+    )
     return Population(
         names=tuple(names[i] for i in kept),
         given=given,
@@ -168,12 +180,25 @@ def of_fits(fits: Sequence[UnitFit], given: Opened) -> Population:
         judged=judged,
         covered=covered([b for b, ok in zip(found, belongs, strict=True) if ok]),
         inputs={f.serial: f.measured.inputs for f in fits},
+        bench=fitted.bench,
     )
 
 
+def _left_out(fit: UnitFit, fitted: Fitted, names: Sequence[str], kept: Array, others: Batch) -> Gs:
+    """G of a unit as bench and batch of the others foretell it."""
+    if not fit.G:
+        return {}
+    bench = fitted.bench
+    if fitted.left is not None and fit.serial in fitted.left.serials and len(fitted.left.serials) > FEWEST:
+        bench = fitted.left.learned(without=fit.serial).learned
+    both = np.ix_(kept, kept)
+    prior = JointPrior(tuple(names[i] for i in kept), others.mean[kept], others.of_one_more[both])
+    return foretold(fit, prior, bench)
+
+
 def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, Array]:
-    """Return the precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G
-    times too large may have moved every value by as much. A payload that was weighed is a datum of its unit."""
+    """precision (n, p, p), pull (n, p). What a fit leaves unexplained widens what it says: a residual G times too large
+    may have moved every value by as much. A payload that was weighed is a datum of its unit."""
     theta, cov = np.array([f.theta for f in fits]), np.array([f.cov for f in fits])
     mean, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
     names = [p.name for p in free]
@@ -190,22 +215,24 @@ def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, 
 
 
 def prior_of(model: Model, free: Sequence[Free]) -> Prior:
-    """Return the prior of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what
-    units have in common; of a mode it is the scatter alone, and how far the model is off in all units is learned from
-    all modes."""
+    """Of the batch. A file's sd is how far one unit may lie off, half of its variance taken for what units have in
+    common; of a mode it is the scatter alone, and how far the model is off in all units is learned from all modes; a
+    latency is the bench's, and alike in all units but for the clock."""
     sds = np.array([model.sds.get(p.name, OFFSETS.get(p.name, p.sd)) for p in free])
     own = np.array([p.name.startswith(MODES) for p in free])
+    of_bench = np.array([p.name in LATENCIES.values() for p in free])
     kinds = [p.name.rstrip(DIGITS) if p.name.startswith(MODES) else p.name for p in free]
+    mean_sd = np.select([own, of_bench], [BIAS * sds, sds], 2**-0.5 * sds)
     return Prior(
         mean=np.array([p.prior for p in free]),
-        mean_sd=np.where(own, BIAS, 2**-0.5) * sds,
-        scatter=np.where(own, 1.0, 2**-0.5) * sds,
+        mean_sd=mean_sd,
+        scatter=np.select([own, of_bench], [sds, np.minimum(sds, LATENCY_SCATTER_US)], 2**-0.5 * sds),
         kinds=np.unique(kinds, return_inverse=True)[1],
     )
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
-    """Return for every unit the batch of those that belong, without itself."""
+    """For every unit the batch of those that belong, without itself."""
     if belongs.sum() < FEWEST:
         return without_each(precision, pull, prior)
     inside = without_each(precision[belongs], pull[belongs], prior)
@@ -214,30 +241,16 @@ def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> lis
     return [next(left) if ok else whole for ok in belongs]
 
 
-def _judged(
-    fit: UnitFit,
-    names: Sequence[str],
-    one: Belonging,
-    belongs: bool,
-    others: Batch,
-    likelihood: tuple[Array, Array],
-    weight: float,
-) -> Judged:
+def _judged(fit: UnitFit, names: Sequence[str], one: Belonging, belongs: bool, G_left_out: Gs, weight: float) -> Judged:
     z = np.where(np.isfinite(one.z), np.abs(one.z), -1.0)
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
-    known = np.linalg.inv(others.of_one_more)
-    at = np.linalg.solve(likelihood[0] + known, likelihood[1] + known @ others.mean)
-    held_out = fit.measured.second or fit.measured.first
-    try:
-        G = gaps_at(fit.model, dict(zip(names, (float(v) for v in at), strict=True)), held_out)
-    except ModelError:  # values that no strut has: far from what the others foretell
-        G = {}
-    return Judged(fit.serial, bool(belongs), _reason(fit, one, worst, belongs), fit.G, G, one, worst, float(weight))
+    reason = _reason(fit, one, worst, belongs)
+    return Judged(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:
-    """Return why a unit does not belong."""
+    """Why a unit does not belong."""
     if belongs:
         return None
     if not fit.G:
@@ -247,6 +260,12 @@ def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belon
     if fit.worst > G_MOST:
         channel = max(fit.G, key=lambda c: fit.G[c])
         return f"G of {channel} is {fit.worst:.3g} with every value free: it has something that the model does not"
+    unlike = max(fit.unlike, key=lambda c: fit.unlike[c], default="")
+    if unlike and fit.unlike[unlike] >= UNLIKE:
+        return (
+            f"{unlike} differs from what the units have alike by more than {100 * FAR:.0f} % in "
+            f"{100 * fit.unlike[unlike]:.0f} % of the band"
+        )
     where = "" if worst is None else f"; {worst[0]} lies {worst[1]:+.1f} standard deviations off"
     return f"its values are not those of the batch, p = {min(one.p_all, one.p_worst):.1g}{where}"
 
@@ -260,7 +279,7 @@ def _some(prior: Prior, kept: Array) -> Prior:
 
 
 def _some_of(batch: Batch, kept: Array) -> Batch:
-    """Return the batch of some parameters, whatever the others are."""
+    """Of some parameters, whatever the others are."""
     both = np.ix_(kept, kept)
     return replace(
         batch,

@@ -10,7 +10,9 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate, Table, TableStyle
 
+from accept.fleet.population import bench
 from accept.fleet.population.learn import Judged, Population
+from accept.fleet.population.unit_fits import LATENCIES
 from accept.models.model_file import write_model
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
@@ -35,8 +37,9 @@ EXPLAINED = (
 )
 
 
-def write_population(path: Path, found: Population) -> None:
-    """Write the batch as a model file. Raises SpecError, ModelError, OSError."""
+def write_population(path: Path, found: Population, learned_on: str | None = None) -> None:
+    """Write batch and bench as a model file; learned_on: the day, in ISO 8601. Raises SpecError, ModelError,
+    OSError."""
     batch, spec = found.batch, found.given.spec
     cov = batch.of_one_more
     record = PopulationRecord(
@@ -50,19 +53,20 @@ def write_population(path: Path, found: Population) -> None:
         model=spec.name,
         model_sha256=found.given.model.sha256,
     )
-    plain = [i for i, n in enumerate(found.names) if n in spec.values]
+    plain = [i for i, n in enumerate(found.names) if n in spec.values or n in LATENCIES.values()]
     values = {found.names[i]: _short(batch.mean[i]) for i in plain}
     sds = {found.names[i]: _short(float(np.sqrt(cov[i, i]))) for i in plain}
     name = f"{spec.name}, batch of {len(record.units)}"
-    write_model(path, spec, values, sds, effects=found.common, damping=found.damping, population=record, name=name)
+    of_bench = bench.bench_record(found, learned_on)
+    write_model(path, spec, values, sds, damping=found.damping, population=record, bench=of_bench, name=name)
 
 
 def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def document(found: Population) -> dict[str, Any]:
-    """Return what a script reads."""
+def document(found: Population, learned_on: str | None = None, changed: Sequence[str] = ()) -> dict[str, Any]:
+    """Return what a script reads; changed: since an earlier bench."""
     learned = told_apart(found.batch, found.prior)
     inside, compared = found.covered
     return {
@@ -77,7 +81,7 @@ def document(found: Population) -> dict[str, Any]:
         "not_told_apart": [
             {"names": [found.names[i], found.names[j]], "correlation": rho} for i, j, rho in learned.together
         ],
-        "common_effects": [{"effect": n, "parameters": dict(v)} for n, v in found.common],
+        "bench": bench.bench_document(found, learned_on, changed),
         "inputs": {serial: dict(files) for serial, files in found.inputs.items()},
     }
 
@@ -90,6 +94,7 @@ def _unit(j: Judged) -> dict[str, Any]:
         "reason": j.reason,
         "G": dict(j.G),
         "G_left_out": dict(j.G_left_out),
+        "G_before": dict(j.G_before),
         "p_all": j.belonging.p_all,
         "p_worst": j.belonging.p_worst,
         "worst": worst,
@@ -113,15 +118,13 @@ def _parameter(found: Population, i: int, left: float) -> dict[str, Any]:
     }
 
 
-def lines(found: Population) -> list[str]:
-    """Return the lines for a person, on the terminal."""
+def lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
+    """For a person, on the terminal; changed: since an earlier bench."""
     inside, compared = found.covered
     kept = [j.serial for j in found.judged if j.belongs]
     out = [f"learned from {len(kept)} units: {', '.join(kept)}" if kept else "no unit belongs to a batch"]
     out += [f"{j.serial} does not belong: {j.reason}" for j in found.judged if not j.belongs]
-    for name, values in found.common:
-        given = ", ".join(f"{k} {v:.3g}" for k, v in values.items())
-        out.append(f"of the bench, in all units alike: {name} {given}")
+    out += bench.bench_lines(found, changed)
     if compared:
         out.append(f"{inside} of {compared} values lie where the other units foretell them with 95 %")
     out += [f"  {line}" for line in shifts(found)]
@@ -145,15 +148,14 @@ def shifts(found: Population, most: int = 8) -> list[str]:
 
 
 def _by_shift(found: Population) -> list[int]:
-    """Return parameters that the batch tells, those first whose mean is farthest off, in its own standard
-    uncertainties."""
+    """Parameters that the batch tells, those first whose mean is farthest off, in its own standard uncertainties."""
     sd, before = np.sqrt(np.diag(found.batch.mean_cov)), found.prior.mean_sd
     away = np.where(sd < LEARNED * before, np.abs(found.batch.mean - found.prior.mean) / sd, -1.0)
     return [int(i) for i in np.argsort(-away) if away[i] >= 0]
 
 
 def picture_of(found: Population) -> Panel:
-    """Return every unit's value of the parameters that have moved, and the batch's mean."""
+    """Every unit's value of the parameters that have moved, and the batch's mean."""
     order = _by_shift(found)[:SHOWN][::-1]
     scale = np.array([found.given.model.sds[n] for n in found.names])
     units = (found.batch.units - found.prior.mean) / scale
@@ -173,17 +175,19 @@ def picture_of(found: Population) -> Panel:
     )
 
 
-def render(found: Population) -> bytes:
-    """Return the report as a PDF; equal answers give equal bytes."""
+def render(found: Population, changed: Sequence[str] = ()) -> bytes:
+    """Return the report as a PDF, the bench on its first page; equal answers give equal bytes."""
     register()
-    row = FigureRow([picture_of(found)], 92.0)
+    row = FigureRow([picture_of(found)], 80.0)
+    said = lines(found, changed)
     story: list[Flowable] = [
-        *(words(line, page_style.STRONG) for line in lines(found)[:1]),
-        *(words(line, page_style.BODY) for line in lines(found)[1:] if not line.startswith("  ")),
+        *(words(line, page_style.STRONG) for line in said[:1]),
+        *(words(line, page_style.BODY) for line in said[1:] if not line.startswith("  ")),
+        *_bench_drawn(found),
+        *_units_table(found),
         words("What the units have in common", page_style.HEADING),
         words(EXPLAINED, page_style.QUIET),
         row,
-        *_units_table(found),
         *_parameters_table(found),
         *_untold(found),
     ]
@@ -195,6 +199,13 @@ def render(found: Population) -> bytes:
     page.addPageTemplates([PageTemplate("page", [frame], onPage=lambda c, _: _head(c, found))])
     page.build(story)
     return assemble(buffer.getvalue(), {}, {}, f"Batch of {found.given.spec.name}")
+
+
+def _bench_drawn(found: Population) -> list[Flowable]:
+    if found.bench is None:
+        return []
+    title = words("What the bench adds to every unit", page_style.HEADING)
+    return [title, words(bench.EXPLAINED, page_style.QUIET), FigureRow(bench.bench_panels(found.bench), 56.0)]
 
 
 def _head(canvas: Canvas, found: Population) -> None:

@@ -1,37 +1,51 @@
 """Each unit of a batch fitted for itself: with the file's priors and with its misalignment free, so that it does not
-press a shift of the batch into the shape of another."""
+press a shift of the batch into the shape of another, and the latencies of its channels free, which no file knows."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from accept.base.progress import steps
 from accept.gap.responses import Responses
 from accept.models.model_file import Opened, as_weighed
-from checks.arrays import Array
+from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.calibrate import Calibration, calibrate, of_damping, refined
+from checks.fitting.bench_factor import BenchFactor, averaged, learn_factor
+from checks.fitting.calibrate import Calibration, of_damping, refined
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Led, finish, free_of, lead
 from checks.fitting.goodness import gaps
+from checks.fitting.robust import misfit
 from checks.misalignment.estimate_types import DX, DY
+from checks.model.channel_paths import CHANNELS
+from checks.model.joint_prior import JointPrior
+from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
 
 OFFSETS = {DX: 60.0, DY: 180.0}  # [um] 1 sd, of a strut that was not aligned with care
-BANDS_HZ = (700.0, 1000.0, 1400.0, np.inf)  # tops of the growing band: a mode or two more each time
-BLUR = 0.03  # tolerance of the first look at a wider band
+LATENCIES = {c: f"bench.latency_{c}_us" for c in CHANNELS}
+LATENCY_SD_US = 50.0  # of converters, interpolators and filters that no file states
+FEW_BINS = 400  # for all fits but the last
+WIDER = (2.0, 1.0, 1.0, 1.0)  # times what a fit leaves is tolerated in the next one
+ROUNDS = 3  # of fitting units beside a bench and learning the bench from them
+FAR = 0.05  # of a response
+BAND = 0.1  # of f, over which that is averaged
+UNLIKE = 1 / 3  # share of the band of a channel from which on a unit has nothing in common with the others
+COUNTS = 0.3  # weight below which a unit's own misfit is tolerated, too
 G_MOST = 2.0  # on records that were not fitted; above, a unit has something that no value of the model gives
 
 Say = Callable[[str], None]
 Gs = Mapping[str, float]
+Values = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class UnitFit:
     """A unit fitted for itself: names (p,), theta (p,), cov (p, p) in the names' units; G: by channel on records that
-    were not fitted, or on those that were where there are no others."""
+    were not fitted, or on those that were where there are no others; G_before: without the learned bench and with the
+    latencies of the file; unlike: by channel, the share of the band in which it differs from the others."""
 
     serial: str
     measured: Responses
@@ -41,25 +55,191 @@ class UnitFit:
     cov: Array
     G: Gs
     converged: bool
+    G_before: Gs
+    unlike: Gs = field(default_factory=dict)
 
     @property
     def fits(self) -> bool:
-        return self.converged and self.worst <= G_MOST
+        return self.converged and self.worst <= G_MOST and max(self.unlike.values(), default=0.0) < UNLIKE
 
     @property
     def worst(self) -> float:
         return max(self.G.values(), default=np.inf)
 
+    @property
+    def at(self) -> dict[str, float]:
+        """Name -> fitted value."""
+        return dict(zip(self.names, (float(v) for v in self.theta), strict=True))
 
-def fit_all(measured: Sequence[Responses], given: Opened, say: Say) -> list[UnitFit]:
-    """Return every unit for itself; those that lost their way once more from the middle of the others."""
-    fits = [_said(fit_unit(given, m), say) for m in steps(measured, "units fitted")]
-    good = [f for f in fits if f.fits]
-    if not good or len(good) == len(fits):
-        return fits
-    centre = dict(zip(good[0].names, np.median([f.theta for f in good], axis=0), strict=True))
-    say("again from the middle of the others: " + ", ".join(f.serial for f in fits if not f.fits))
-    return [f if f.fits else _said(_better(f, fit_from(given, f.measured, centre)), say) for f in fits]
+
+@dataclass(frozen=True, eq=False)
+class UnitRatios:
+    """What the fits of units leave, on the frequencies (F,) of all of them: H / H_model - 1 and its noise, the model's
+    |H|, (n, F, C) each; serials (n,)."""
+
+    f: Array
+    channels: tuple[str, ...]
+    ratios: Complex
+    noise: Array
+    sizes: Array
+    serials: tuple[str, ...]
+
+    def unlike(self, bench: LearnedBench, serial: str) -> dict[str, float]:
+        """Return channel -> share of the band, octaves counting alike, in which a unit differs from what all have in
+        common by more than `FAR`. A tolerance that is learned is as wide as units differ, so that G alone would call
+        any units a batch."""
+        i, octaves = self.serials.index(serial), np.gradient(np.log2(self.f))
+        common = np.array([bench.at(self.f, c) for c in self.channels]).T - 1.0
+        off = averaged(self.f, np.abs(self.ratios[i] - common) ** 2 - self.noise[i], BAND) > FAR**2
+        return dict(zip(self.channels, (octaves @ off / octaves.sum()).tolist(), strict=True))
+
+    def learned(self, without: str | None = None) -> BenchFactor:
+        """Return what these units have alike, or all but one of them."""
+        i = np.array([s != without for s in self.serials])
+        return learn_factor(self.f, self.ratios[i], self.noise[i], self.sizes[i], self.channels)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Every unit's fit beside the bench that all of them make, and what they leave without it; None where units have
+    too little in common to learn a bench from."""
+
+    fits: tuple[UnitFit, ...]
+    bench: LearnedBench | None
+    left: UnitRatios | None
+
+
+def with_latencies(model: Model) -> Model:
+    """Return the model with the latency of each channel uncertain, unless its file says how well it is known."""
+    unknown = {LATENCIES[c]: LATENCY_SD_US for c in model.channels if LATENCIES[c] not in model.sds}
+    return replace(model, sds={**model.sds, **unknown})
+
+
+def fit_all(measured: Sequence[Responses], given: Opened, say: Say) -> Fitted:
+    """Fit every unit for itself, beside what the bench adds to all of them, which is learned on the way.
+
+    First each unit alone, what it cannot explain tolerated band by band; then in turns the bench from what the units
+    leave, and the units beside the bench; at last every unit on all bins. A unit with an effect of its own counts for
+    little in the bench where that shows."""
+    models = [_simplest(as_weighed(given, m.serial, m.payload_kg).model) for m in measured]
+    places = [_alone(model, r.first) for model, r in zip(models, steps(measured, "units fitted alone"), strict=True)]
+    bench: LearnedBench | None = None
+    left: UnitRatios | None = None
+    for turn in range(ROUNDS):
+        left = left_by(measured, models, places)
+        if left is None:
+            break
+        found = left.learned()
+        bench = found.learned
+        say(f"bench learned from {len(left.serials)} units, turn {turn + 1} of {ROUNDS}")
+        if turn + 1 < ROUNDS:
+            places = [_beside(m, r, at, found, left) for m, r, at in zip(models, measured, places, strict=True)]
+    last = zip(models, steps(measured, "units fitted beside the bench"), places, strict=True)
+    fits = [_said(_last(model, r, at, bench), say) for model, r, at in last]
+    if bench is not None and left is not None:
+        known = left
+        fits = [replace(f, unlike=known.unlike(bench, f.serial)) if f.serial in known.serials else f for f in fits]
+    return Fitted(tuple(fits), bench, left)
+
+
+def left_by(
+    measured: Sequence[Responses], models: Sequence[Model], places: Sequence[Values | None]
+) -> UnitRatios | None:
+    """Return what fits at these places leave, on the bins of the unit with the fewest; None for fewer than three."""
+    usable = [(r, m, at) for r, m, at in zip(measured, models, places, strict=True) if at is not None]
+    if len(usable) < 3:
+        return None
+    channels = tuple(c for c in CHANNELS if all(c in r.first.channels for r, _, _ in usable))
+    f = min((r.first.f for r, _, _ in usable), key=lambda f: f.size)
+    f = f[(f >= max(r.first.f[0] for r, _, _ in usable)) & (f <= min(r.first.f[-1] for r, _, _ in usable))]
+    if not channels or f.size < 2:
+        return None
+    ratios, noise, sizes = [], [], []
+    for r, model, at in usable:
+        data = r.first.select(channels)
+        H = model.frf(data.f, at, channels)
+        ratio, size = data.H / H - 1.0, np.abs(H)
+        parts = [_on(f, data.f, x) for x in (ratio.real, ratio.imag, data.noise / size**2, size)]
+        ratios.append(parts[0] + 1j * parts[1])
+        noise.append(parts[2])
+        sizes.append(parts[3])
+    serials = tuple(r.serial for r, _, _ in usable)
+    return UnitRatios(f, channels, np.array(ratios), np.array(noise), np.array(sizes), serials)
+
+
+def _on(f: Array, own: Array, values: Array) -> Array:
+    """Values (F, C) at frequencies of their own, taken over to f."""
+    if f.shape == own.shape and np.allclose(f, own):
+        return values
+    return np.array([np.interp(f, own, column) for column in values.T]).T
+
+
+def _simplest(model: Model) -> Model:
+    """With modal damping derivatives take half the time; the last fit asks the data for the form."""
+    return of_damping(model, "modal") or model if model.scatters else model
+
+
+def _alone(model: Model, data: Dataset) -> Values | None:
+    """Values of a unit whatever else it has: what a fit leaves in a band of a channel is tolerated there by the next
+    one, so that the bands that the model explains decide. None if no search can make anything of it."""
+    few, free = data.thinned(FEW_BINS), freed(model)
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            at = lead(model, few, free)[0].at
+            for wider in WIDER:
+                H = model.frf(few.f, at, few.channels)
+                at = finish(model, replace(few, by_frequency=wider * misfit(few, H)), _from(free, at)).at
+    except (ModelError, np.linalg.LinAlgError):
+        return None
+    return at
+
+
+def _beside(model: Model, r: Responses, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
+    """Values of a unit beside a bench, from given ones on. In bands in which the unit is not like the others its own
+    misfit is tolerated too."""
+    if at is None:
+        return None
+    model = replace(model, learned=bench.learned)
+    few = r.first.thinned(FEW_BINS)
+    tolerated = bench.learned.tolerance_at(few.f, few.channels)
+    weight = _on(few.f, left.f, bench.weights[left.serials.index(r.serial)])
+    own = misfit(few, model.frf(few.f, at, few.channels))
+    for i, c in enumerate(few.channels):
+        if c in left.channels:
+            unlike = weight[:, left.channels.index(c)] < COUNTS
+            tolerated[:, i] = np.where(unlike, np.maximum(tolerated[:, i], own[:, i]), tolerated[:, i])
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            return finish(model, replace(few, by_frequency=tolerated), _from(freed(model), at)).at
+    except (ModelError, np.linalg.LinAlgError):
+        return at
+
+
+def _from(free: Sequence[Free], at: Values) -> Led:
+    return Led(tuple(replace(p, start=at[p.name]) for p in free), np.inf)
+
+
+def _last(model: Model, r: Responses, at: Values | None, bench: LearnedBench | None) -> UnitFit:
+    """Fit all bins, with the form of damping and the tolerance that the data ask for. A unit of which no search
+    can make anything says nothing: its priors alone, and no G."""
+    free = freed(model)
+    prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
+    nothing = UnitFit(r.serial, r, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False, {})
+    if at is None:
+        return nothing
+    on_bench, own = r.on_bench(bench), replace(model, learned=bench)
+    unseen = on_bench.second or on_bench.first
+    try:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            fit = finish(own, on_bench.first, _from(free, at))
+            found = refined(Calibration(own, own, fit), unseen=on_bench.second)
+            G = gaps_at(found.model, found.fit.at, unseen)
+            in_file = {n: model.values[n] for n in LATENCIES.values() if n in found.fit.at}
+            before = gaps_at(replace(found.model, learned=None), found.fit.at | in_file, r.second or r.first)
+    except (ModelError, np.linalg.LinAlgError):
+        return nothing
+    fit = found.fit
+    return UnitFit(r.serial, r, found.model, fit.names, fit.values, fit.cov, G, fit.converged, before)
 
 
 def _said(fit: UnitFit, say: Say) -> UnitFit:
@@ -68,56 +248,18 @@ def _said(fit: UnitFit, say: Say) -> UnitFit:
     return fit
 
 
-def _better(one: UnitFit, other: UnitFit) -> UnitFit:
-    return other if other.worst < one.worst else one
-
-
-def fit_unit(given: Opened, measured: Responses) -> UnitFit:
-    """Fit one unit for itself, offsets free. If that search has lost its way, fit once more over a growing band: two
-    modes that lie close can be taken for each other, and are not once those below stand where they belong."""
-    model = as_weighed(given, measured.serial, measured.payload_kg).model
-    found = _tried(model, measured, lambda: calibrate(model, measured.first, freed(model), unseen=measured.second))
-    return (
-        found if found.fits else _better(found, _tried(model, measured, lambda: _over_growing_bands(model, measured)))
-    )
-
-
-def _tried(model: Model, measured: Responses, search: Callable[[], Calibration]) -> UnitFit:
-    """Return what a search found; a unit of which it can make nothing says nothing: its priors alone, and no G."""
+def foretold(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
+    """Return G of a unit on a bench and with a batch for a prior that were learned without it: what its own data make
+    of that, judged on records that were not fitted. Empty where it has no such values."""
+    model, r = replace(fit.model, learned=bench), fit.measured.on_bench(bench)
+    known = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
+    free = [replace(p, prior=known[p.name][0], sd=known[p.name][1]) if p.name in known else p for p in freed(model)]
     try:
-        found = search()
-        fit, G = found.fit, gaps_at(found.model, found.fit.at, measured.second or measured.first)
-    except (ModelError, np.linalg.LinAlgError):
-        free = freed(model)
-        prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
-        return UnitFit(measured.serial, measured, model, tuple(p.name for p in free), prior, np.diag(sds**2), {}, False)
-    return UnitFit(measured.serial, measured, found.model, fit.names, fit.values, fit.cov, G, fit.converged)
-
-
-def _over_growing_bands(model: Model, measured: Responses) -> Calibration:
-    first, data = of_damping(model, "modal") or model, measured.first
-    low = data.band(data.f[0], BANDS_HZ[0])
-    at = lead(first, low, freed(model))[0].at
-    for to_Hz in BANDS_HZ:
-        part = data.band(data.f[0], to_Hz)
-        for tolerance in (BLUR, data.tolerance):
-            free = tuple(replace(p, start=at[p.name]) for p in freed(model))
-            fit = finish(first, replace(part, tolerance=max(tolerance, data.tolerance)), Led(free, np.inf))
-            at = fit.at
-    return refined(Calibration(first, first, fit), unseen=measured.second)
-
-
-def fit_from(given: Opened, measured: Responses, start: Mapping[str, float]) -> UnitFit:
-    """Fit one unit for itself from given values, offsets free."""
-    model = as_weighed(given, measured.serial, measured.payload_kg).model
-    free = tuple(replace(p, start=float(start.get(p.name, p.begin))) for p in freed(model))
-    first = of_damping(model, "modal") or model
-
-    def search() -> Calibration:
-        fit = finish(first, measured.first, Led(free, np.inf))
-        return refined(Calibration(first, first, fit), unseen=measured.second)
-
-    return _tried(model, measured, search)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            at = finish(model, r.first.thinned(FEW_BINS), _from(free, fit.at), joint=prior).at
+            return gaps_at(model, at, r.second or r.first)
+    except (ModelError, np.linalg.LinAlgError):  # values that no strut has: far from what the others foretell
+        return {}
 
 
 def freed(model: Model) -> list[Free]:
@@ -131,6 +273,6 @@ def freed(model: Model) -> list[Free]:
 
 
 def gaps_at(model: Model, values: Mapping[str, float], data: Dataset) -> Gs:
-    """Return the G by channel of a model at these values."""
+    """G by channel of a model at these values."""
     H = model.frf(data.f, values, data.channels)
     return {c: g.G for c, g in gaps([data.around(H)], [data.H - H]).items()}

@@ -60,7 +60,7 @@ def _spread(fitted: Projected, f: Array, H: Complex) -> tuple[Array, Array]:
     names, L = _covariance(fitted)
     D = np.einsum("pq,pfc->qfc", L, fitted.response.jacobian(f, names, fitted.at, fitted.data.channels))
     turned = D * np.exp(-1j * np.angle(H))
-    tolerance = 0.5 * (fitted.data.tolerance * np.abs(H)) ** 2
+    tolerance = 0.5 * (fitted.data.relative * np.abs(H)) ** 2
     return np.sqrt((turned.real**2).sum(0) + tolerance), np.sqrt((turned.imag**2).sum(0) + tolerance)
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import loadmat, savemat
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.fleet.population.learn import common_effects, learn_population, measured_units
-from accept.fleet.population.unit_fits import G_MOST
+from accept.fleet.population.learn import measured_units
 from accept.models.model_file import open_model, opened
 from checks.errors import ModelError
 from tests.accept.units.modelled_records import write_answers
@@ -146,53 +146,62 @@ def test_a_strange_unit_is_told_and_moves_nothing(
     assert "ODD does not belong" in said
     assert "apa.ke_N_per_um" in (found["units"][-1]["reason"] or "")
     for name, p in before["parameters"].items():
-        assert abs(found["parameters"][name]["mean"] - p["mean"]) < 0.1 * p["U"], name
+        # A latency is not told from a smooth factor of its channel by better than its U, so one unit more moves it.
+        share = 0.5 if name.startswith("bench.latency") else 0.1
+        assert abs(found["parameters"][name]["mean"] - p["mean"]) < share * p["U"], name
 
 
 @pytest.mark.slow
 def test_units_with_nothing_in_common_are_no_batch(batch: list[Path], tmp_path: Path) -> None:
-    """Two of four late by 300 us: G says that the model cannot be theirs, and two are too few."""
+    """Two of four late by 300 us: neither two are the others' batch, and two are too few."""
     late = [unit_folder(tmp_path / f"L-{i}", f"L-{i}", MEAN, 50 + i, late_us=300.0) for i in range(2)]
     code, said, err = learn(*batch[:2], *late, "--model", MODEL, "--out", tmp_path / "out")
     assert code == 4, err
     assert "do not hold together" in said
     assert document(tmp_path / "out")["holds_together"] is False
-    reasons = [u["reason"] for u in document(tmp_path / "out")["units"] if u["serial"].startswith("L-")]
-    assert all(r and "G of" in r for r in reasons)
+    units = document(tmp_path / "out")["units"]
+    assert sum(u["belongs"] for u in units) < 3
+    assert all(u["reason"] for u in units if not u["belongs"])
 
 
 @pytest.mark.slow
-def test_what_most_units_have_alike_is_the_bench_s(tmp_path: Path) -> None:
-    """All late by 200 us: no value of the model gives that, and the gap analysis of each names one delay. It is put
-    into the model of the batch as the bench's, and the units then belong."""
+def test_what_all_units_have_alike_is_the_bench_s(tmp_path: Path) -> None:
+    """All late by 200 us: a latency of each channel says so within its U, and the units belong."""
     late = [unit_folder(tmp_path / f"L-{i}", f"L-{i}", MEAN, 60 + i, late_us=200.0) for i in range(3)]
-    given = opened(MODEL)
-    asked: list[int] = []
-
-    def ask(i: int) -> dict[str, Any]:
-        asked.append(i)
-        tau = {"value": 200.0 + 0.1 * i, "ci95": [199.5, 200.5]}
-        named = [{"effect": "loop_delay", "parameters": {"tau_us": tau}}]
-        return {"serial": f"L-{i}", "verdict": "explained", "named": named}
-
-    found = learn_population(measured_units(late, given), given, lambda words: None, ask)
-    assert asked == [0, 1, 2]
-    ((name, values),) = found.common
-    assert (name, values["tau_us"]) == ("loop_delay", pytest.approx(200.1, abs=0.1))
-    assert found.holds
-    assert max(max(j.G.values()) for j in found.judged) < G_MOST
+    code, said, err = learn(*late, "--model", MODEL, "--out", tmp_path / "out")
+    assert code == 0, err
+    found = document(tmp_path / "out")
+    for channel, one in found["bench"]["latencies"].items():
+        assert abs(one["tau_us"] - 200.0) < one["U"] < 10.0, channel
+    assert all(u["belongs"] for u in found["units"])
+    assert "us later" in said
 
 
-def test_effects_that_differ_are_nobody_s_bench() -> None:
-    def of(serial: str, tau: float) -> dict[str, Any]:
-        value = {"value": tau, "ci95": [tau - 1, tau + 1]}
-        return {
-            "serial": serial,
-            "verdict": "explained",
-            "named": [{"effect": "loop_delay", "parameters": {"tau_us": value}}],
-        }
+@pytest.mark.slow
+def test_units_of_which_none_belongs_end_in_a_sentence(tmp_path: Path) -> None:
+    """Each is another thing: nothing can be compared, which once ended in a traceback."""
+    others = [
+        MEAN | {"apa.ke_N_per_um": ke, "bench.payload_kg": kg} for ke, kg in ((0.6, 9.0), (1.8, 3.0), (4.0, 15.0))
+    ]
+    units = [unit_folder(tmp_path / f"N-{i}", f"N-{i}", other, 90 + i) for i, other in enumerate(others)]
+    code, said, err = learn(*units, "--model", MODEL, "--out", tmp_path / "out")
+    assert code == 4, err
+    assert "do not hold together" in said
+    assert "Traceback" not in said + err
 
-    assert common_effects([of("a", 50.0), of("b", 120.0), of("c", 90.0)]) == ()
+
+def test_records_of_noise_are_refused(tmp_path: Path) -> None:
+    """Answers in another order: nothing follows the drive, and any model would seem to explain that."""
+    rng = np.random.default_rng(8)
+    units = [unit_folder(tmp_path / f"N-{i}", f"N-{i}", MEAN, 90 + i) for i in range(3)]
+    for record in (tmp_path / "N-1").glob("*.mat"):
+        columns = {k: v for k, v in loadmat(record).items() if not k.startswith("__")}
+        savemat(record, columns | {c: rng.permutation(columns[c].ravel()) for c in ("Vs", "de", "da")})
+    code, _, err = learn(*units, "--model", MODEL, "--out", tmp_path / "out")
+    assert code == 6
+    assert "N-1" in err
+    assert "follows the drive" in err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("case", ["few", "twice", "copied", "missing", "kinds", "no sd", "no out"])
