@@ -11,6 +11,7 @@ from accept.base.atomic_files import write_atomic
 from accept.gap.empirical import Added, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
+from accept.gap.reasons import considered
 from accept.gap.responses import Responses, responses
 from accept.gap.text import summary
 from accept.models.model_file import Opened, as_weighed, opened
@@ -198,9 +199,16 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
                 "zeros_Hz": list(u.zeros_Hz),
                 "level_dependent": bool(u.level_dependent),
                 "words": u.words,
+                "poles_ci95": [list(ends) for ends in u.ci95],
+                "at_edge": u.at_edge,
             }
             for u in r.unnamed
         ],
+        "candidates": [
+            {"effect": ", ".join(t.names), "delta_lnL": _finite(t.delta_lnL), "p": t.p, "reason": why}
+            for t, why in considered(r)
+        ],
+        "steps": [{"effect": s.effect, "channels": dict(s.channels)} for s in r.steps],
         "detection_limits": {k: dict(v) for k, v in r.detection_limits.items()},
         "gap_after": _gap_json(r.gap_after),
         "p_before": r.p_before,

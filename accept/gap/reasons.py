@@ -29,15 +29,22 @@ class Moved:
 
 
 def candidates(result: Result) -> Iterator[tuple[str, str, str, str]]:
-    """Explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
+    """Yield explanation, gain in ln L, p of the rest, and why it was named or not; the best first."""
+    for tried, why in considered(result):
+        words = ", ".join(map(words_of, tried.names)) or "none"
+        yield words, _gain(tried), chance(tried.p), why
+
+
+def considered(result: Result) -> list[tuple[Tried, str]]:
+    """Return what was tried, the best first, each with why it was named or not."""
     named = {n.effect for n in result.named}
     chosen = next((t for t in result.tried if named and set(t.names) == named), None) or _chosen(result)
     shown = result.tried[:SHOWN]
     if chosen is not None and chosen not in shown:
         shown = (chosen, *shown)
-    for tried in shown:
-        words = ", ".join(map(words_of, tried.names)) or "none"
-        yield words, _gain(tried), chance(tried.p), _why(tried, chosen, named, result)
+    return [
+        (tried, f"not named: {tried.reason}" if tried.reason else _why(tried, chosen, named, result)) for tried in shown
+    ]
 
 
 def _chosen(result: Result) -> Tried | None:

@@ -19,7 +19,16 @@ from reportlab.platypus import (
 
 from accept.gap.empirical import Added, elements_of
 from accept.gap.report_tables import tables
-from accept.gap.text import chance, experiment_line, gap_number, headline_of, named_line, value_words, words_of
+from accept.gap.text import (
+    chance,
+    experiment_line,
+    gap_number,
+    headline_of,
+    named_line,
+    poles_of,
+    value_words,
+    words_of,
+)
 from accept.pictures.interactive import PageTable
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
@@ -54,6 +63,7 @@ def render(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
         words(BEFORE, page_style.QUIET),
         FigureRow([reduced(disagreement(result))], 40.0),
         *_table(shown.get("gap"), (24, 24, 24, 28, 24, 30, 28)),
+        *_table(shown.get("steps"), (82, 34, 34, 34)),
         *_remarks(result),
         *_table(shown.get("reasons"), (66, 22, 24, 70)),
         *_limits(result),
@@ -119,7 +129,7 @@ def _found(result: Result) -> list[Flowable]:
             )
         )
     for u in result.unnamed:
-        poles = ", ".join(f"{f:.1f} Hz" for f in u.poles_Hz) or "none"
+        poles = poles_of(u.poles_Hz, u.ci95, u.at_edge)
         zeros = ", ".join(f"{f:.1f} Hz" for f in u.zeros_Hz) or "none"
         story.append(
             words(f"Unidentified effect: {u.channel}, poles {poles}, zeros {zeros}. {u.words}", page_style.STRONG)

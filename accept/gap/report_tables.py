@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from accept.gap.empirical import Added
 from accept.gap.reasons import candidates, moved, shift_words
-from accept.gap.text import gap_number, number
+from accept.gap.text import TWO, gap_number, number, words_of
 from accept.pictures.interactive import PageTable
 from checks.gap.decision.panels import errors
 from checks.gap.decision.result import Result
@@ -16,9 +16,10 @@ PARAMETERS = 16  # of the fitted values: those that moved furthest
 
 
 def tables(result: Result, added: Sequence[Added] = ()) -> dict[str, PageTable]:
-    """By subject, in order: "gap", "reasons", "added", "fitted"; those that have something to say."""
+    """By subject, in order: "gap", "steps", "reasons", "added", "fitted"; those that have something to say."""
     found = {
         "gap": _gap(result),
+        "steps": _steps(result),
         "reasons": _reasons(result),
         "added": _added(added),
         "fitted": _fitted(result),
@@ -46,6 +47,21 @@ def _taken_away(result: Result) -> str:
     """Which values the map, the curves, level and phase before have, where they are not those that G before has."""
     alike = bool(result.before.names) or not result.named
     return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
+
+
+def _steps(result: Result) -> PageTable:
+    """Return what each named effect explains, where there is more than one; the last row is what is left."""
+    steps = result.steps if len(result.steps) > TWO else ()
+    channels = list(result.gap_before.channels)
+    rows = tuple(
+        (
+            "nothing named" if s.effect is None else f"then {words_of(s.effect)}",
+            *(gap_number(s.channels[c]) for c in channels),
+        )
+        for s in steps
+    )
+    note = "G at the values of the whole explanation, the effects in order of what each explains. Last: what is left."
+    return PageTable("The gap, step by step", note, ("With", *(f"G {c}" for c in channels)), rows)
 
 
 def _reasons(result: Result) -> PageTable:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 Value = tuple[str, float, float, float]  # of a parameter: name, value, and the ends of its interval
 REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 LINES, COLUMNS = 24, 80  # of a terminal
+TWO = 2  # steps: the model alone and one effect, which the gap before and after says already
+AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
 _TIED = "\u00a0"  # where no line is broken
 HEADLINE = {
     NO_MISSING: "Model and data agree",
@@ -104,10 +106,12 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
         yield f"{named_line(n)}  {_unbroken(f'p {chance(n.p)}')}", "    "
     for a in r.ambiguous:
         yield f"cannot be distinguished: {', '.join(map(words_of, a.effects))}; next experiment: {a.experiment}", "  "
+    if len(r.steps) > TWO:
+        for step in r.steps:
+            yield step_line(step.effect, step.channels), "  "
     for u in r.unnamed:
-        poles = ", ".join(f"{f:.1f}" for f in u.poles_Hz) or "none"
         level = ", depends on the level" if u.level_dependent else ""
-        yield f"unidentified effect: {u.channel}, poles {poles} Hz{level}", "  "
+        yield f"unidentified effect: {u.channel}, poles {poles_of(u.poles_Hz, u.ci95, u.at_edge)}{level}", "  "
     for t in r.experiments:
         yield experiment_line(t), "  "
     if r.where and r.verdict != EXPLAINED:
@@ -118,6 +122,23 @@ def told(r: Result) -> Iterator[tuple[str, str]]:
     if r.detection_limits:
         yield "smallest effects that would have been detected (90 % power):", "  "
         yield ", ".join(_limit(k, v) for k, v in r.detection_limits.items()), "    "
+
+
+def step_line(effect: str | None, G: Mapping[str, float]) -> str:
+    """`then crosstalk: G Vs 3.1, de 0.9`."""
+    left = ", ".join(f"{c} {gap_number(g)}" for c, g in G.items())
+    return f"with nothing named: G {left}" if effect is None else f"then {words_of(effect)}: G {left}"
+
+
+def poles_of(poles_Hz: Iterable[float], ci95: Iterable[Iterable[float]], at_edge: bool) -> str:
+    """`140.1 [139.8, 140.4] Hz`, and what a pole at the end of the band is worth."""
+    ends = [tuple(each) for each in ci95]
+    shown = [
+        f"{f:.1f} [{ends[i][0]:.1f}, {ends[i][1]:.1f}]" if i < len(ends) else f"{f:.1f}" for i, f in enumerate(poles_Hz)
+    ]
+    if not shown:
+        return "none"
+    return f"{', '.join(shown)} Hz{AT_EDGE if at_edge else ''}"
 
 
 def experiment_line(t: Tested) -> str:
@@ -208,7 +229,8 @@ def alternatives(a: Mapping[str, Any]) -> str:
 
 def without_a_name(u: Mapping[str, Any]) -> str:
     """Channel, poles and zeros of an entry of `unnamed`, and what was tried for it."""
-    poles, zeros = (", ".join(f"{f:.1f} Hz" for f in u[key]) or "none" for key in ("poles_Hz", "zeros_Hz"))
+    zeros = ", ".join(f"{f:.1f} Hz" for f in u["zeros_Hz"]) or "none"
+    poles = poles_of(u["poles_Hz"], u.get("poles_ci95", ()), u.get("at_edge", False))
     level = ", depends on the level" if u["level_dependent"] else ""
     return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
 

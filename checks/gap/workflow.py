@@ -5,19 +5,39 @@ from dataclasses import replace
 from checks.gap.calibrate import calibrated, searching, turned_right
 from checks.gap.decision.never_worse import grown
 from checks.gap.decision.report import answer
-from checks.gap.decision.result import Result
+from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
-from checks.gap.preparation.inputs import GapRefused, Inputs, Prepared, prepared, same_unit
+from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Prepared, as_recorded, prepared, same_unit
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
-from checks.gap.search.forward import SearchResult, explain
+from checks.gap.search.forward import SearchResult, explain, explain_beside
 
-FIRST = 2  # effects that are looked for before a channel is left out
+NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
 
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
     """The whole workflow. Raises GapRefused, ModelError."""
-    p, effort = prepared(inputs, table), Effort(table.effort)
+    p = prepared(inputs, table)
+    found = _run(p, say)
+    if not any(e.effect == SAMPLE_OFFSET for e in p.early) or _is_enough(found, p):
+        return found
+    # Whole samples are found before any fit, by the slope of the phase alone: a filter or a delay may explain more.
+    other = _run(as_recorded(p), say)
+    return other if _explains(other) or not _explains(found) else found
+
+
+def _is_enough(found: Result, p: Prepared) -> bool:
+    """Return whether an answer has nothing to name but what was found before any search."""
+    return _explains(found) and len(found.named) <= len(p.early) + len(p.in_slow)
+
+
+def _explains(found: Result) -> bool:
+    return found.verdict in (NO_MISSING, EXPLAINED, AMBIGUOUS)
+
+
+def _run(p: Prepared, say: Say) -> Result:
+    """Return the answer for records out of which their faults were taken."""
+    effort = Effort(p.table.effort)
     search = searching(p, p.A.channels, say, effort)
     say("calibrating the model")
     base = calibrated(search, p)
@@ -35,15 +55,26 @@ def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
     whole = replace(base, unseen=p.B)
     if whole.adequate:
         return answer(p, search, SearchResult(base, base, (), ()), whole)
-    found = explain(search, base, FIRST, table.beam)
+    found = explain(search, base, 1, table.beam)
     if not found.best.adequate and found.best.worst_G < table.G:  # nearly: chance alone says that it is not all
         found = _deeper(search, found)
-    if not found.best.adequate:
-        part = _without_a_channel(p, search)
-        if part is not None:
-            return answer(p, *part, whole)
-        found = _deeper(search, found)
-    return answer(p, search, found, whole)
+    if _by_name(found):
+        return answer(p, search, found, whole)
+    beside = explain_beside(search, found)
+    if _by_name(beside):
+        return answer(p, search, beside, whole)
+    if beside.steps:
+        if beside.best.worst_G < NEARLY and _by_name(deeper := _extended(found, explain(search, beside.best, 1, 1))):
+            return answer(p, search, deeper, whole)
+        partly = answer(p, search, beside, whole)
+        if partly.verdict != UNEXPLAINED:
+            return partly
+    return answer(p, search, found if found.best.adequate else _deeper(search, found), whole)
+
+
+def _by_name(found: SearchResult) -> bool:
+    """Return whether something explains everything and has a name, all of it."""
+    return found.best.adequate and not found.best.response.stand_ins
 
 
 def _deeper(search: Search, found: SearchResult) -> SearchResult:
@@ -52,24 +83,12 @@ def _deeper(search: Search, found: SearchResult) -> SearchResult:
     if room <= 0:
         return found
     deeper = explain(search, found.best, room, 1)
-    if not deeper.best.response.counted:
-        return deeper
+    return _extended(found, deeper) if deeper.best.response.counted else deeper
+
+
+def _extended(found: SearchResult, deeper: SearchResult) -> SearchResult:
+    """Return what a search found that began where another one had ended."""
     return SearchResult(found.base, deeper.best, deeper.rivals, (*found.tried, *deeper.tried))
-
-
-def _without_a_channel(p: Prepared, search: Search) -> tuple[Search, SearchResult] | None:
-    """What the other channels say when one is left out: something without a name on one channel leads the calibration
-    astray and hides what the others could name. None where they are not explained either."""
-    channels = p.A.channels
-    if len(channels) < 3 or search.over:
-        return None
-    search.say("looking at the channels two by two")
-    others = [tuple(c for c in channels if c != left_out) for left_out in channels]
-    parts = [searching(p, two, search.say, search.effort) for two in others]
-    bases = [calibrated(part, p) for part in parts]
-    base, part = min(zip(bases, parts, strict=True), key=lambda each: each[0].cost)
-    found = SearchResult(base, base, (), ()) if base.adequate else explain(part, base, FIRST, p.table.beam)
-    return (part, found) if found.best.adequate else None
 
 
 __all__ = ["GapRefused", "Inputs", "Say", "run", "same_unit"]

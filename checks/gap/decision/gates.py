@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from checks import distributions as stats
+from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
@@ -25,6 +27,9 @@ from checks.model.model import frequency_and_damping
 LOOKED = 300  # places tried by a search, for the chance of a gain
 AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
+POLE_STEPS = 30  # of the fit of a pole to what is left
+TWO_SIDED = 1.96
+EDGE = 1.05  # times an end of the band: as near, a pole is not told from a slope
 MATTERS = 1.0  # mean energy of an effect on a channel, in units of chance, from which on it acts there
 
 
@@ -111,7 +116,9 @@ def _reasons(
         out.append("explains the data only together with an unidentified effect")
     if on_a_mode(effect, full.response, final.at):
         out.append("lies on a mode of the strut, which looks the same when its coupling is not that of the model")
-    if not full.adequate and (_astray(full) or _disturbed(full, effect) or _spread_out(full, base)):
+    if full.worst_G > table.G:
+        out.append("leaves too much unexplained, beside which its evidence does not stand")
+    elif not full.adequate and (_astray(full) or _disturbed(full, effect) or _spread_out(full, base)):
         out.append("leaves a residual where it acts")
     return out
 
@@ -194,7 +201,7 @@ def _astray(full: Candidate) -> bool:
 
 
 def nameless(
-    best: Candidate, full: Candidate, made: Sequence[Claim], slow: Slow | None, table: Thresholds
+    best: Candidate, full: Candidate, final: Fit, made: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
     """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
     fitted to the residual of the worst window of every channel."""
@@ -202,7 +209,10 @@ def nameless(
     level = slow is not None and is_bent(slow, table)
     for u in best.response.stand_ins:
         poles, zeros = u.poles_and_zeros(full.response.of(full.at, u.name))
-        out.append(Nameless(u.channel, tuple(poles), tuple(zeros), level, _stand_in_words(u, full)))
+        f = full.unseen.f
+        ends = tuple(final.interval(f"{u.name}.f_Hz") for _ in poles)
+        edge = any(_at_edge(pole, *end, f) for pole, end in zip(poles, ends, strict=True))
+        out.append(Nameless(u.channel, tuple(poles), tuple(zeros), level, _stand_in_words(u, full), ends, edge))
     seen = {n.channel for n in out}
     if not full.adequate:
         for w in full.adequacy.windows:
@@ -235,9 +245,32 @@ def _stand_in_words(u: UnmodelledMode, full: Candidate) -> str:
 
 
 def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
-    """Pole and zero beside it of a mode that would explain most of the channel's residual."""
-    score = screen(full.seen, UnmodelledMode(MODE, channel), starts=1)
-    values = score.starts[0]
-    u = UnmodelledMode(MODE, channel)
-    poles, zeros = u.poles_and_zeros({"ratio": 0.0, "damping_ratio": 0.01, **values})
-    return Nameless(channel, tuple(poles), tuple(zeros), level)
+    """Return pole, with its interval, and zero of a mode that would explain most of what is left of a channel."""
+    mode, seen = UnmodelledMode(MODE, channel), full.seen
+    start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
+    data, c = seen.data, seen.data.channels.index(channel)
+    names = [p.name for p in mode.parameters]
+    lo, hi = (np.array([getattr(p, end) for p in mode.parameters]) for end in ("lo", "hi"))
+    s = np.asarray(2j * np.pi * data.f, dtype=np.complex128)
+
+    def left(x: Array) -> Array:
+        change = np.zeros_like(data.H)
+        change[:, c] = seen.modelled[:, c] * (mode.factor(dict(zip(names, x, strict=True)), s) - 1.0)
+        return np.asarray(seen.left - seen.rows(change))
+
+    x = np.clip([start[n] for n in names], lo * (1 + 1e-9), hi * (1 - 1e-9))
+    scale = np.array([p.scale for p in mode.parameters])
+    found = least_squares(left, x, bounds=(lo, hi), x_scale=scale, max_nfev=POLE_STEPS)
+    spread = max(1.0, 2.0 * found.cost / max(seen.left.size, 1))  # what the mode leaves counts as its noise
+    sd = float(np.sqrt(max(np.linalg.pinv(found.jac.T @ found.jac, hermitian=True)[0, 0], 0.0) * spread))
+    values = dict(zip(names, (float(v) for v in found.x), strict=True))
+    poles, zeros = mode.poles_and_zeros(values)
+    ends = (values["f_Hz"] - TWO_SIDED * sd, values["f_Hz"] + TWO_SIDED * sd)
+    return Nameless(
+        channel, tuple(poles), tuple(zeros), level, ci95=(ends,), at_edge=_at_edge(values["f_Hz"], *ends, data.f)
+    )
+
+
+def _at_edge(pole: float, lo: float, hi: float, f: Array) -> bool:
+    """Return whether a pole, or its interval, reaches an end of the band."""
+    return bool(min(pole, lo) < f[0] * EDGE or max(pole, hi) > f[-1] / EDGE)

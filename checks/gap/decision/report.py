@@ -5,15 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from checks.arrays import Complex
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Led, finish
 from checks.gap.conditions.joint import Conditions
+from checks.gap.decision.beside_gates import claims_beside, gain_p
 from checks.gap.decision.detection_limits import detection_limits
-from checks.gap.decision.gates import claims, from_window, is_bent, kept, nameless
+from checks.gap.decision.gates import Claim, claims, from_window, is_bent, kept, nameless
 from checks.gap.decision.held_by_experiments import missing_in, tested
 from checks.gap.decision.never_worse import gaps_of, never_worse
 from checks.gap.decision.next_experiment import asked
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Result, Tried
+from checks.gap.decision.result import EXPLAINED, NO_MISSING, Ambiguous, Gaps, Named, Result, StepShown, Tried
 from checks.gap.decision.told_apart import settled
 from checks.gap.decision.verdict import bent, imitated, named_effects, not_told_apart, word
 from checks.gap.effects import EFFECTS
@@ -21,10 +23,13 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.preparation.inputs import Prepared, raw, trials_of
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.disagreement import with_disagreement
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.projected_residual import Projected, at_known
 from specs.labels import model_label
+
+RIVALS = 3  # in the place of an effect, that are shown
 
 
 def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -> Result:
@@ -34,26 +39,36 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
     told = search.A.channels
     left_out = [c for c in p.A.channels if c not in told]
     free, joint = tuple(best.response.free(best.at)), best.response.model.joint
-    final = finish(best.response, p.A.select(told), Led(free, best.cost), joint=joint)
+    A = p.A.select(told)
+    if found.steps:
+        A = with_disagreement(A, _left(replace(best, unseen=A)))
+    final = finish(best.response, A, Led(free, best.cost), joint=joint)
     full = Candidate(best.response, final.at, final.cost, p.B.select(told), table)
-    made = claims(search, found, final, full, slow, left_out) if best is not base else ()
+    made: tuple[Claim, ...] = ()
+    alike: tuple[Ambiguous, ...] = ()
+    if found.steps:
+        made, alike = claims_beside(search, found.steps, final, slow)
+    elif best is not base:
+        made = claims(search, found, final, full, slow, left_out)
     everything = replace(full, unseen=p.B)
     shown = never_worse([whole, *_at_other_values(base, full, p.B)], everything, made)
     made = shown.made
     good = kept(made)
-    rivals = (*not_told_apart(found, good, table), *imitated(full, good))
+    alike = tuple(a for a in alike if any(c.effect.name in a.effects for c in good))
+    at_sizes = replace(full, unseen=with_disagreement(full.unseen, _left(full))) if found.steps else full
+    rivals = (*not_told_apart(found, good, table), *alike, *imitated(at_sizes, good))
     trials = trials_of(p, told)
     words: tuple[str, ...] = ()
-    if rivals and trials:
+    if rivals and trials and not found.steps:
         done = settled(found, full, made, rivals, Conditions(p.A.select(told), p.B.select(told), trials), table)
         final, full, made, rivals, words = done.fit, done.full, done.made, done.rivals, done.words
         everything = replace(full, unseen=p.B)
         shown = never_worse([whole, *_at_other_values(base, full, p.B)], everything, made)
         good = kept(shown.made)
-    rivals = asked(rivals, good, found, full, search.A)
+    rivals = rivals if found.steps else asked(rivals, good, found, full, search.A)
     named = named_effects(good, final, p.early, p.in_slow)
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
-    missing = nameless(best, full, made, slow, table) if not (whole.adequate and best is base) else ()
+    missing = nameless(best, full, final, made, slow, table) if not (whole.adequate and best is base) else ()
     missing = (*missing, *(from_window(everything, c, False) for c in left_out), *bent(slow, table))
     experiments = tested(full.response, final, p.A.select(told), p.B.select(told), trials)
     missing = (*missing, *missing_in(experiments, bool(p.in_slow) or (slow is not None and is_bent(slow, table))))
@@ -71,7 +86,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         ambiguous=rivals,
         unnamed=missing,
         detection_limits=_limits(p, search, base) if verdict == NO_MISSING else {},
-        tried=_tried(found),
+        tried=_tried(found, made),
         before=before,
         after=shown.after.seen,
         fit=final,
@@ -82,6 +97,7 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
         notes=(*p.inputs.notes, *said),
         damping=best.response.model.damping,
         experiments=experiments,
+        steps=steps_of(shown.after),
     )
 
 
@@ -114,9 +130,47 @@ def _limits(p: Prepared, search: Search, base: Candidate) -> dict[str, dict[str,
     return detection_limits(base.seen, effects, p.slow, p.table)
 
 
-def _tried(found: SearchResult) -> tuple[Tried, ...]:
+def _tried(found: SearchResult, made: Sequence[Claim]) -> tuple[Tried, ...]:
+    """Return what was claimed and refused, with the reason; what came near in the place of an effect that was found
+    beside a disagreement; and the best of what was tried."""
+    base = found.base
+    refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in made if c.reasons]
+    near = [
+        Tried((m.label,), b.lnL - step.before.lnL, gain_p(b.lnL - step.before.lnL, m), f"in the place of {name}")
+        for step in found.steps
+        for name in [step.member.name]
+        for m, b in step.rivals[:RIVALS]
+    ]
     ranked = sorted(found.tried, key=lambda c: -c.lnL)
-    return tuple(Tried(c.response.labels, c.lnL - found.base.lnL, c.adequacy.p) for c in ranked[:12])
+    every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])
+    return (*refused, *every, *near)
+
+
+def _left(c: Candidate) -> Complex:
+    """Return what a candidate leaves (F, C) of the records that it is judged by."""
+    return c.unseen.H - c.response.frf(c.unseen.f, c.at, c.unseen.channels)
+
+
+def steps_of(after: Candidate) -> tuple[StepShown, ...]:
+    """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
+    each; first the model without any."""
+    rest, response, out = list(after.response.effects), after.response, []
+    for effect in rest:
+        response = response.without(effect.name)
+    if rest:
+        out.append(StepShown(None, _channel_G(replace(after, response=response))))
+    while rest:
+        tried = [(e, _channel_G(replace(after, response=response.with_member(e)))) for e in rest]
+        effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
+        response = response.with_member(effect)
+        rest.remove(effect)
+        out.append(StepShown(effect.name, channels))
+    return tuple(out)
+
+
+def _channel_G(c: Candidate) -> dict[str, float]:
+    at = {q.name: c.at.get(q.name, q.begin) for q in c.response.free()}
+    return {channel: gap.G for channel, gap in gaps_of(replace(c, at=at)).channels.items()}
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

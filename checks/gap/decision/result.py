@@ -67,22 +67,35 @@ class Ambiguous:
 @dataclass(frozen=True)
 class Nameless:
     """What is missing without a name: poles and zeros [Hz] on a channel; words: nearest effect of the library, and why
-    it was not named."""
+    it was not named; ci95: interval of every pole; at_edge: whether a pole lies at an end of the band, where a slope
+    that goes on outside looks like one."""
 
     channel: str
     poles_Hz: tuple[float, ...]
     zeros_Hz: tuple[float, ...]
     level_dependent: bool
     words: str = ""
+    ci95: tuple[tuple[float, float], ...] = ()
+    at_edge: bool = False
 
 
 @dataclass(frozen=True)
 class Tried:
-    """One explanation that was tried: names, log-likelihood on unseen records against the base model's, adequacy."""
+    """One explanation that was tried: names, log-likelihood on unseen records against the base model's, adequacy.
+    reason: why it was refused, where a gate says so; p is then the chance of its gain."""
 
     names: tuple[str, ...]
     delta_lnL: float
     p: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class StepShown:
+    """What an effect explains beside those before it: G by channel once it is in. effect: None for the model alone."""
+
+    effect: str | None
+    channels: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -127,3 +140,4 @@ class Result:
     notes: tuple[str, ...] = ()
     damping: str = "full"
     experiments: tuple[Tested, ...] = ()
+    steps: tuple[StepShown, ...] = ()

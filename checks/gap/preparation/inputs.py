@@ -19,6 +19,8 @@ from checks.model.model import Model
 from checks.record import Record
 from specs.errors import AcceptError
 
+SAMPLE_OFFSET = "sample_offset"
+
 
 class GapRefused(AcceptError, ValueError):
     """Records or a model that the workflow must not work on; the text says why."""
@@ -93,7 +95,7 @@ def _before(inputs: Inputs) -> tuple[tuple[Early, ...], Dataset, Dataset]:
     late = early_checks.offsets(A, model, inputs.fs)
     A, B = (early_checks.with_offsets(d, late, inputs.fs) for d in (A, B))
     offsets = [
-        Early("sample_offset", (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
+        Early(SAMPLE_OFFSET, (channel,), {"samples": float(n)}, f"{channel} comes {n} samples late.")
         for channel, n in late.items()
     ]
     return (*without, *found, *signs, *offsets), A, B
@@ -136,6 +138,13 @@ def opposed(channel: str) -> Early:
 def swapped(pair: tuple[str, str]) -> Early:
     """Two channels exchanged."""
     return Early("swapped_channels", pair, {}, f"{pair[0]} and {pair[1]} are exchanged.", exchanges=True)
+
+
+def as_recorded(p: Prepared) -> Prepared:
+    """Return the same with whole samples of offset put back."""
+    late = {e.channels[0]: -int(e.parameters["samples"]) for e in p.early if e.effect == SAMPLE_OFFSET}
+    A, B = (early_checks.with_offsets(d, late, p.inputs.fs) for d in (p.A, p.B))
+    return replace(p, A=A, B=B, early=tuple(e for e in p.early if e.effect != SAMPLE_OFFSET))
 
 
 def possible_faults(p: Prepared) -> list[Early]:

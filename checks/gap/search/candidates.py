@@ -132,6 +132,14 @@ class Search:
         self.effort.spent += done.work - refit.work
         return done
 
+    def refitted(self, response: Augmented, at: Mapping[str, float]) -> Candidate:
+        """Return a response fitted to A from values nearby."""
+        return self._candidate(self.go_on(begin(response, self.A, at), MANY))
+
+    def compared(self, response: Augmented, at: Mapping[str, float]) -> Candidate:
+        """Return a response at values that something else has fitted."""
+        return self._candidate(begin(response, self.A, at))
+
     def _annealed(self, response: Augmented, start: Mapping[str, float]) -> Refit:
         done = annealed(response, self.A, start)
         self.effort.spent += done.work

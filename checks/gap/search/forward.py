@@ -1,20 +1,27 @@
 """Which members of the library, together, explain the data: forward with a beam, then swaps and deletion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Search
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Effort, Search
+from checks.gap.search.disagreement import Step, score_of, search_beside
+
+BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
+RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first."""
+    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first;
+    steps: of a search beside a disagreement, where best is what that left."""
 
     base: Candidate
     best: Candidate
     rivals: tuple[Candidate, ...]
     tried: tuple[Candidate, ...]
+    steps: tuple[Step, ...] = ()
 
 
 def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
@@ -57,6 +64,35 @@ def explain(search: Search, base: Candidate, most: int, width: int) -> SearchRes
         beam = better[: width if size == 1 else 1]
     best = search.pruned(max([base, *tried], key=lambda c: c.score))
     return SearchResult(base, best, (), tuple(tried))
+
+
+def explain_beside(search: Search, found: SearchResult) -> SearchResult:
+    """Return what a search beside the disagreement finds where nothing explained everything: an explanation that is
+    adequate after all, with its rivals, or one with its steps.
+
+    found: by the search for what explains everything."""
+    base = found.base
+    search = replace(search, effort=Effort(BESIDE * search.table.effort))
+    _, steps = search_beside(search, [base])
+    if not steps:
+        return found
+    last = steps[-1].after
+    own = search.refitted(last.response, last.at)
+    tried = (*found.tried, *(search.compared(s.after.response, s.after.at) for s in steps))
+    if not own.adequate:
+        beside = search.compared(last.response, last.at)
+        return SearchResult(base, beside, (), tried, steps)
+    rivals = []
+    for step in steps:
+        near = score_of(step.member, step.after) - RIVAL
+        for member, b in step.rivals:
+            if score_of(member, b) > near and isinstance(member, Effect) and member.name not in last.response.names:
+                response = last.response.without(step.member.name).with_member(member)
+                at = {k: v for k, v in last.at.items() if not k.startswith(f"{step.member.name}.")}
+                at |= {k: v for k, v in b.at.items() if k.startswith(f"{member.name}.")}
+                rivals.append(search.refitted(response, at))
+    adequate = [own, *(c for c in rivals if c.adequate)]
+    return _done(search, base, adequate, (*tried, own, *rivals))
 
 
 def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:

@@ -1,0 +1,207 @@
+"""Explanations compared beside what they leave: a disagreement between model and unit whose size is estimated.
+
+An explanation may be right and yet leave something: another effect, or what no effect of the library does. Compared as
+if noise and tolerance were all that it may leave, whatever bends the model towards the rest wins, and intervals are far
+too narrow ([KENNEDY01]; [BRYNJARSDOTTIR14]). Here the rest is a random function of frequency in every channel, smooth
+over half an octave, of a size that is free in each half octave. A cell (channel and half octave) then says two real
+numbers about that size, however many bins it has. With E the whitened energy of a cell's n bins and Q = E / 2n, the
+profile likelihood over all sizes is
+
+    ln L = - sum over cells of (2 / 2) ln max(Q, 1) - (priors) / 2,
+
+and where it is highest is found by fits in which the variance of a cell's bins is raised by (Q - 1) 2n / 2, Q from the
+fit before (iterated weights; each round lowers the sum). An effect gains by the number of cells that it explains and by
+how much better, not by the bins of a single peak.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from checks.arrays import Array, Complex
+from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
+from checks.fitting.prior import prior_rows
+from checks.gap.modelling.augmented import Augmented, Member, Values
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.search.candidate import Candidate
+from checks.gap.search.candidates import Search, freed
+from checks.gap.search.refit import begin
+from checks.gap.search.screen import screen
+from checks.gap.statistics.projected_residual import project
+
+CELLS_PER_OCTAVE = 2.0
+FIRST_HZ = 5.0  # where the first cell begins
+TOLD = 2.0  # real numbers that a disagreement smooth over a cell has in it: one complex value
+PER_PARAMETER = 3.0  # of log-likelihood, as a candidate's score has it
+STAND_IN = 4.6  # of log-likelihood, a ratio of 100: by so much a stand-in must be better than an effect
+EFFECTS_TRIED, STAND_INS_TRIED = 8, 5  # members of a round that are fitted, the best of the screen
+FOLLOWED = 4  # of these to the end, with everything free
+ROUNDS = 6  # of weights
+STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
+SETTLED = 0.1  # of log-likelihood: a round that gains less is the last
+
+
+def cells(f: Array) -> NDArray[np.intp]:
+    """Return the number of the half octave (F,) that each frequency f (F,) [Hz] lies in."""
+    return np.floor(CELLS_PER_OCTAVE * np.log2(f / FIRST_HZ)).astype(np.intp)
+
+
+def by_cell(data: Dataset, values: Array) -> Array:
+    """Return the means (K, C) of values (F, C) over the cells of a dataset, in the order of frequency."""
+    _, at, counts = np.unique(cells(data.f), return_inverse=True, return_counts=True)
+    out = np.zeros((counts.size, values.shape[1]))
+    np.add.at(out, at, values)
+    return np.asarray(out / counts[:, None])
+
+
+def left_by_cell(data: Dataset, residual: Complex) -> Array:
+    """Return Q (K, C): squared residual (F, C) over noise variance and squared tolerance, the mean of each cell."""
+    return by_cell(data, np.abs(residual) ** 2 / data.variance)
+
+
+def with_disagreement(data: Dataset, residual: Complex) -> Dataset:
+    """Return the dataset with the variance of a disagreement of the size that a residual (F, C) shows in each cell."""
+    _, at, counts = np.unique(cells(data.f), return_inverse=True, return_counts=True)
+    beyond = np.maximum(left_by_cell(data, residual) - 1.0, 0.0) * (2.0 * counts / TOLD)[:, None]
+    extra = beyond[at] * data.variance
+    cov = data.cov.copy()
+    d = np.arange(len(data.channels))
+    cov[:, d, d] += extra
+    return replace(data, cov=cov)
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """A response at values fitted to A beside its disagreement. off_prior: half the squared prior rows at the values;
+    unseen: B."""
+
+    response: Augmented
+    at: dict[str, float]
+    off_prior: float
+    unseen: Dataset
+
+    @cached_property
+    def residual(self) -> Complex:
+        """(F, C) of B."""
+        return self.unseen.H - self.response.frf(self.unseen.f, self.at, self.unseen.channels)
+
+    @cached_property
+    def Q(self) -> Array:
+        """(K, C) what is left on B, by cell."""
+        return left_by_cell(self.unseen, self.residual)
+
+    @property
+    def lnL(self) -> float:
+        """Profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
+        return -0.5 * TOLD * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One more effect in an explanation beside its disagreement. before: without it; after: with it; rivals: other
+    members in its place, the best first."""
+
+    member: Member
+    before: Beside
+    after: Beside
+    rivals: tuple[tuple[Member, Beside], ...]
+
+    @property
+    def gain(self) -> float:
+        """Of the profile log-likelihood of B."""
+        return self.after.lnL - self.before.lnL
+
+
+def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, tuple[Step, ...]]:
+    """Return the model without effects beside its disagreement, and the effects that come out one after the other.
+
+    starts: candidates with no member that counts, from whose calibrations the search begins."""
+    search.say("looking beside what is left")
+    begun = [settle(search, c.response, at, ROUNDS) for c in starts for at in (c.at, {})]
+    state = base = max(begun, key=lambda b: b.lnL)
+    steps: list[Step] = []
+    while len(steps) < search.table.most_effects and not search.over:
+        tried = one_more(search, state)
+        effects = [(m, b) for m, b in tried if isinstance(m, Effect)]
+        if not effects:
+            break
+        member, after = effects[0]
+        step = Step(member, state, after, tuple(t for t in tried if t[0] is not member))
+        if not step.gain > needed(search.table, member):
+            break
+        steps.append(step)
+        state = after
+    return base, tuple(steps)
+
+
+def needed(table: Thresholds, member: Member) -> float:
+    """Return the gain that a member must bring beside a disagreement: that of a name, and what its parameters cost."""
+    return table.delta_lnL + PER_PARAMETER * (len(member.parameters) - 1)
+
+
+def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> list[tuple[Member, Beside]]:
+    """Return members added to a state, each at its best beside the disagreement, by falling score; the few that look
+    best in the screen. among: only these."""
+    weighted = replace(search, A=with_disagreement(search.A, _residual(search.A, state.response, state.at)))
+    projected = project(state.response, weighted.A, state.at)
+    absent = [m for m in among or search.library if m.name not in state.response.names]
+    scores = sorted((screen(projected, m) for m in absent), key=lambda s: -s.gain)
+    few = [s for s in scores if isinstance(s.member, Effect)][:EFFECTS_TRIED]
+    few += [s for s in scores if not isinstance(s.member, Effect)][:STAND_INS_TRIED]
+    out = []
+    for score in few:
+        if search.over:
+            break
+        tried = [_best_from(weighted, state, score.member, values) for values in score.starts]
+        if found := [t for t in tried if t is not None]:
+            out.append((score.member, max(found, key=lambda b: b.lnL)))
+    out = sorted(out, key=lambda each: -score_of(*each))
+    out = [(m, settle(search, b.response, b.at, ROUNDS) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
+    return sorted(out, key=lambda each: -score_of(*each))
+
+
+def score_of(member: Member, b: Beside) -> float:
+    """lnL less what parameters cost, and less what a stand-in must be better by."""
+    return b.lnL - PER_PARAMETER * len(member.parameters) - (0.0 if isinstance(member, Effect) else STAND_IN)
+
+
+def _best_from(search: Search, state: Beside, member: Member, values: Values) -> Beside | None:
+    """Return a member added to a state and fitted from its own values, the scatter at its best; None where nothing
+    stands with them."""
+    start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
+    taken = set(member.stands_for(state.response.model)) if isinstance(member, Effect) else set()
+    start = {k: v for k, v in start.items() if k not in taken}
+    held = state.response.with_member(member).holding_scatter(state.at)
+    try:
+        found = freed(search.go_on(begin(held, search.A, start), STEPS_HELD))
+        return _beside(found.response, found.at, search.B)
+    except ModelError:
+        return None
+
+
+def settle(search: Search, response: Augmented, start: Values, rounds: int) -> Beside:
+    """Return a response fitted to A beside its disagreement, from values nearby. Raises ModelError."""
+    refit, last = begin(response, search.A, start), np.inf
+    for _ in range(rounds):
+        data = with_disagreement(search.A, _residual(search.A, response, refit.at))
+        refit = search.go_on(begin(response, data, refit.at), STEPS)
+        now = -_beside(response, refit.at, search.A).lnL
+        if last - now < SETTLED:
+            break
+        last = now
+    return _beside(response, refit.at, search.B)
+
+
+def _beside(response: Augmented, at: dict[str, float], unseen: Dataset) -> Beside:
+    free = response.free(at)
+    off = prior_rows(free, response.model.joint) @ np.array([at[p.name] - p.prior for p in free])
+    return Beside(response, at, 0.5 * float(off @ off), unseen)
+
+
+def _residual(data: Dataset, response: Augmented, at: Values) -> Complex:
+    return data.H - response.frf(data.f, at, data.channels)
