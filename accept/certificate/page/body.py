@@ -9,6 +9,7 @@ from reportlab.platypus import Flowable, Paragraph, Spacer, Table, TableStyle
 
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
+from accept.certificate.page.clauses import days_words, environment_words, item_words, rule_words
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
@@ -28,6 +29,9 @@ def identity(contents: CertificateContent) -> list[Flowable]:
         ("Operator", contents.operator or "not named"),
         ("Instruments", _listed(contents.instruments) or "none named by the spec"),
         ("Parts", _listed(parts)),
+        ("Item", item_words(contents.result)),
+        ("Measured", days_words(contents.result)),
+        ("Environment", environment_words(contents.result)),
         ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
     ]
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]
@@ -61,7 +65,7 @@ def findings(contents: CertificateContent) -> list[Flowable]:
         style.append(("LINEBELOW", (0, len(cells) - 1), (-1, len(cells) - 1), 0.4, page_style.PALE_COLOUR))
     table = Table(cells, colWidths=_FINDING_WIDTHS, repeatRows=1)
     table.setStyle(TableStyle(style))
-    return [words("Findings", page_style.HEADING), table]
+    return [words("Findings", page_style.HEADING), table, words(rule_words(contents.result), page_style.SMALL)]
 
 
 def information(contents: CertificateContent) -> list[Flowable]:

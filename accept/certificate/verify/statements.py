@@ -78,9 +78,10 @@ STATEMENTS = (
         ("calibration", (Way.DERIVED, Way.LOOKED_UP), "problems from its own dates; the rest in the store"),
         ("copies", (Way.SIGNED, Way.LOOKED_UP), "the same samples in the store; signature of a decision"),
         ("measured", _DERIVED, "unit.toml"),
+        ("origin", _DERIVED, "unit.toml"),
+        ("environment", _DERIVED, "unit.toml"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
-        ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "the notes of unit.toml; of earlier attempts, the store"),
         ("gap", _LOOKED_UP, "the stored judgement; no verdict depends on it"),
     ),
     *_rows(

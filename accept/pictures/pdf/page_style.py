@@ -67,7 +67,7 @@ STRONG = _style("strong", 7.5, fontName=BOLD)
 SMALL = _style("small", 6.2)
 SMALL_NUMBER = _style("small number", 6.2, alignment=TA_RIGHT)
 QUIET = _style("quiet", 6.2, textColor=GREY_COLOUR)
-HEADING = _style("heading", 8.5, fontName=BOLD, spaceBefore=6, spaceAfter=2.5)
+HEADING = _style("heading", 8.5, fontName=BOLD, spaceBefore=6, spaceAfter=2.5, keepWithNext=1)
 TABLE_HEAD = _style("table head", 6.2, fontName=BOLD, textColor=GREY_COLOUR)
 TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GREY_COLOUR, alignment=TA_RIGHT)
 

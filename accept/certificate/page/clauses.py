@@ -1,0 +1,46 @@
+"""What a laboratory's report states beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as it is known."""
+
+from collections.abc import Mapping
+from typing import Any
+
+RULES = {
+    "simple": "simple: the value alone is compared with the limits; near a limit the risk of a wrong decision is 50 %",
+    "guarded": "guarded (ISO 14253-1): the value passes only if value ± U lies within the limits",
+    "shared": "shared (JCGM 106): the value alone is compared, and U is at most what the limit states",
+}
+COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
+SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
+_ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("relative humidity", "%")}
+
+
+def days_words(result: Mapping[str, Any]) -> str:
+    """Return the days of measuring, "" if none is stated (7.8.2.1 i)."""
+    days = sorted(set((result.get("measured") or {}).values()))
+    if not days:
+        return ""
+    span = days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
+    missing = {f["check"] for f in result["findings"] if f["value"] is not None} - set(result["measured"])
+    return f"{span}; no day is stated for {', '.join(sorted(missing))}" if missing else span
+
+
+def item_words(result: Mapping[str, Any]) -> str:
+    """Return what is stated of the item's origin, condition and customer, "" for nothing (7.8.2.1 e, g, h)."""
+    return ", ".join(f"{name} {value}" for name, value in (result.get("origin") or {}).items())
+
+
+def environment_words(result: Mapping[str, Any]) -> str:
+    """Return what is stated of the air, "" for nothing (7.8.3.1 a)."""
+    words = []
+    for name, (label, unit) in _ENVIRONMENT.items():
+        if stated := (result.get("environment") or {}).get(name):
+            U = "" if stated["U"] is None else f" ± {stated['U']:g}"
+            words.append(f"{label} {stated['value']:g}{U} {unit}")
+    return ", ".join(words)
+
+
+def rule_words(result: Mapping[str, Any]) -> str:
+    """Return the decision rules of the findings in words, coverage and scope (7.8.6.1, 7.8.2.1 l)."""
+    used = dict.fromkeys(finding["rule"] for finding in result["findings"])
+    rules = "; ".join(RULES[rule] for rule in RULES if rule in used)
+    decision = f"Decision rule: {rules}. " if rules else ""
+    return f"{decision}P(false): chance that a value which passes lies outside its limits. {COVERAGE} {SCOPE}"

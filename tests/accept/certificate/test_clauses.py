@@ -1,0 +1,35 @@
+"""What a report must state beside its results: as far as the unit's folder states it, and nothing invented."""
+
+from accept.certificate.page.clauses import COVERAGE, SCOPE, days_words, environment_words, item_words, rule_words
+
+
+def finding(check: str, rule: str = "guarded", value: float | None = 1.0) -> dict[str, object]:
+    return {"check": check, "rule": rule, "value": value}
+
+
+def test_days_are_a_span_and_checks_without_a_day_are_named():
+    result = {
+        "measured": {"flatness": "2026-10-20", "capacitance": "2026-10-13"},
+        "findings": [finding("flatness"), finding("capacitance"), finding("stroke"), finding("frf", value=None)],
+    }
+    assert days_words(result) == "2026-10-13 to 2026-10-20; no day is stated for stroke"
+    assert days_words({"findings": [finding("flatness")]}) == ""
+
+
+def test_item_and_environment_are_what_is_stated():
+    result = {
+        "origin": {"lot": "W40", "customer": "Lab"},
+        "environment": {"temperature_C": {"value": 21.5, "U": 0.5}, "humidity_percent": {"value": 45.0, "U": None}},
+    }
+    assert item_words(result) == "lot W40, customer Lab"
+    assert environment_words(result) == "temperature 21.5 ± 0.5 °C, relative humidity 45 %"
+    assert item_words({}) == environment_words({}) == ""
+
+
+def test_every_rule_of_a_finding_is_in_words_once():
+    words = rule_words({"findings": [finding("a"), finding("b"), finding("c", "simple")]})
+    assert words.count("guarded (ISO 14253-1)") == 1
+    assert words.count("simple:") == 1
+    assert "JCGM" not in words
+    assert COVERAGE in words
+    assert SCOPE in words
