@@ -196,7 +196,8 @@ class Cause(Enum):
     # Misalignment
     MODEL_UNUSABLE = "model {model}: {detail}"
     MODEL_MISFIT = (
-        "the model does not explain {channel} from {lo:.0f} to {hi:.0f} Hz: G = {G:.3g} on {data} ({chance}); run "
+        "the model does not explain encoder de or interferometer da (which of them, their ratio cannot say) from "
+        "{lo:.0f} to {hi:.0f} Hz: G = {G:.3g} on {data} ({chance}); run "
         "`accept gap` to find the cause"
     )
     RATIO_UNKNOWN = "the ratio de / da is not known from {bands}"

@@ -10,7 +10,7 @@ from accept.units.unit_folder import UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
 from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
-from checks.misalignment.estimate_types import Along, MisalignmentEstimate
+from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.verdict import Verdict
 
 
@@ -49,13 +49,13 @@ def _measured(unit: UnitFolder) -> Responses:
 
 
 def as_document(serial: str, found: MisalignmentEstimate | Reason) -> dict[str, Any]:
-    """Return what a script reads ([DESIGN] 4): without a result no number stands where a value is expected."""
-    reason = found if isinstance(found, Reason) else found.reason
+    """Return what a script reads ([DESIGN] 4): without an answer no number stands where a value is expected."""
+    reason = found if isinstance(found, Reason) else found.why
 
-    def of(along: Along | None) -> dict[str, float | None]:
+    def of(axis: str) -> dict[str, float | None]:
+        along = None if isinstance(found, Reason) else found.answer(axis)
         return {"value": None, "U": None} if along is None else {"value": along.value, "U": along.U}
 
-    dx, dy = (None, None) if isinstance(found, Reason) or reason is not None else (found.dx, found.dy)
     verdict = Verdict.PASS if reason is None else Verdict.NO_RESULT
     words = None if reason is None else str(reason)
-    return {"serial": serial, "dx_um": of(dx), "dy_um": of(dy), "verdict": verdict.value, "reason": words}
+    return {"serial": serial, "dx_um": of("dx"), "dy_um": of("dy"), "verdict": verdict.value, "reason": words}

@@ -15,7 +15,7 @@ from checks.errors import ModelError, RecordError
 from checks.fitting.calibrate import of_damping
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate, with_payload
-from checks.misalignment.estimate_types import Along, MisalignmentEstimate
+from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import panels
 from checks.misalignment.table import MisalignmentTable, grid, ratios, table_frequencies
 from checks.model.model import Model
@@ -48,7 +48,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
         )
     except ModelError as e:
         raise NoResult(Cause.MODEL_UNUSABLE, model=model.name, detail=str(e)) from e
-    quantities = (_quantity("dx_um", found.dx, found), _quantity("dy_um", found.dy, found))
+    quantities = (_quantity("dx_um", "dx", found), _quantity("dy_um", "dy", found))
     return Outcome(quantities, tuple(_notes(found)), panels(found))
 
 
@@ -79,9 +79,10 @@ def _scan(model: Model) -> MisalignmentTable:
     return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)
 
 
-def _quantity(name: str, along: Along, found: MisalignmentEstimate) -> Quantity:
-    if found.reason is not None:
-        return Quantity.missing(name, found.reason)
+def _quantity(name: str, axis: str, found: MisalignmentEstimate) -> Quantity:
+    along = found.answer(axis)
+    if along is None:
+        return Quantity.missing(name, found.reason or found.unknown[axis])
     source = f"fit of {found.model.name}: noise, its tolerance, its uncertain parameters"
     u = round(along.U, DIGITS) / COVERAGE_FACTOR
     return Quantity.of(name, round(along.value, DIGITS), Contribution(source, u))
@@ -91,7 +92,7 @@ def _notes(found: MisalignmentEstimate) -> list[str]:
     notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
         notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return [*notes, *said_of(found.data.taken_out)]
+    return [*notes, *found.notes, *said_of(found.data.taken_out)]
 
 
 CHECK = Check(

@@ -17,6 +17,11 @@ from checks.model.model import Model
 Values = Mapping[str, float]
 
 GAIN, FALL, DELAY = "drive.log_gain", "drive.fall_per_kHz2", "drive.delay_us"
+SKEW_OF_DE, SKEW_OF_VS = "drive.skew_de_us", "drive.skew_Vs_us"
+SKEWED = {SKEW_OF_DE: "de", SKEW_OF_VS: "Vs"}
+SKEWS = tuple(  # of channels behind da: benches sample theirs some microseconds apart, and filters add as many
+    Free(name, 0.0, 10.0, lo=-100.0, hi=100.0) for name in SKEWED
+)
 DRIVE = (  # bounds: a tenth to ten times the gain, a drive that lasts to 1 kHz, 5 ms
     Free(GAIN, 0.0, lo=-2.3, hi=2.3, scale=0.1),
     Free(FALL, 0.0, lo=-1.0, hi=1.0, scale=0.02),
@@ -33,16 +38,16 @@ class Driven:
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
         """(F, C) at f (F,) [Hz]."""
         own, drive = _split(changes)
-        return self.model.frf(f, own, channels) * _factor(f, drive)[:, None]
+        return self.model.frf(f, own, channels) * _factor(f, drive, channels)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
         """(P, F, C) per unit of each name."""
         own, drive = _split(changes)
-        factor = _factor(f, drive)[:, None]
+        factor = _factor(f, drive, channels)
         moving = [n for n in names if n not in _LOGS]
         D = dict(zip(moving, self.model.jacobian(f, moving, own, channels) * factor, strict=True))
         H = self.model.frf(f, own, channels) * factor
-        D |= {n: H * _LOGS[n](f)[:, None] for n in names if n in _LOGS}
+        D |= {n: H * _log(n, f, channels) for n in names if n in _LOGS}
         return np.array([D[n] for n in names])
 
 
@@ -50,6 +55,8 @@ _LOGS: dict[str, Callable[[Array], NDArray[np.complexfloating]]] = {
     GAIN: lambda f: np.ones(f.shape, dtype=complex),
     FALL: lambda f: -((f / 1e3) ** 2) + 0j,
     DELAY: lambda f: -2e-6j * np.pi * f,
+    SKEW_OF_DE: lambda f: -2e-6j * np.pi * f,
+    SKEW_OF_VS: lambda f: -2e-6j * np.pi * f,
 }
 
 
@@ -62,6 +69,12 @@ def _split(changes: Values) -> tuple[dict[str, float], dict[str, float]]:
     return mechanics(changes), {n: v for n, v in changes.items() if n in _LOGS}
 
 
-def _factor(f: Array, drive: Values) -> Complex:
-    factor: Complex = np.exp(sum((v * _LOGS[n](f) for n, v in drive.items()), np.zeros(f.shape, dtype=complex)))
-    return factor
+def _factor(f: Array, drive: Values, channels: tuple[str, ...]) -> Complex:
+    log = sum((v * _log(n, f, channels) for n, v in drive.items()), np.zeros((f.size, len(channels)), dtype=complex))
+    return np.asarray(np.exp(log))
+
+
+def _log(name: str, f: Array, channels: tuple[str, ...]) -> Complex:
+    """(F, C) derivative of the logarithm of the responses by a parameter."""
+    there = np.array([SKEWED.get(name, c) == c for c in channels], dtype=float)
+    return np.asarray(_LOGS[name](f)[:, None] * there)

@@ -112,7 +112,8 @@ def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) ->
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))
     move = np.zeros_like(x)
-    move[free] = linalg.solve(held, -g[free], assume_a="pos", check_finite=False)
+    # `linalg.solve` would say on the screen how near to singular it is, which the next, more damped step mends.
+    move[free] = linalg.cho_solve(linalg.cho_factor(held, check_finite=False), -g[free], check_finite=False)
     new = np.clip(x + move, lo, hi)
     moved = new - x
     return new, -float(g @ moved + 0.5 * moved @ A @ moved)

@@ -10,23 +10,23 @@ lopsided_x_um`, with an sd), and U then holds for the metal.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from checks.arrays import Array
-from checks.cause import Cause, NoResult
+from checks.cause import Cause, NoResult, Reason, because
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
 from checks.fitting.calibrate import Calibration, better_damped, of_damping, refined
-from checks.fitting.common_drive import DRIVE, Driven, mechanics
+from checks.fitting.common_drive import DRIVE, SKEW_OF_DE, SKEWED, SKEWS, Driven, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, Led, finish, free_of, lead
 from checks.fitting.goodness import gaps
 from checks.fitting.misplaced_modes import misplaced_modes, peaks
 from checks.misalignment.estimate_types import DX, DY, LOPSIDED, Along, MisalignmentEstimate
-from checks.misalignment.gates import data_reasons, reason
+from checks.misalignment.gates import TO_HZ, data_reasons, reason, sensor_tells, unobservable
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM, MisalignmentTable
 from checks.model.model import Model
 
@@ -34,6 +34,10 @@ RATIO, WITH_SENSOR = ("de", "da"), ("Vs", "de", "da")
 # [Hz] da is lost in its noise above. Two modes from 830 Hz on may change places in a search; but without them dy and
 # the encoder's masses have several values that explain as much.
 F_LO, F_HI = 10.0, 1000.0
+# [Hz] Both bending modes of the strut and the zeros about them lie below, and they carry most of a misalignment; a
+# guide or an encoder's bracket that gives way, a filter and what else no file knows begin above.
+BELOW_HZ, BELOW_TOP = 340.0, 0.97
+LESS_MAY_TELL = {Cause.MODEL_MISFIT, Cause.RATIO_UNKNOWN}
 COVERAGE = 2.0  # U = 2 u
 PAYLOAD_HZ, LOST = 120.0, 3.0  # below the strut's own modes; G of a fit that has lost its way
 BOTH_WAYS = 2  # fits that begin with a mode in another place
@@ -58,23 +62,56 @@ def estimate(
     RecordError for a missing channel."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
-    first, second = _prepared(data, model, RATIO), None if repeat is None else _prepared(repeat, model, RATIO)
-    for why in data_reasons(model, first, second):
-        raise NoResult(why)
+    whole = _of_band(model, data, table, repeat, Search())
+    why = whole if isinstance(whole, Reason) else whole.reason
+    if why is not None and why.cause in LESS_MAY_TELL:
+        part = _of_band(model, data, table, repeat, Search(f_hi=BELOW_HZ, skewed=True))
+        if isinstance(part, MisalignmentEstimate) and part.reason is None:
+            return replace(part, notes=(_left_out(part, why),))
+    if why is not None and (isinstance(whole, MisalignmentEstimate) or why.cause is Cause.SEARCH_FAILED):
+        whole = _of_band(model, data, table, repeat, Search(thorough=True))
+    if isinstance(whole, Reason):
+        raise NoResult(whole)
+    return whole
+
+
+@dataclass(frozen=True)
+class Search:
+    """How an estimate is searched: with the data up to f_hi [Hz]; skewed: with the times by which channels were sampled
+    apart among the unknowns; thorough: from more starts than the table gives."""
+
+    f_hi: float = F_HI
+    skewed: bool = False
+    thorough: bool = False
+
+
+def _of_band(
+    model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: Search
+) -> MisalignmentEstimate | Reason:
+    """The estimate from a band of the data, or why they cannot tell."""
+    first = _prepared(data, model, RATIO, search.f_hi)
+    second = None if repeat is None else _prepared(repeat, model, RATIO, search.f_hi)
+    for why in data_reasons(model, min(TO_HZ, BELOW_TOP * search.f_hi), first, second):
+        return why
     starts = table.query(first).minima()
-    if model.scatters and "Vs" in data.channels and (repeat is None or "Vs" in repeat.channels):
-        unseen = None if repeat is None else _prepared(repeat, model, WITH_SENSOR)
-        found = _found(model, starts, _prepared(data, model, WITH_SENSOR), unseen)
+    if model.scatters and all(sensor_tells(d, model) for d in (data, repeat) if d is not None):
+        unseen = None if repeat is None else _prepared(repeat, model, WITH_SENSOR, search.f_hi)
+        found = _found(model, starts, _prepared(data, model, WITH_SENSOR, search.f_hi), unseen, search)
         if found is not None and found.reason is None:
             return found
-    found = _found(model, starts, first, second)
-    if found is None:
-        raise NoResult(Cause.SEARCH_FAILED, record=data.name, model=model.name)
-    return found
+    found = _found(model, starts, first, second, search)
+    return because(Cause.SEARCH_FAILED, record=data.name, model=model.name) if found is None else found
 
 
-def _prepared(data: Dataset, model: Model, channels: tuple[str, ...]) -> Dataset:
-    band = data.select(channels).band(F_LO, min(F_HI, model.up_to_Hz))
+def _left_out(part: MisalignmentEstimate, why: Reason) -> str:
+    """In words: what an estimate does without."""
+    at, sds = part.fit.at, part.fit.sds
+    skew = f"encoder de is {at[SKEW_OF_DE]:.1f} ± {COVERAGE * sds[SKEW_OF_DE]:.1f} us behind interferometer da"
+    return f"responses above {BELOW_HZ:g} Hz are left out, so U is wider: {why}; {skew}"
+
+
+def _prepared(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: float = F_HI) -> Dataset:
+    band = data.select(channels).band(F_LO, min(f_hi, model.up_to_Hz))
     return replace(band, tolerance=model.tolerance).on_bench(model.learned)
 
 
@@ -86,8 +123,11 @@ def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> 
     return replace(model.with_values({"bench.payload_kg": kg}), sds=sds)
 
 
-def free_parameters(model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO) -> list[Free]:
-    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the sensor's gain."""
+def free_parameters(
+    model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, skewed: bool = False
+) -> list[Free]:
+    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the sensor's gain;
+    skewed: how far the channels were sampled apart."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
@@ -95,16 +135,22 @@ def free_parameters(model: Model, dx: float, dy: float, channels: Sequence[str] 
     ]
     gain = [n for n in SENSOR_GAIN if n in model.values and "Vs" in channels]
     gains = [replace(p, sd=np.inf, scale=0.1 * abs(p.prior)) for p in free_of(model, gain)]
-    return [*free_of(model, [n for n in own if n not in LOPSIDED]), *DRIVE, *gains, *places]
+    return [
+        *free_of(model, [n for n in own if n not in LOPSIDED]),
+        *DRIVE,
+        *[p for p in SKEWS if skewed and SKEWED[p.name] in channels],
+        *gains,
+        *places,
+    ]
 
 
 def _found(
-    model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None
+    model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: Search
 ) -> MisalignmentEstimate | None:
     """The estimate from these channels; None where every search breaks off."""
-    quick = of_damping(model, "modal") or model
+    real = of_damping(model, "modal") or model
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = _fits(quick, first, starts)
+        found = _fits(real, first, starts, search)
         if not found:
             return None
         alike = [c for c in found if c.fit.cost - found[0].fit.cost < BEYOND_DOUBT]
@@ -120,16 +166,17 @@ def _found(
         repeat=second,
         meaning=OF_THE_METAL if any(n in model.sds for n in LOPSIDED) else OF_THE_LINE,
     )
+    result = replace(result, unknown=unobservable(result))
     return replace(result, reason=reason(result))
 
 
-def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]]) -> list[Calibration]:
+def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: Search) -> list[Calibration]:
     """Fits from the starts that lead to different places, the best first, each with the form of damping that the data
     ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, with a mode
     in another place, and from draws of its parameters."""
-    free = [free_parameters(model, dx, dy, data.channels) for dx, dy in starts]
+    free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
     found = _all_finished(model, data, _places(_leads(model, data, free)))
-    if not any(_another_bench(c.fit) for c in found):
+    if search.thorough and not any(_another_bench(c.fit) for c in found):
         if not any(_explains(c) for c in found):
             found += _all_finished(model, data, _rearranged(found, data))
         if not any(_explains(c) for c in found):

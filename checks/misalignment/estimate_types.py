@@ -1,6 +1,7 @@
 """What an estimate of the misalignment says."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from checks.cause import Reason
 from checks.fitting.dataset import Dataset
@@ -24,7 +25,8 @@ class Along:
 class MisalignmentEstimate:
     """dx, dy: what fits best. reason: why that is no answer, or None. model: with the fitted damping; fit: of it, with
     the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; data:
-    what was fitted, repeat: what was not, or None; meaning: what dx and dy are, in words."""
+    what was fitted, repeat: what was not, or None; meaning: what dx and dy are, in words; notes: what the
+    estimate does without; unknown: "dx" or "dy" and why the data do not tell it, if they tell the other one."""
 
     dx: Along
     dy: Along
@@ -35,9 +37,21 @@ class MisalignmentEstimate:
     repeat: Dataset | None
     meaning: str
     reason: Reason | None = None
+    notes: tuple[str, ...] = ()
+    unknown: Mapping[str, Reason] = field(default_factory=dict)
+
+    @property
+    def why(self) -> Reason | None:
+        """Why dx or dy has no answer, None if both have one."""
+        return self.reason or next(iter(self.unknown.values()), None)
+
+    def answer(self, axis: str) -> Along | None:
+        """The misalignment along "dx" or "dy", None without an answer."""
+        return None if self.reason is not None or axis in self.unknown else getattr(self, axis)
 
     def __repr__(self) -> str:
         if self.reason is not None:
             return f"MisalignmentEstimate(no result: {self.reason})"
-        dx, dy = (with_U(along.value, along.U) for along in (self.dx, self.dy))
-        return f"MisalignmentEstimate(dx = {dx} um, dy = {dy} um; k = 2)"
+        told = {axis: self.answer(axis) for axis in ("dx", "dy")}
+        shown = ", ".join(f"{n} unknown" if a is None else f"{n} = {with_U(a.value, a.U)} um" for n, a in told.items())
+        return f"MisalignmentEstimate({shown}; k = 2)"

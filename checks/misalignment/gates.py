@@ -14,7 +14,7 @@ from checks.fitting.common_drive import Driven
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.fitting.prior import prior_rows
-from checks.misalignment.estimate_types import MisalignmentEstimate
+from checks.misalignment.estimate_types import DX, DY, MisalignmentEstimate
 from checks.misalignment.table import DX_MAX_UM, DY_MAX_UM
 from checks.model.free_apa_modes import ModalApa, mode_names
 from checks.model.model import Model
@@ -26,6 +26,7 @@ ZERO = 0.05  # a ratio below this is at a zero, where relative noise says nothin
 FROM_HZ, TO_HZ = 20.0, 650.0  # a misalignment shows from 60 Hz on, but signs and gain are told below; above, da fades
 GAP, GAP_HZ = 0.05, 5.0  # of f, between bins that tell something: wider than both a mode could hide in it
 PAYLOAD = "bench.payload_kg"
+SENSOR_HZ, DEAD = (10.0, 30.0), 30.0  # below its zero; times too small for any scale
 SIGNS_HZ = (10.0, 60.0)  # below the resonance, where de, da and the drive go together
 
 
@@ -47,11 +48,11 @@ def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
         yield because(Cause.TWO_PLACES, places=f"{one} and {other}")
 
 
-def data_reasons(model: Model, *given: Dataset | None) -> Iterator[Reason]:
-    """Why data cannot tell, whatever the model's parameters."""
+def data_reasons(model: Model, to_Hz: float, *given: Dataset | None) -> Iterator[Reason]:
+    """Why data up to to_Hz cannot tell, whatever the model's parameters."""
     for data in given:
         if data is not None:
-            yield from missing_bands(data)
+            yield from missing_bands(data, to_Hz)
             yield from _turned(data, model)
 
 
@@ -65,10 +66,10 @@ def ratio_noise(data: Dataset) -> Array:
     return np.asarray(np.where(np.isfinite(relative), relative, np.inf))
 
 
-def missing_bands(data: Dataset) -> Iterator[Reason]:
+def missing_bands(data: Dataset, to_Hz: float = TO_HZ) -> Iterator[Reason]:
     """A reason when bins that tell something are too far apart anywhere."""
     f = data.f[ratio_noise(data) < KNOWN]
-    f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < TO_HZ)], [TO_HZ]])
+    f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < to_Hz)], [to_Hz]])
     wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b - a > max(GAP * a, GAP_HZ)]
     if wide:
         more = f" and {len(wide) - 2} more" if len(wide) > 2 else ""
@@ -85,6 +86,16 @@ def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
         )
     elif _apart(low.H[:, 1], model.frf(low.f, channels=("da",))[:, 0]):
         yield because(Cause.DRIVE_REVERSED, record=data.name)
+
+
+def sensor_tells(data: Dataset, model: Model) -> bool:
+    """Whether Vs is there, alive and of the model's sign: else a search with it takes long and ends nowhere."""
+    if "Vs" not in data.channels:
+        return False
+    low = data.select(("Vs",)).band(*SENSOR_HZ)
+    measured, modelled = low.H[:, 0], model.frf(low.f, channels=("Vs",))[:, 0]
+    alive = bool(low.f.size) and float(np.median(np.abs(measured))) > float(np.median(np.abs(modelled))) / DEAD
+    return alive and not _apart(measured, modelled)
 
 
 def _apart(one: Complex, other: Complex) -> bool:
@@ -132,6 +143,25 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
 
 
 def _at_the_edge(found: MisalignmentEstimate) -> Iterator[Reason]:
-    for name, along, most in (("dx", found.dx, DX_MAX_UM), ("dy", found.dy, DY_MAX_UM)):
+    """Axes along which the answer reaches the edge of the table; not one that the data do not show at all, unless they
+    show neither."""
+    edges = list(_edges(found))
+    yield from (reason for axis, reason in edges if axis not in found.unknown)
+
+
+def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
+    """The axis along which the data do not tell the misalignment, by its name: U alone is as wide as the table. The
+    other one is known all the same, whatever this one is. Empty if they tell both, or neither."""
+    wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _MOST[axis]}
+    inside = not {DX, DY} & set(found.fit.at_bound)
+    return wide if len(wide) == 1 and inside else {}
+
+
+_MOST = {"dx": DX_MAX_UM, "dy": DY_MAX_UM}
+
+
+def _edges(found: MisalignmentEstimate) -> Iterator[tuple[str, Reason]]:
+    for axis, most in _MOST.items():
+        along = getattr(found, axis)
         if not abs(along.value) + along.U <= most:
-            yield because(Cause.TABLE_EDGE, parameter=name, value=along.value, U=along.U, most=most)
+            yield axis, because(Cause.TABLE_EDGE, parameter=axis, value=along.value, U=along.U, most=most)

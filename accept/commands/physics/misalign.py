@@ -43,14 +43,17 @@ def run(
         draw_to(plot, list(panels(found).values()), 1)
     tell(*words(folder.serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
-        say(f"dx, dy: {found.meaning}")
+        say("\n".join([f"dx, dy: {found.meaning}", *found.notes]))
     return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
 
 
 def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:
     """Return a few lines for a person."""
-    reason = found if isinstance(found, Reason) else found.reason
-    if isinstance(found, Reason) or reason is not None:
-        return [f"{serial}: no result: {reason}"]
-    along = {"dx": found.dx, "dy": found.dy}
-    return [f"{serial}: {axis} = {one.value:.1f} ± {one.U:.1f} um" for axis, one in along.items()]
+    if isinstance(found, Reason) or found.reason is not None:
+        return [f"{serial}: no result: {found if isinstance(found, Reason) else found.reason}"]
+    return [
+        f"{serial}: {axis}: no result: {found.unknown[axis]}"
+        if (along := found.answer(axis)) is None
+        else f"{serial}: {axis} = {along.value:.1f} ± {along.U:.1f} um"
+        for axis in ("dx", "dy")
+    ]
