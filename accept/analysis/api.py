@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from accept.analysis.given_responses import Given
+from accept.analysis.given_responses import dataset as dataset
 from accept.analysis.misalignment import estimate_unit
 from accept.analysis.model_fit import FittedModel, fit_unit, pictures
 from accept.analysis.record_responses import Estimator, EstimatorSettings, MeasuredResponse, read_any, responses_of
@@ -44,11 +46,15 @@ Drawable = (
 )
 
 
+class ArgumentError(AcceptError, TypeError):
+    """An argument that a function cannot use; the text says what it takes."""
+
+
 def read_unit(folder: str | Path) -> LoadedUnit:
     """Return the unit in a folder with a `unit.toml`; its files are read when they are first needed, and once.
 
     Raises UnitError for a folder that holds no usable unit."""
-    return loaded(Path(folder))
+    return loaded(_file(folder))
 
 
 def judge(unit: UnitLike, spec: str | None = None) -> UnitResult:
@@ -68,7 +74,7 @@ def read_record(
 
     channels: name here -> name in the file, {"Va": "data.ch3"}; step_s: sampling time [s] of a file without a time.
     `record["Va"]` (N,), `record.t` (N,) [s], `record.fs` [Hz]. Raises RecordError, which says what the file holds."""
-    return read_any(Path(file), input, channels or {}, step_s)
+    return read_any(_file(file), input, channels or {}, step_s)
 
 
 def frequency_response(
@@ -86,6 +92,8 @@ def frequency_response(
     `response.frf.f` (F,) [Hz], `.H` (F, C) complex, `.coherence` (F, C), `.var` (F, C). Raises RecordError."""
     if estimator not in list(Estimator):
         raise RecordError(f"estimator = '{estimator}': expected one of {', '.join(Estimator)}")
+    if not records:
+        raise ArgumentError("frequency_response: name one record, or two to be joined")
     read = [r if isinstance(r, Record) else read_record(r, input) for r in records]
     return responses_of(read, EstimatorSettings(Estimator(estimator), segment_s, f_lo, f_hi, input, merge_Hz))[0]
 
@@ -106,20 +114,24 @@ def open_model(name: str | Path = "strut") -> Model:
 
 
 def fit_model(
-    unit: UnitLike, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
+    unit: UnitLike | Given, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
 ) -> FittedModel:
-    """Return the model's uncertain parameters fitted to a unit's responses, with priors and tolerance.
+    """Fit the model's uncertain parameters to the responses of a unit, with priors and tolerance.
+
+    unit: a folder, what `read_unit`, `responses` or `frequency_response` returned, or a `dataset` of arrays.
 
     `fitted.fit.at` (name -> value), `.fit.sds`, `.before` and `.after` (G by channel), `.held_out` where the unit has a
     second realisation. Raises UnitError, RecordError, SpecError, ModelError."""
-    return fit_unit(_held(unit), model, f_lo, f_hi, starts)
+    return fit_unit(unit if isinstance(unit, Given) else _held(unit), model, f_lo, f_hi, starts)
 
 
-def estimate_misalignment(unit: UnitLike, model: str | None = None) -> MisalignmentEstimate:
-    """Return how far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
+def estimate_misalignment(unit: UnitLike | Given, model: str | None = None) -> MisalignmentEstimate:
+    """Estimate how far the APA is off the joints' axis: `found.dx`, `found.dy` with `.value` and `.U` [um].
+
+    unit: as of `fit_model`; responses must hold de and da.
 
     Raises NoResult where the data cannot tell, UnitError, RecordError, ModelError."""
-    return estimate_unit(_held(unit).folder, model)
+    return estimate_unit(unit if isinstance(unit, Given) else _held(unit).folder, model)
 
 
 def analyse_gap(
@@ -129,6 +141,11 @@ def analyse_gap(
 
     `found.result.verdict`, `.named`, `.gap_before`, `.gap_after`; `found.document` is the content of gap.json.
     Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    if isinstance(unit, Given):
+        raise ArgumentError(
+            "analyse_gap needs the records of a unit: it compares with a second realisation that was not fitted, and "
+            "asks the records themselves; fit_model and estimate_misalignment take responses"
+        )
     held = _held(unit)
     return _analyse(held, model or DEFAULT_MODEL[held.folder.kind], without, say)
 
@@ -140,7 +157,7 @@ def simulate_unit(
     -120}.
 
     Raises UnitRequestError, ModelError, FileExistsError for a folder that is there already."""
-    place = Path(folder)
+    place = _file(folder)
     if kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind = '{kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model = _open_model(SIMULATED_MODEL[kind]).with_values(dict(values or {}))
@@ -196,4 +213,12 @@ def plot(what: Drawable) -> Plot:
 
 
 def _held(unit: UnitLike) -> LoadedUnit:
+    if not isinstance(unit, str | Path | LoadedUnit):
+        raise ArgumentError(f"a unit is its folder or what read_unit returned, not a {type(unit).__name__}")
     return loaded(Path(unit) if isinstance(unit, str) else unit)
+
+
+def _file(file: str | Path) -> Path:
+    if not isinstance(file, str | Path):
+        raise ArgumentError(f"a file or folder is named by a text or a Path, not by a {type(file).__name__}")
+    return Path(file)

@@ -2,6 +2,7 @@
 
 from typing import Any, cast
 
+from accept.analysis.given_responses import Given, responses_given
 from accept.base.console import say
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
@@ -9,12 +10,13 @@ from accept.models.model_file import AS_BUILT, as_weighed, opened
 from accept.units.unit_folder import UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
+from checks.fitting.dataset import F_HI, F_LO
 from checks.misalignment.estimate import RATIO, WITH_SENSOR, estimate
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.verdict import Verdict
 
 
-def estimate_unit(folder: UnitFolder, model: str | None = None) -> MisalignmentEstimate:
+def estimate_unit(folder: UnitFolder | Given, model: str | None = None) -> MisalignmentEstimate:
     """Estimate the misalignment of a strut in this process alone: each process that a caller's script started would run
     that script again. Raises NoResult if the data cannot tell, UnitError, RecordError, ModelError."""
     found = estimate_or_reason(folder, model, workers=1)
@@ -25,7 +27,7 @@ def estimate_unit(folder: UnitFolder, model: str | None = None) -> MisalignmentE
 
 
 def estimate_or_reason(
-    folder: UnitFolder, model: str | None = None, workers: int | None = None
+    folder: UnitFolder | Given, model: str | None = None, workers: int | None = None
 ) -> MisalignmentEstimate | Reason:
     """Estimate the misalignment of a strut, or return why the data cannot tell. workers: processes that build the table
     of a model that has none yet, as many as there are cores if None. Raises UnitError, RecordError, ModelError."""
@@ -40,8 +42,13 @@ def estimate_or_reason(
         return e.reason
 
 
-def _measured(unit: UnitFolder) -> Responses:
+def _measured(unit: UnitFolder | Given) -> Responses:
     """Estimate the responses, with the sensor stack, which helps, if it was recorded."""
+    if isinstance(unit, Given):
+        found = responses_given(unit, 0.0, F_LO, F_HI, WITH_SENSOR)
+        if missing := [c for c in RATIO if c not in found.first.channels]:
+            raise RecordError(f"{found.serial}: lacks {' and '.join(missing)}; a misalignment shows in de over da")
+        return found
     try:
         return responses(unit, channels=WITH_SENSOR)
     except RecordError:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from accept.analysis.given_responses import Given, responses_given
 from accept.base.console import say
 from accept.gap.responses import Responses, responses
 from accept.models.model_file import DEFAULT_MODEL, Opened, opened, write_model
@@ -67,21 +68,32 @@ class FittedModel:
 
 
 def fit_unit(
-    folder: Path | LoadedUnit, model: str | None = None, f_lo: float = F_LO, f_hi: float = F_HI, starts: int = 3
+    given: Path | LoadedUnit | Given,
+    model: str | None = None,
+    f_lo: float = F_LO,
+    f_hi: float = F_HI,
+    starts: int = 3,
 ) -> FittedModel:
-    """Fit a model to the first realisation of a unit and compare it with the second.
+    """Fit a model to the first realisation of a unit, or to responses, and compare it with the second if there are two.
 
-    model: the built-in one of the unit's kind if None, for a strut with uncertain modes, as for its misalignment, so
-    that the two agree. f_lo, f_hi: band that is fitted [Hz]. starts: of the search.
-    Raises UnitError, RecordError, SpecError, ModelError."""
+    model: the built-in one of the unit's kind (of a strut for responses) if None, for a strut with uncertain modes, as
+    for its misalignment, so that the two agree. f_lo, f_hi: band that is fitted [Hz]. starts: of the search. Raises
+    UnitError, RecordError, SpecError, ModelError."""
     grid(f_lo, f_hi, 2)  # a range that no model has is refused before anything is read
     frequencies([f_lo, f_hi])
-    unit = loaded(folder)
-    base = opened(model or DEFAULT_MODEL[unit.folder.kind])
+    if starts < 1:
+        raise ModelError(f"starts = {starts}: expected one or more")
+    unit = given if isinstance(given, Given) else loaded(given)
+    kind = unit.folder.kind if isinstance(unit, LoadedUnit) else unit.kind if isinstance(unit, Responses) else "strut"
+    base = opened(model or DEFAULT_MODEL[kind])
     if base.model.up_to_Hz < f_hi:
         f_hi = base.model.up_to_Hz
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
-    measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi).on_bench(base.model.learned)
+    if isinstance(unit, LoadedUnit):
+        measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
+        measured = measured.on_bench(base.model.learned)
+    else:
+        measured = responses_given(unit, base.model.tolerance, f_lo, f_hi, base.model.channels)
     for words in measured.remarks:
         say(words)
     start = base.model
@@ -130,7 +142,9 @@ def _constants(model: Model, data: Dataset) -> dict[str, Any]:
     """Estimate ga and gs by the formulas of [STB] 4.2.1 and by least squares; empty without the bands they need."""
     H = {c: data.H[:, i] for i, c in enumerate(data.channels)}
     variance = {c: data.noise[:, i] for i, c in enumerate(data.channels)}
-    de = H.get("de", H["da"])
+    if "Vs" not in H or not H.keys() & {"de", "da"}:
+        return {"seed_constants": {}, "constants": {}}
+    de = H["de"] if "de" in H else H["da"]
     try:
         by_seed = seed_constants(model, data.f, de, H["Vs"])
         return {"seed_constants": by_seed, "constants": fit_constants(model, data.f, H, variance)}

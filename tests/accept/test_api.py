@@ -136,13 +136,13 @@ def test_what_cannot_be_is_refused_by_one_kind_of_error(tmp_path: Path):
 def test_the_page_leads_from_a_record_through_h1_to_a_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The page's own lines; the payload is told by the mass line, so it must come out within its U of the truth."""
     text = (NOTEBOOK.parents[1] / "reference" / "api.md").read_text(encoding="utf-8")
-    (block,) = (b for b in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if "dataset_of" in b)
+    (block,) = (b for b in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if "accept.fit_model(response" in b)
     changes = {"constants.ga_N_per_V": -30.5, "bench.payload_kg": 5.65}
     write_answers(tmp_path, ("low",), accept.open_model("apa-2dof"), changes, seed=6, noise=1e-4)
     monkeypatch.chdir(tmp_path)
     names: dict = {"accept": accept}
     exec(compile(block, "api.md", "exec"), names)  # the project's own page
-    fit = names["found"].fit
+    fit = names["fitted"].fit
     for name, true in changes.items():
         assert abs(fit.at[name] - true) < 2 * fit.sds[name], name
     assert fit.sds["constants.ga_N_per_V"] < 1.0  # told by the record: the prior has 3 N/V

@@ -1,0 +1,101 @@
+"""Responses that a script has already - arrays, a dataset, an estimate - go into a fit and a misalignment."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import accept
+from accept.gap.responses import Responses
+from checks.errors import RecordError
+from hw.records.writers import mat_bytes
+
+F = np.geomspace(15.0, 600.0, 120)
+TRUE = {"constants.ga_N_per_V": -34.0, "bench.payload_kg": 5.76}  # within a standard deviation of the priors
+CHANNELS = ("Vs", "de", "da")
+
+
+def arrays(relative: float = 0.005) -> tuple[np.ndarray, np.ndarray]:
+    """H (F, 3) of a two-mass strut with other values than the model's, noise of half a percent, and its variance."""
+    rng = np.random.default_rng(8)
+    H = accept.open_model("strut-2dof").with_values(TRUE).frf(F)
+    sd = relative * np.abs(H)
+    noise = sd * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0)
+    return H + noise, sd**2
+
+
+def test_a_fit_of_arrays_finds_their_values() -> None:
+    H, var = arrays()
+    fitted = accept.fit_model(accept.dataset(F, H, CHANNELS, var), "strut-2dof")
+    for name, true in TRUE.items():
+        assert abs(fitted.fit.at[name] - true) < 4.0 * fitted.fit.sds[name], name  # 4 sd: one in 16,000
+    assert fitted.measured.serial == "arrays"
+    assert max(g.G for g in fitted.after.values()) < max(g.G for g in fitted.before.values())
+
+
+def test_a_dataset_and_the_responses_of_it_give_the_same_fit() -> None:
+    H, var = arrays()
+    data = accept.dataset(F, H, CHANNELS, var)
+    one = accept.fit_model(data, "strut-2dof", starts=1)
+    two = accept.fit_model(Responses("arrays", "strut", data, None, 0.0), "strut-2dof", starts=1)
+    assert one.fit.at == two.fit.at
+
+
+def test_an_estimate_of_a_record_goes_into_a_fit(tmp_path: Path) -> None:
+    """White noise through the model's response: the estimate has the model's payload."""
+    rng = np.random.default_rng(3)
+    n, fs = 60_000, 3000.0
+    u = rng.standard_normal(n)
+    f = np.fft.rfftfreq(n, 1 / fs)
+    model = accept.open_model("strut-2dof").with_values(TRUE)
+    H = np.zeros((f.size, 3), complex)
+    inside = (f >= 2.0) & (f <= 1400.0)
+    H[inside] = model.frf(f[inside])
+    y = np.fft.irfft(H.T * np.fft.rfft(u), n)
+    columns = {"t": np.arange(n) / fs, "Va": u} | {c: y[i] + 1e-4 * y[i].std() * rng.standard_normal(n) for i, c in
+               enumerate(CHANNELS)}  # fmt: skip
+    path = tmp_path / "r.mat"
+    path.write_bytes(mat_bytes(columns))
+    fitted = accept.fit_model(accept.frequency_response(path, estimator="lpm", f_lo=15, f_hi=600), "strut-2dof")
+    # The estimate's own bias at the sharp resonance is within the tolerance of the model, 1 % of |H|.
+    assert fitted.fit.at["bench.payload_kg"] == pytest.approx(5.76, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"H": np.zeros((120, 2))}, r"H \(120, 2\); expected \(F,\) and \(F, 3\)"),
+        ({"channels": ("Vs", "de", "dz")}, "channels has 'dz'; expected some of Vs, de, da"),
+        ({"channels": ("Vs", "de", "de")}, "twice"),
+        ({"var": np.ones(120)}, r"var has the shape \(120,\)"),
+        ({"var": np.zeros((120, 3))}, "above zero"),
+        ({"f": F[::-1]}, "rising"),
+        ({"H": np.full((120, 3), np.nan)}, "finite"),
+        ({"f": "none"}, "arrays of numbers"),
+        ({"averages": float("nan")}, "two or more"),
+    ],
+)
+def test_what_cannot_be_used_is_said(change: dict[str, object], words: str) -> None:
+    H, var = arrays()
+    given = {"f": F, "H": H, "channels": CHANNELS, "var": var} | change
+    with pytest.raises(RecordError, match=words):
+        accept.dataset(**given)
+
+
+def test_every_unusable_argument_is_an_error_of_accept_in_words() -> None:
+    H, var = arrays()
+    data = accept.dataset(F, H, CHANNELS, var)
+    vs = accept.dataset(F, H[:, :1], ("Vs",), var[:, :1])
+    for call, words in (
+        (lambda: accept.judge(5), "read_unit"),
+        (lambda: accept.read_unit(None), "not by a NoneType"),
+        (lambda: accept.read_record(3.0), "not by a float"),
+        (lambda: accept.frequency_response(), "name one record"),
+        (lambda: accept.analyse_gap(data), "needs the records of a unit"),
+        (lambda: accept.estimate_misalignment(vs), "lacks de and da"),
+        (lambda: accept.fit_model(data, "strut-2dof", starts=0), "starts = 0"),
+        (lambda: accept.fit_model(data, "strut-2dof", f_lo=700, f_hi=800), "no two frequencies"),
+        (lambda: accept.fit_model(data, "apa-2dof", f_lo=-1.0), "rising range"),
+    ):
+        with pytest.raises(accept.AcceptError, match=words):
+            call()
