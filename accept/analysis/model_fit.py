@@ -91,9 +91,9 @@ def fit_unit(
         say(f"fitted to {f_hi:.0f} Hz only: {base.spec.name} is valid up to there")
     if isinstance(unit, LoadedUnit):
         measured = responses(unit, base.model.tolerance, base.model.channels, f_lo, f_hi)
-        measured = measured.on_bench(base.model.learned)
     else:
         measured = responses_given(unit, base.model.tolerance, f_lo, f_hi, base.model.channels)
+    measured = measured.on_bench(base.model.learned)
     for words in measured.remarks:
         say(words)
     start = base.model
