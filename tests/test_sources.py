@@ -143,5 +143,5 @@ def test_every_error_that_a_docstring_names_exists(package: str) -> None:
 
 def test_an_error_that_is_none_is_seen() -> None:
     assert list(unknown("Reads it. Raises RecordError, DossierError for a page.")) == ["DossierError"]
-    assert list(unknown("Raises Rejected.")) == ["Rejected"]
+    assert list(unknown("Raises Dismissal.")) == ["Dismissal"]
     assert not list(unknown("Raises ValueError for NaN; OSError."))

@@ -218,7 +218,7 @@ def _hands(bench: BenchFile, dwell_s: float | None) -> Hands:
 
 @clear_errors
 def pickup(
-    place: Annotated[Path, typer.Argument(metavar="[FOLDER]", help="Folder of the rig's records; else as [rig] says.")],
+    place: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the rig's records; else as [rig] says.")],
     unit: Annotated[Path | None, typer.Argument(help="Unit folder.")] = None,
     section: Annotated[str | None, typer.Argument(help="Section of unit.toml, such as frf.")] = None,
     name: Annotated[str | None, typer.Argument(help="The record's name there, such as low.")] = None,
