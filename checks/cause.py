@@ -189,6 +189,7 @@ class Cause(Enum):
     SEARCH_NOT_SET = "the spec names no frequency to search near (setting spurious_Hz)"
     MODEL_NOT_SET = "the spec names no model"
     MODEL_WITHOUT_CONSTANT = "model {model} has another sensor constant"
+    PAYLOAD_WRONG = "{value:.4g} Hz was measured with {mass} kg {how} on the bench than stated"
     PAYLOAD_DIFFERS = "the limits are for a payload of {expected:g} kg, but it is {value:g} kg"
     PAYLOAD_MOVES_IT = (
         "with the payload of the limits, {expected:g} kg instead of {value:g} kg, it would be {f_Hz:.4g} Hz: outside"

@@ -68,6 +68,11 @@ def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterat
         told |= {part: label_of(quantity) for part in parts if part not in told}
 
 
+def actions(units: list[dict[str, Any]]) -> list[str]:
+    """Return a line for each unit at whose bench something is to be put right."""
+    return [f"{unit['serial']}: what to do: {unit['action']}" for unit in units if "action" in unit]
+
+
 def explanations(units: list[dict[str, Any]]) -> list[str]:
     """A line per unit whose responses were compared with a model."""
     return [f"{unit['serial']}: {one_line(unit['gap'])}" for unit in units if "gap" in unit]

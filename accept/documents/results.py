@@ -59,6 +59,7 @@ class UnitEntry(Document):
     inputs: Annotated[Mapping[str, str], "sha256 of every file that was read, by name"] = field(default_factory=dict)
     copies: Annotated[tuple[Mapping[str, Any], ...], _filled, "recordings that stand elsewhere too"] = ()
     part_doubts: Annotated[tuple[str, ...], _filled, "what speaks against its parts"] = ()
+    action: Annotated[str | None, only_if(), "what to put right at the bench before it is measured again"] = None
     nonconformances: Annotated[tuple[str, ...], _filled, "what was found wrong with the part, and holds the unit"] = ()
     calibration: Annotated[Mapping[str, Any] | None, only_if(), "the instruments behind the findings"] = None
     gap: Annotated[Mapping[str, Any] | None, only_if(), "the answer of the gap workflow, as gap.json"] = None

@@ -1,4 +1,6 @@
-"""The gap workflow as part of judging a unit: what its responses show beyond the model. It never touches a verdict."""
+"""The gap workflow as part of judging a unit: what its responses show beyond the model.
+
+It makes no unit better: only what failed because of a payload that it names is without a result instead."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -9,6 +11,7 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.start_model import StartModel
+from accept.judging.bench_errors import without_bench_errors
 from accept.judging.result import GAP_PICTURES, UnitResult
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError
@@ -39,7 +42,7 @@ def explained(result: UnitResult, unit: LoadedUnit, start: StartModel, say: Say,
 def with_explanation(result: UnitResult, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitResult:
     """The result with what was found missing, and those of its pictures that a certificate has a place for."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
-    return replace(result, gap=document, panels={**result.panels, **shown})
+    return without_bench_errors(replace(result, gap=document, panels={**result.panels, **shown}))
 
 
 def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:

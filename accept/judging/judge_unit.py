@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging import calibration
+from accept.judging.bench_errors import without_bench_errors
 from accept.judging.calibration import Statement
 from accept.judging.check_settings import settings_problems
 from accept.judging.result import UnitResult
@@ -62,11 +63,16 @@ def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
 
 
 def judge_unit(
-    given: UnitFolder | LoadedUnit, spec: Spec, stated: Statement | None = None, models: Models | None = None
+    given: UnitFolder | LoadedUnit,
+    spec: Spec,
+    stated: Statement | None = None,
+    models: Models | None = None,
+    bench_errors: bool = True,
 ) -> UnitResult:
     """Judge every section of a unit that the spec asks about. Raises UnitError when the spec is for another kind.
 
     stated : the calibration of the instruments behind it; None where no bench file is in use, and nothing is said.
+    bench_errors : whether what a wrong payload made fail is without a result; programs before this one had it fail.
     models : opens the models that the spec names; None opens built-in ones and files by their paths.
     """
     held = loaded(given)
@@ -89,7 +95,7 @@ def judge_unit(
         stated = calibration.checked(stated, unit.measured)
         findings = calibration.downgraded(findings, calibration.problems(stated, spec.checks))
         notes += calibration.notes(stated)
-    return UnitResult(
+    result = UnitResult(
         serial=unit.serial,
         kind=unit.kind,
         verdict=unit_verdict(findings),
@@ -111,6 +117,7 @@ def judge_unit(
         environment=unit.environment,
         samples=samples_of(held, dict.fromkeys(CHECKS[name].reads for name in spec.checks)),
     )
+    return without_bench_errors(result) if bench_errors else result
 
 
 def _reading_notes(held: LoadedUnit, spec: Spec) -> list[str]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from accept.documents.results import Information, UnitEntry
+from accept.judging.advice import action
 from checks.declare import Measured
 from checks.picture import Panel
 from checks.quantity import Quantity
@@ -60,6 +61,11 @@ class UnitResult:
         """As events name it."""
         return f"{self.spec_name}@{self.spec_sha256}"
 
+    @property
+    def action(self) -> str | None:
+        """What to put right at the bench before it is measured again, None if nothing is known to be wrong there."""
+        return action(self.findings)
+
     def __repr__(self) -> str:
         """A line for the unit and one for each finding: what a notebook shows."""
         lines = [f"{self.serial} ({self.kind}): {self.verdict} by spec {self.spec_name}"]
@@ -84,6 +90,7 @@ class UnitResult:
             inputs=dict(sorted(self.inputs.items())),
             copies=self.copies,
             part_doubts=self.part_doubts,
+            action=self.action,
             nonconformances=self.nonconformances,
             calibration=self.calibration,
             gap=self.gap,

@@ -96,7 +96,7 @@ FAULTS: Mapping[str, UnitFault] = {
     "wrong_payload": UnitFault(
         "8 kg on the bench",
         KINDS,
-        (("axial_resonance_Hz", "fail"),),
+        (("axial_resonance_Hz", "no_result"),),
         model=lambda _: {"bench.payload_kg": 8.0},
     ),
     "polarity": UnitFault("Vs is reversed", KINDS, _NO_FRF, spoil=_of_responses(_turned)),

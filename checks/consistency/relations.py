@@ -67,6 +67,17 @@ def _static_over_stroke(known: Known) -> float:
     return _static(known) / AMPLIFIER_GAIN / (2 / 3) * (STACK_V[1] - STACK_V[0])
 
 
+PAYLOAD = Relation(
+    "Stiffness by resonance and payload, over that by the added mass",
+    "k_resonance_N_per_um",
+    "k_closed_N_per_um",
+    ("frf", "stiffness"),
+    0.9,
+    1.15,
+    "what moves of the unit itself adds 1 percent to the payload, creep takes 1 to 2 percent a decade of time off the "
+    "stiffness, a large load a few more ([STB] 3.1.7, 3.2.1)",
+)
+
 RELATIONS = (
     Relation(
         "Capacitance by the high-pass corner, over the LCR meter's",
@@ -102,14 +113,5 @@ RELATIONS = (
         _static_over_stroke,
         ("axial_resonance_Hz",),
     ),
-    Relation(
-        "Stiffness by resonance and payload, over that by the added mass",
-        "k_resonance_N_per_um",
-        "k_closed_N_per_um",
-        ("frf", "stiffness"),
-        0.9,
-        1.15,
-        "what moves of the unit itself adds 1 percent to the payload, creep takes 1 to 2 percent a decade of time off "
-        "the stiffness, a large load a few more ([STB] 3.1.7, 3.2.1)",
-    ),
+    PAYLOAD,
 )

@@ -9,7 +9,7 @@ from string import Formatter
 
 import pytest
 
-from accept.workflow.advice import ADVICE, lines
+from accept.judging.advice import ADVICE, lines
 from checks.acceptance import CHECKS
 from checks.cause import Cause, NoResult, Reason, because, together
 

@@ -16,6 +16,7 @@ from accept.certificate.verify.verification import Known, Verification, verify
 from accept.documents.document import DocumentError
 from accept.documents.results import UnitEntry
 from accept.judging import judge_unit
+from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions
 from accept.judging.reservations import Reservations
 from accept.judging.result import UnitResult
@@ -28,7 +29,7 @@ from specs.strict import SpecError
 
 def rejudge(attached: CertificateContent) -> UnitResult:
     """The unit judged from the attached inputs by the attached spec. What the gap workflow found stands as it was
-    signed: it bears on no verdict, its search takes long, and the rounding of another machine may lead a search
+    signed: it makes no verdict better, its search takes long, and the rounding of another machine may lead a search
     elsewhere. `verify` says that it was not searched for again.
 
     Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
@@ -41,11 +42,12 @@ def rejudge(attached: CertificateContent) -> UnitResult:
             models = unpack(attached, Path(place))
             unit = unit_folder.read(Path(place))
             entry = UnitEntry.from_json(attached.result)
-            again = judge_unit.judge_unit(unit, spec, entry.calibration, models)
-            stated = Reservations.stated(entry)
-            if attached.code_sha256 == code_sha256():  # another program may not have known what holds a unit
-                stated = stated.with_notes(unit.notes)
-            return replace(stated.apply(again), gap=entry.gap)
+            own = attached.code_sha256 == code_sha256()  # another program may not have known what this one weighs
+            again = judge_unit.judge_unit(unit, spec, entry.calibration, models, bench_errors=own)
+            again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
+            if own:
+                again, reservations = without_bench_errors(again), reservations.with_notes(unit.notes)
+            return reservations.apply(again)
     except InvalidCertificate:
         raise  # it is a ValueError too
     except DocumentError as e:

@@ -82,6 +82,7 @@ STATEMENTS = (
         ("environment", _DERIVED, "unit.toml"),
         ("nonconformances", (Way.DERIVED, Way.LOOKED_UP), "notes in unit.toml; what the store has open"),
         ("part_doubts", _LOOKED_UP, "the parts' judgements in the store"),
+        ("action", _DERIVED, "the causes of its findings"),
         ("gap", _LOOKED_UP, "the stored judgement; no verdict depends on it"),
     ),
     *_rows(

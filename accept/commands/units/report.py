@@ -44,6 +44,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
     for other in settled.weakened:
         say(f"warning: {other} was judged with a recording of {folder.serial}; its result is invalid; judge it again")
     result = settled.result
+    if result.action is not None:
+        say(f"{result.serial}: what to do: {result.action}")
     for line in reasons_of(result):
         say(line)
     if result.gap is not None:

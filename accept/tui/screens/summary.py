@@ -237,6 +237,8 @@ def _verdict(result: UnitResult) -> Text:
     text = Text.assemble((" HELD ", f"reverse {HELD}") if held else (f" {sign.word.upper()} ", f"reverse {sign.bold}"))
     if result.nonconformances:
         text.append(f"  nonconformance: {'; '.join(result.nonconformances)}. QA decides (F3).", HELD)
+    if result.action is not None:
+        text.append(f"  → {result.action}", "bold yellow")
     if held:
         return text
     for word, verdict in (

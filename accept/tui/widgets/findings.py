@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from rich.text import Text
 
+from accept.judging.advice import advice
 from accept.pictures.labels import label_of
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers
-from accept.workflow.advice import advice
 from accept.workflow.state.unit_state import StepJudgement
 from accept.workflow.status import of_findings
 from checks.declare import Check

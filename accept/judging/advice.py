@@ -3,11 +3,12 @@
 A cause without an entry needs no advice beside its sentence. The texts take the parameters of their cause.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
+from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason
 from checks.declare import Check, Series
-from checks.verdict import Finding
+from checks.verdict import Finding, Verdict
 from specs.labels import CHANNEL_LABELS
 
 _PLUG = "check the plug of {channel}, then record again"
@@ -65,6 +66,7 @@ ADVICE: Mapping[Cause, str] = {
     Cause.NO_IMPACT: "check that hammer and analyser are connected",
     Cause.COHERENCE_LOW: "do not touch the bench; check plug and range of the channel named",
     Cause.RECORDS_DISAGREE: "check that both records are of this unit, on one bench with one setting",
+    Cause.PAYLOAD_WRONG: "{mass} kg {how} than stated is on the bench: check the payload, measure again",
     Cause.PAYLOAD_DIFFERS: "measure with a payload of {expected:g} kg, or correct the payload entered",
     Cause.MODEL_MISFIT: "run the gap analysis to find the cause",
 }
@@ -83,6 +85,18 @@ def advice(check: Check, finding: Finding) -> list[str]:
     return [] if finding.cause is None else lines(check, finding.cause)
 
 
+def action(findings: Iterable[Finding]) -> str | None:
+    """Return what to do at the bench about findings without a result, the first for each of them; None if there is
+    nothing to put right, or a finding fails, which no measuring again makes pass."""
+    found = list(findings)
+    if any(f.verdict is Verdict.FAIL for f in found):
+        return None
+    wrong = [lines(CHECKS[f.check], f.cause) for f in found if f.verdict is Verdict.NO_RESULT and f.cause is not None]
+    # a contradiction names two suspects; what names one comes first, and is enough
+    named = [line for advised in wrong for line in advised[:1] if line != ADVICE[Cause.CONTRADICTION]]
+    return "; ".join(dict.fromkeys(named or [advised[0] for advised in wrong if advised])) or None
+
+
 def lines(check: Check, reason: Reason) -> list[str]:
     """Advice on a reason and on what else is wrong, with the record that each names."""
     return list(dict.fromkeys(line for one in reason.all() for line in _lines(check, one)))
@@ -92,6 +106,8 @@ def _lines(check: Check, reason: Reason) -> list[str]:
     parameters = {k: CHANNEL_LABELS.get(v, v) if isinstance(v, str) else v for k, v in reason.parameters.items()}
     if reason.cause is Cause.IMPACTS_BAD:
         found = [IMPACT_ADVICE[fault] for fault in parameters["faults"] if fault in IMPACT_ADVICE]
+    elif reason.cause is Cause.IN_WORDS and reason.record:  # of a file that its reader refused
+        found = [ADVICE[Cause.FILE_DAMAGED]]
     else:
         found = [ADVICE[reason.cause].format(**parameters)] if reason.cause in ADVICE else []
     declared = check.inputs.get(reason.record)

@@ -1,0 +1,94 @@
+"""A wrong payload on the bench is no fault of the unit: what it made fail has no result until it was measured again.
+
+A resonance below or above its limits is laid to the payload only on clear evidence: the stiffness by the added mass is
+within its own limits and contradicts that by resonance and payload in the same direction, while nothing else
+contradicts the responses; or the gap analysis names the payload, and with what it says of it the resonance would be
+within its limits. A unit that is soft by both measurements, or fails by another quantity, stays rejected.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from accept.judging.result import UnitResult
+from checks.acceptance import CHECKS
+from checks.cause import Cause, Reason, because
+from checks.consistency.relations import PAYLOAD
+from checks.verdict import Finding, Verdict, unit_verdict
+
+RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
+NARROW = 0.2  # of an interval over its upper end: one number says it
+
+
+def without_bench_errors(result: UnitResult) -> UnitResult:
+    """Return the result with a resonance that a wrong payload moved out of its limits without a result; the same object
+    if there is no clear evidence of a bench error."""
+    finding = next((f for f in result.findings if f.quantity == RESONANCE), None)
+    if finding is None or finding.verdict is not Verdict.FAIL or finding.value is None:
+        return result
+    stiffness = next((q.value for _, q in result.information if q.name == BY_RESONANCE), math.nan)
+    stated = stiffness * 1e6 / (2 * math.pi * finding.value) ** 2  # the payload that the unit or the spec states [kg]
+    more = _by_contradiction(finding, result.findings, stated) or _by_gap(finding, result.gap, stated)
+    if more is None or not all(map(math.isfinite, more)):
+        return result
+    reason = because(Cause.PAYLOAD_WRONG, value=finding.value, mass=_mass(*more), how="more" if more[0] > 0 else "less")
+    moved = replace(
+        finding, verdict=Verdict.NO_RESULT, value=None, U=None, p_false_accept=None, budget=(), note=None,
+        cause=reason, reason=str(reason),
+    )  # fmt: skip
+    findings = tuple(moved if f is finding else f for f in result.findings)
+    return replace(result, findings=findings, verdict=unit_verdict(findings))
+
+
+def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:
+    """Return from what to what mass more than stated [kg] the stiffness by the added mass speaks for."""
+    contradictions = [r for r in _causes(resonance) if r.cause is Cause.CONTRADICTION]
+    if [r.parameters["title"] for r in contradictions] != [PAYLOAD.title]:
+        return None
+    (found,) = contradictions
+    by_mass = [f for f in findings if CHECKS[f.check].reads == "stiffness"]
+    if any({r.cause for r in _causes(f)} != {Cause.CONTRADICTION} or f.verdict is Verdict.FAIL for f in by_mass):
+        return None
+    ratio, lo, hi = (float(found.parameters[name]) for name in ("ratio", "lo", "hi"))
+    if ratio <= 0 or (ratio < lo) != _is_low(resonance):
+        return None
+    # The ratio is stated payload over true one, times what it is on a sound unit: lo to hi.
+    return stated * (lo / ratio - 1), stated * (hi / ratio - 1)
+
+
+def _by_gap(resonance: Finding, gap: Mapping[str, Any] | None, stated: float) -> tuple[float, float] | None:
+    """Return the same as the gap analysis names it."""
+    named = next((n for n in (gap or {}).get("named", []) if n["effect"] == "payload_mass"), None)
+    if named is None or resonance.value is None:
+        return None
+    lo, hi = _interval(named["parameters"])
+    if not (lo > 0 if _is_low(resonance) else hi < 0) or not stated + lo > 0:
+        return None
+    with_it = [resonance.value * math.sqrt((stated + more) / stated) for more in (lo, hi)]
+    lower = -math.inf if resonance.lower is None else resonance.lower
+    upper = math.inf if resonance.upper is None else resonance.upper
+    if max(with_it) < lower or min(with_it) > upper:  # it does not explain that the resonance is outside
+        return None
+    return lo, hi
+
+
+def _mass(lo: float, hi: float) -> str:
+    """Return a mass in words: one number if its interval is narrow [kg]."""
+    least, most = sorted((abs(lo), abs(hi)))
+    return f"{(least + most) / 2:.2g}" if most - least < NARROW * most else f"{least:.2g} to {most:.2g}"
+
+
+def _interval(parameters: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the ends of the interval of the only parameter [kg]; what is no interval names nothing."""
+    (value,) = parameters.values()
+    lo, hi = (float(end) for end in value["ci95"])
+    return (lo, hi) if math.isfinite(lo) and math.isfinite(hi) else (0.0, 0.0)
+
+
+def _is_low(finding: Finding) -> bool:
+    return finding.lower is not None and finding.value is not None and finding.value < finding.lower
+
+
+def _causes(finding: Finding) -> list[Reason]:
+    return [] if finding.cause is None else list(finding.cause.all())
