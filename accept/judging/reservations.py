@@ -58,12 +58,12 @@ class Reservations:
         if not self:
             return tuple(findings)
         found = tuple(without_copies(f, self.copies) for f in findings)
-        for cause, words in (
-            (Cause.PART_DOUBTED, self.part_doubts),
-            (Cause.NONCONFORMANCE, self.nonconformances),
-        ):
-            if words:
-                found = tuple(weakened(f, because(cause, detail="; ".join(words))) for f in found)
+        if self.part_doubts:
+            doubt = because(Cause.PART_DOUBTED, detail="; ".join(self.part_doubts))
+            found = tuple(weakened(f, doubt) for f in found)
+        if self.nonconformances:
+            held = because(Cause.NONCONFORMANCE, detail="; ".join(self.nonconformances))
+            found = tuple(weakened(f, held) for f in found)
         return found
 
     def apply(self, result: UnitResult) -> UnitResult:
