@@ -105,8 +105,8 @@ def test_every_limit_of_a_built_in_spec_cites_a_source(name: str) -> None:
 
 
 PACKAGES = ("accept", "hw", "checks", "specs")
-RAISES = re.compile(r"\bRaises ([^.;]*)")
-ERROR = re.compile(r"\b[A-Z][a-z]+(?:[A-Z][a-z0-9]+)+\b|\bRefused\b")
+RAISES = re.compile(r"\bRaises? ([^.;]*)")
+ERROR = re.compile(r"\b[A-Z][a-z]+(?:[A-Z][a-z0-9]+)+\b")
 OF_LIBRARIES = {"InvalidSignature", "LinAlgError", "SerialException", "TimestampRequestError"}
 
 
@@ -143,5 +143,5 @@ def test_every_error_that_a_docstring_names_exists(package: str) -> None:
 
 def test_an_error_that_is_none_is_seen() -> None:
     assert list(unknown("Reads it. Raises RecordError, DossierError for a page.")) == ["DossierError"]
-    assert list(unknown("Raises Dismissal.")) == ["Dismissal"]
+    assert list(unknown("Raises BenchDismissed.")) == ["BenchDismissed"]
     assert not list(unknown("Raises ValueError for NaN; OSError."))
