@@ -1,5 +1,6 @@
 """The sentences that page and `accept verify` show beside the result, made from what the certificate states."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,7 +38,23 @@ def _approved(approval: Mapping[str, Any] | None) -> str:
 
 def _models(contents: CertificateContent) -> str:
     named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(contents.models).items() for f, digest in files.items()]
-    return "; ".join(named)
+    learned = (_learned_bench(name, content) for files in contents.models.values() for name, content in files.items())
+    return "; ".join([*named, *(words for words in learned if words)])
+
+
+def _learned_bench(name: str, content: bytes) -> str:
+    """Return from which units, and when, an attached model file learned what the bench adds; "" if it did not."""
+    if not name.endswith(".toml"):
+        return ""
+    try:
+        bench = tomllib.loads(content.decode()).get("learned_bench")
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return ""
+    if not isinstance(bench, Mapping):
+        return ""
+    units = [str(serial) for serial in bench.get("units", [])]
+    day = f" on {bench['learned_on']}" if bench.get("learned_on") else ""
+    return f"compared on a bench learned{day} from {len(units)} units: {', '.join(units)}"
 
 
 def _attempt(provenance: Mapping[str, Any]) -> str:
