@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from accept.capture.capture import POINTS_MM
+from accept.capture.recipes import POINTS_MM
 from accept.units import unit_folder as units
 from accept.units.loaded_unit import loaded
 from accept.units.unit_folder import UnitError

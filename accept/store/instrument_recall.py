@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from accept.store import Event
-from accept.store.payloads import Captured, CaptureFailed, ReadingFailed, UnitJudged, ValueTaken, payload_of
+from accept.store.payloads import (
+    Captured,
+    CaptureFailed,
+    ReadingFailed,
+    RecordLinked,
+    UnitJudged,
+    ValueTaken,
+    payload_of,
+)
 
 
 @dataclass(frozen=True)
@@ -31,7 +39,7 @@ def touched(events: Iterable[Event], serial: str, since: datetime.date) -> list[
 
 
 def _how(event: Event, serial: str) -> Iterator[str]:
-    match payload_of(event, Captured, CaptureFailed, UnitJudged, ValueTaken, ReadingFailed):
+    match payload_of(event, Captured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
         case Captured(section, serial=of) if of == serial:
             yield f"measured {section}"
         case CaptureFailed(section, serial=of) if of == serial:
@@ -41,6 +49,10 @@ def _how(event: Event, serial: str) -> Iterator[str]:
             checks = [row["check"] for row in rows if row.get("serial") == serial]
             if checks:
                 yield f"judged {', '.join(checks)}: {result.verdict}"
-        case ValueTaken(step, input=name, source=source) | ReadingFailed(step, input=name, source=source):
-            if serial in source.split():  # the workflow names an instrument by model and serial number
-                yield f"read {step} {name}"
+        case (
+            ValueTaken(step, input=name, source=source)
+            | RecordLinked(step, input=name, source=source)
+            | ReadingFailed(step, input=name, source=source)
+        ):
+            if serial in (source or "").split():  # an instrument is named by model and serial number
+                yield f"read {step} {name}".rstrip()

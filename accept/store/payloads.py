@@ -289,7 +289,7 @@ class ReadingFailed(Payload, what="reading_failed"):
     """An instrument gave no value."""
 
     step: str
-    input: str
+    input: Annotated[str, "empty if it was read for several inputs of the step"]
     reason: str
     source: str
     evidence: Mapping[str, Any]
@@ -306,6 +306,8 @@ class RecordLinked(Payload, what="record_linked"):
     sha256: str
     origin: Annotated[str, "where it came from"]
     day: Annotated[str | None, only_if(), "as of a value"] = None
+    source: Annotated[str | None, only_if(), "as of a value, if an instrument was read for it"] = None
+    evidence: Annotated[Mapping[str, Any] | None, only_if(), "as of a value"] = None
 
 
 @dataclass(frozen=True)

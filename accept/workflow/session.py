@@ -200,11 +200,22 @@ class Session:
             index=index, repeat=repeat, text=text, source=instrument.name, evidence=instrument.evidence(),
         )  # fmt: skip
 
-    def link(self, step: str, declared: Series | CsvTable, source: Path, day: str | None = None) -> Event:
-        """Copy a record into the unit's folder and store that it is there. Raises RecordError, OSError, StoreError."""
+    def link(
+        self,
+        step: str,
+        declared: Series | CsvTable,
+        source: Path,
+        day: str | None = None,
+        instrument: str | None = None,
+        evidence: Mapping[str, Any] | None = None,
+    ) -> Event:
+        """Copy a record into the unit's folder and store that it is there. instrument, evidence: what was read for it,
+        if it was measured live. Raises RecordError, OSError, StoreError."""
         form = self.step(step).form_with(declared.name).name
         name, digest = attach.take_in(source, declared, self.folder, channel_map(self.attempt.channels))
-        return self.append(RecordLinked(step, form, declared.name, name, digest, str(source), day))
+        return self.append(
+            RecordLinked(step, form, declared.name, name, digest, str(source), day, instrument, evidence)
+        )
 
     def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
         """Return whether a file has the channels of a record of this unit, by their names."""

@@ -14,7 +14,7 @@ from hw.records.foreign_record import OBJECTS, TIMES, nested_variables
 from hw.records.limits import DEFAULT_LIMITS, ReadLimits
 from hw.records.source import Source, load_bytes
 from hw.records.textfile import ROWS
-from hw.records.variable import Variables, listing
+from hw.records.variable import OWN_RECORD, Variables, listing
 from hw.records.vet import loaded, vet_channel, vet_step, vet_time
 from specs.bench import NO_CHANNELS, TIME, Channels, ChannelSource, channel_source
 from specs.units import UnitMismatch, factor, parse_header
@@ -49,7 +49,10 @@ def record_of(
     """
     with refused(source.file):
         sources = {here: channel_source(there) if isinstance(there, str) else there for here, there in rename.items()}
-        wanted = _wanted(source, series, sources)
+        found = source.variables()
+        if OWN_RECORD in found:
+            sources = {}
+        wanted = _wanted(source, found, series, sources)
         units = {TIME: "s", **series.channels, **series.optional_channels}
         arrays = _arrays(source.file, wanted, limits)
         remarks = [f"time from '{wanted[TIME].name}'"] if TIME in wanted and _is_other_clock(wanted, sources) else []
@@ -76,10 +79,10 @@ def _is_other_clock(wanted: Variables, sources: Channels) -> bool:
     return TIME not in sources and wanted[TIME].name != TIME
 
 
-def _wanted(source: Source, series: Series, sources: Channels) -> Variables:
+def _wanted(source: Source, found: Variables, series: Series, sources: Channels) -> Variables:
     """Return channel -> variable for all that is declared and in the file, the time included. Raises RecordError if one
     that is required is missing."""
-    file, found = source.file, source.variables()
+    file = source.file
     clock = sources.get(TIME)
 
     def theirs(name: str) -> str:

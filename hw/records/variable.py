@@ -36,6 +36,7 @@ class Variable:
 
 
 Variables = Mapping[str, Variable]
+OWN_RECORD = "accept_record"  # a variable of records that this program wrote: their channels have our names, in SI
 
 
 def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hw.records.variable import OWN_RECORD
+
 HEADER = b"MATLAB 5.0 MAT-file, written by accept"
 HEADER_TEXT_BYTES = 116  # [MATFILE]: free text at the head of the file
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # what MATLAB loads as a variable
@@ -59,3 +61,9 @@ def _real(name: str, values: ArrayLike) -> np.ndarray:
     if array.dtype.kind not in "iuf" or array.ndim > 1 or not array.size or not np.isfinite(array).all():
         raise ValueError(f"'{name}' is {array.dtype} {array.shape}, expected a vector of finite real numbers")
     return np.atleast_1d(array.astype(np.float64))
+
+
+def own_record(arrays: Mapping[str, ArrayLike]) -> bytes:
+    """Return the bytes of a .mat file with our names for the channels, in SI. A mark in it says so: the channel map of
+    a laboratory does not apply to it."""
+    return mat_bytes({**arrays, OWN_RECORD: np.ones(1)})

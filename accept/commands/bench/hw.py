@@ -16,13 +16,14 @@ from serial.tools.list_ports import comports
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.capture.capture import CAPTURES, capture
-from accept.capture.operator_actions import Hands, Person, Player, Staged
-from accept.capture.run import Run
+from accept.capture.operator_actions import OperatorActions, Person, Player, Staged
+from accept.capture.recipes import RECIPES
 from accept.capture.watch_folder import STABLE_S, Watched, declared_file, pick_up
 from accept.store import open_store
 from accept.units import toml_edit
 from accept.units.unit_folder import UNIT_FILE
+from accept.workflow.capture import measure_folder
+from accept.workflow.instruments.hardware import BenchInstrument
 from checks.errors import RecordError
 from hw.errors import InstrumentError, SettingsError
 from hw.instruments import Reading, open_instrument
@@ -177,28 +178,29 @@ def measure(
     operator: Measurer = None,
 ) -> Exit:
     """Measure a section of a unit with its instrument."""
-    if section not in CAPTURES:
-        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(CAPTURES)})")
+    if section not in RECIPES:
+        say(f"accept: '{section}' is not measured by an instrument here (known: {', '.join(RECIPES)})")
         return Exit.BAD_INPUT
     file = load_bench(bench_path(bench))
     try:
         name, entry = _serving(file, section)
-        instrument = open_instrument(name, entry, ask_at_terminal)
+        driver = open_instrument(name, entry, ask_at_terminal)
     except SettingsError as e:
         say(f"accept: {e}")
         return Exit.BAD_INPUT
     if begin is not None:
         toml_edit.begin(unit, begin, "apa")
+    actions = _actions(file, dwell)
     try:
         with open_store() as store:
-            run = Run(unit, instrument, entry, _hands(file, dwell), store, operator_name(operator), say)
-            captured = capture(section, run)
+            instrument = BenchInstrument(name, driver, entry)
+            captured = measure_folder(unit, section, instrument, actions, store, operator_name(operator), say)
     except InstrumentError as e:
         say(f"accept: {e}")
         return Exit.INSTRUMENT
     for note in captured.notes:
         say(note)
-    say(f"{section}: {', '.join(captured.entries)} in {unit / UNIT_FILE}")
+    say(f"{section}: {', '.join(captured.to_toml())} in {unit / UNIT_FILE}")
     return Exit.ACCEPTED
 
 
@@ -210,7 +212,7 @@ def _serving(bench: BenchFile, section: str) -> tuple[str, InstrumentEntry]:
     return found[0]
 
 
-def _hands(bench: BenchFile, dwell_s: float | None) -> Hands:
+def _actions(bench: BenchFile, dwell_s: float | None) -> OperatorActions:
     if bench.stage is not None:
         return Staged(Path(bench.stage))
     return Person(ask_at_terminal) if dwell_s is None else Player(ask_at_terminal, dwell_s, 0.7 * dwell_s)

@@ -7,11 +7,15 @@ from typing import ClassVar
 
 from textual.binding import Binding, BindingType
 
+from accept.capture.operator_actions import Person
+from accept.capture.setup import CaptureResult
 from accept.store import Event
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.screens.capture_dialogue import CaptureDialogue
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step_form import StepForm
 from accept.tui.widgets.fields import Field, FieldPlace, places
+from accept.workflow.capture import capture
 from accept.workflow.entry.parse_entry import EntryError, doubt, parse_list, parse_number, parse_scalar, usual_range
 from accept.workflow.steps.plan import has_files
 from checks.declare import CsvTable, Measured, Scalar, Series, Vector
@@ -190,6 +194,9 @@ class StepScreen(StepForm):
 
     def _read(self, field: Field, repeat: bool) -> None:
         place, step = field.place, self.step.name
+        if place.is_file and self.bench.instruments.recording(step) is not None:
+            self._measure()
+            return
         instrument = None if place.is_file else self._instrument(place)
         if instrument is None:
             self.say("No instrument for this field; type the value", "bad")
@@ -203,6 +210,30 @@ class StepScreen(StepForm):
             doing=f"reading {instrument.name}",
         )
         self._go_on(field)
+
+    def _measure(self) -> None:
+        """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
+        step, instruments = self.step.name, self.bench.instruments
+        instrument = instruments.recording(step)
+        dialogue = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
+        actions = instruments.staged or Person(dialogue.ask)
+        self._reading, self.stop = True, dialogue.stop
+
+        def measure() -> CaptureResult:
+            try:
+                return capture(self.session, step, instrument, actions, dialogue.say, stopped=dialogue.stopped)
+            finally:
+                self._reading, self.stop = False, None
+
+        self.send(measure, self._measured, f"measuring with {instrument.name}")
+
+    def _measured(self, captured: CaptureResult) -> None:
+        notes = f". {'; '.join(captured.notes)}" if captured.notes else ""
+        self.say(f"Saved{notes}", "saved")
+        self.show()
+        self._go_on(None)
+        if self.complete:
+            self.judge()
 
     def _read_now(self, read: Callable[[], Event]) -> Event:
         """Read in a thread: another reading may be asked for when this one has ended, well or not."""
@@ -249,7 +280,8 @@ class StepScreen(StepForm):
             case "pick":
                 return has_files(self._form)
             case "read":
-                return any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
+                whole = has_files(self._form) and self.bench.instruments.recording(self.step.name) is not None
+                return whole or any(not p.is_file and self._instrument(p) is not None for p in places(self._form))
             case "repeat":
                 return any(not p.is_file for p in places(self._form))
             case "measure_again":
@@ -263,7 +295,7 @@ class StepScreen(StepForm):
 
     def more_help(self) -> list[str]:
         return [
-            "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument, F4 "
-            "takes one more reading of the same value: the mean counts, the scatter is shown. If the decimal "
-            "point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
+            "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument; at a "
+            "record it measures the whole step. F4 takes one more reading of the same value: the mean counts, the "
+            "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
         ]

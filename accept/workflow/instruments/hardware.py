@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from accept.capture.capture import GROUPS, POINTS_MM
 from accept.capture.operator_actions import Staged
+from accept.capture.recipes import GROUPS, POINTS_MM, RECIPES
 from accept.workflow.instruments.port import InstrumentPort, NoInstruments
 from checks.acceptance import CHECKS
 from checks.declare import Check, Series
@@ -23,14 +23,14 @@ MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only 
 
 
 @dataclass(frozen=True)
-class Wired:
+class BenchInstrument:
     """A driver, and what must be set up in front of it where the bench is simulated. key: its name in the bench file;
     mutex: one question at a time goes over its line, whoever asks."""
 
     key: str
     driver: Driver
     entry: InstrumentEntry
-    set_up: Callable[[], None]
+    set_up: Callable[[], None] = lambda: None
     mutex: threading.Lock = field(default_factory=threading.Lock)
 
     @property
@@ -45,8 +45,8 @@ class Wired:
             reading = self.driver.read()
         return reading.value, reading.unit
 
-    def evidence(self) -> Mapping[str, Any]:
-        """Model, serial number, calibration, and every byte since this was last asked."""
+    def evidence(self, most: int = MOST_TRAFFIC) -> Mapping[str, Any]:
+        """Return model, serial number, calibration, and every byte since this was last asked, `most` entries of it."""
         with self.mutex:
             traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
         calibration = self.entry.calibration
@@ -58,7 +58,7 @@ class Wired:
             if calibration is None
             else {"certificate": calibration.certificate, "due": calibration.due.isoformat()},
             "settings": dict(self.driver.asked),
-            "transcript": [t.to_json() for t in bounded(traffic)],
+            "transcript": [t.to_json() for t in bounded(traffic, most)],
         }
 
     def uncertainty(self, value: float) -> float | None:
@@ -84,7 +84,19 @@ class BenchInstruments(NoInstruments):
         if found is None:
             return None
         set_up = partial(self._set_up, name, index)
-        return Wired(found, self._drivers[found], self._entries[found], set_up, self._mutexes[found])
+        return BenchInstrument(found, self._drivers[found], self._entries[found], set_up, self._mutexes[found])
+
+    def recording(self, check: str) -> "BenchInstrument | None":
+        """Return the first instrument that measures a check as a whole, by a recipe."""
+        found = next((n for n, e in self._entries.items() if check in e.measures), None)
+        if found is None or check not in RECIPES:
+            return None
+        return BenchInstrument(found, self._drivers[found], self._entries[found], mutex=self._mutexes[found])
+
+    @property
+    def staged(self) -> Staged | None:
+        """Who acts at a simulated bench; None at a real one, where it is a person."""
+        return self._hands
 
     def close(self) -> None:
         for driver in self._drivers.values():
@@ -100,12 +112,13 @@ class BenchInstruments(NoInstruments):
             self._hands.leads(GROUPS[name])
 
 
-def bounded(traffic: Sequence[Traffic]) -> list[Traffic]:
-    """The last entries, and a word about how many went before: the live value asks for as long as somebody looks."""
-    if len(traffic) <= MOST_TRAFFIC:
+def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:
+    """Return the last entries, and a word about how many went before: the live value asks for as long as somebody
+    looks, and a record that is followed has thousands."""
+    if len(traffic) <= most:
         return list(traffic)
-    gone = len(traffic) - MOST_TRAFFIC
-    words = f"{gone} earlier lines were live readings that were not saved".encode()
+    gone = len(traffic) - most
+    words = f"{gone} earlier lines are not kept here".encode()
     return [Traffic(traffic[gone].t, "note", words), *traffic[gone:]]
 
 

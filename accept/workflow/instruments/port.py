@@ -33,7 +33,16 @@ class Instruments(Protocol):
     """The instruments at hand."""
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
-        """The instrument that reads this input, None when it is typed."""
+        """Return the instrument that reads this input, None when it is typed."""
+        ...
+
+    def recording(self, check: str) -> Any:
+        """Return the `BenchInstrument` that measures a check as a whole, None without one."""
+        ...
+
+    @property
+    def staged(self) -> Any:
+        """Who acts at a simulated bench, None at a real one."""
         ...
 
 
@@ -42,6 +51,13 @@ class NoInstruments:
     """Everything is typed."""
 
     def serving(self, _check: str, _name: str, _index: int | None) -> InstrumentPort | None:
+        return None
+
+    def recording(self, _check: str) -> Any:
+        return None
+
+    @property
+    def staged(self) -> Any:
         return None
 
 

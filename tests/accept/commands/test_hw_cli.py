@@ -28,7 +28,7 @@ def run(*words: object):
 
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
-    monkeypatch.setattr("accept.capture.run.PAUSES_S", (0.05, 0.3))
+    monkeypatch.setattr("accept.capture.reading_loop.PAUSES_S", (0.05, 0.3))
     with simulated_bench(tmp_path / "bench") as (simulated, _):
         simulated.stage.write(Stage(1, "sensor", "one_stack", 0.0))
         yield simulated

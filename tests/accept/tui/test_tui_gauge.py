@@ -1,17 +1,25 @@
-"""The live value on the screen: in its limits, with its faults, taken with one key."""
+"""The instruments on the screen: a live value in its limits, with its faults, taken with one key; a step measured as a
+whole."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
+import pytest
+
+from accept.capture import recipes
 from accept.store import open_store
+from accept.tui.screens.ask import Question
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.limit_bar import numbers
 from accept.tui.widgets.live_value import Gauge, gauge_text
-from accept.workflow.bench import Workbench
+from accept.workflow.bench import Workbench, open_bench
 from checks.declare import Measured
 from hw.errors import NoReply
 from specs.spec import Limit
-from tests.accept.tui.tui_help import begin, loader, press, running, settled, shown, words
+from tests.accept.tui.tui_help import APART, begin, loader, press, running, settled, shown, words
 from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.hw.instruments.simbench import simulated_bench
 
 SENSOR = Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test")
 
@@ -112,3 +120,69 @@ def test_a_pure_number_has_no_unit():
     assert numbers(1.35, 0.05, "1") == "1.350 ± 0.050"
     assert numbers(1.35, None, "um") == "1.35 um, U unknown"
     assert numbers(None, None, "1") == "no value"
+
+
+STROKE = ("down", "down", "enter")  # from the list of steps of apa-basic
+# Both ends and the middle of the range, once up and down: what a test has time for.
+FEW = [*np.linspace(-20.0, 150.0, 10), *np.linspace(150.0, -20.0, 10)[1:]]
+
+
+def opened(file: Path):
+    return replace(open_bench("apa-basic", bench_file=file), worker=APART)
+
+
+@pytest.fixture
+def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recipes, "voltages", lambda: FEW)
+    monkeypatch.setattr(recipes, "voltages_by_hand", lambda: FEW)
+
+
+async def to_records_of_stroke(pilot) -> None:
+    await begin(pilot, "APA-01")
+    await press(pilot, *STROKE)
+    if "F6" in words(pilot, "#way") and not any(f.place.is_file for f in pilot.app.screen.query("Field")):
+        await press(pilot, "f6")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_steps")
+async def test_a_stroke_is_measured_from_its_screen_and_undone_like_any_entry(tmp_path):
+    with simulated_bench(tmp_path / "bench") as (simulated, _):
+        async with running(lambda: opened(simulated.bench_file)) as pilot:
+            await to_records_of_stroke(pilot)
+            await press(pilot, "f3")
+            session = pilot.app.screen.session
+            state = session.state("stroke")
+            assert "Saved" in words(pilot, "#status")
+            assert {link.input for link in state.entries} == {"one_stack", "two_stacks"}
+            assert all((session.folder / link.file).is_file() for link in state.entries)
+            (journal,) = (session.folder / "readings").iterdir()
+            assert len(journal.read_text().splitlines()) == 2 * len(FEW)
+            await press(pilot, "ctrl+z")
+            assert {link.input for link in session.state("stroke").entries} == {"one_stack"}
+    with open_store() as store:
+        first, second = (event.data for event in store.events("APA-01", "record_linked"))
+    assert first["source"] == second["source"] == "gauge C1216 SIM-GAUGE"
+    assert first["evidence"]["transcript"]
+    assert "transcript" not in second["evidence"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_steps")
+async def test_a_person_is_asked_and_stops_it(tmp_path):
+    with simulated_bench(tmp_path / "bench") as (simulated, _):
+        text = simulated.bench_file.read_text()
+        simulated.bench_file.write_text("\n".join(row for row in text.splitlines() if not row.startswith("stage")))
+        async with running(lambda: opened(simulated.bench_file)) as pilot:
+            await to_records_of_stroke(pilot)
+            await pilot.press("f3")
+            while not (isinstance(pilot.app.screen, Question) and pilot.app.screen.query(".words")):
+                await pilot.pause(0.01)
+            await shown(pilot, ".words", "Connect the amplifier to one stack")
+            await pilot.press("escape")
+            await settled(pilot)
+            assert "stopped" in words(pilot, "#status")
+            assert not pilot.app.screen.session.state("stroke").entries
+    with open_store() as store:
+        (failed,) = store.events("APA-01", "reading_failed")
+    assert "stopped" in failed.data["reason"]

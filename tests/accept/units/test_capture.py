@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from accept.capture.capture import _must_follow
+from accept.capture.recipes import _must_follow
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
@@ -21,7 +21,7 @@ from tests.hw.instruments.simbench import HEIGHTS_UM, measure, new_unit, simulat
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch):
     """A simulated plug is back sooner than a real one."""
-    monkeypatch.setattr("accept.capture.run.PAUSES_S", (0.05, 0.3))
+    monkeypatch.setattr("accept.capture.reading_loop.PAUSES_S", (0.05, 0.3))
 
 
 def test_the_meters_accuracy_stands_beside_the_value(tmp_path):
@@ -38,8 +38,9 @@ def test_readings_and_every_byte_are_kept(tmp_path):
         folder = new_unit(tmp_path / "U")
         measure("flatness", folder, bench)
     with open_store() as store:
-        (event,) = store.events("APA-01", "captured")
-    data = event.data
+        (event,) = store.events("APA-01", "record_linked")
+    assert event.data["source"].endswith("SIM-PROBE")
+    data = event.data["evidence"]
     assert (data["serial"], data["calibration"]["certificate"]) == ("SIM-PROBE", "SIM-3")
     (journal,) = (folder / "readings").iterdir()
     lines = [json.loads(line) for line in journal.read_text().splitlines()]
@@ -71,9 +72,9 @@ def test_a_lasting_fault_ends_the_run_with_its_reason_and_no_entry(tmp_path):
             measure("capacitance", folder, bench)
     assert not unit_folder.read(folder).sections
     with open_store() as store:
-        (event,) = store.events("APA-01", "capture_failed")
+        (event,) = store.events("APA-01", "reading_failed")
     assert "PRIM:OVER" in event.data["reason"]
-    assert event.data["transcript"]
+    assert event.data["evidence"]["transcript"]
 
 
 def test_a_probe_that_is_not_seated(tmp_path, monkeypatch):

@@ -13,8 +13,6 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.capture import mass_steps
-from accept.capture.capture import capture
-from accept.capture.run import Run
 from accept.cli.main import app
 from accept.commands.bench import hw
 from accept.judging import judge_unit
@@ -22,6 +20,8 @@ from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.workflow import certify
 from accept.workflow.bench import Begun, open_bench
+from accept.workflow.capture import measure_folder
+from accept.workflow.instruments.hardware import BenchInstrument
 from checks.verdict import Verdict
 from hw.errors import Implausible, InstrumentError, SettingsError
 from hw.instruments import Heidenhain
@@ -105,7 +105,7 @@ def followed(unit: Path, line: Line, peer: Moving, technician: type[Technician] 
     driver = Ids3010("ids", Link(LINE, line.open, line.clock), settings, None, "L01234567")
     entry = InstrumentEntry(driver="ids3010", measures=["stiffness"], resource="192.168.1.1:9090", serial="L01234567")
     with open_store() as store:
-        capture("stiffness", Run(unit, driver, entry, technician(peer), store, "Ann"))
+        measure_folder(unit, "stiffness", BenchInstrument("ids", driver, entry), technician(peer), store, "Ann")
 
 
 def stiffnesses(unit: Path) -> dict[str, float]:
@@ -209,7 +209,7 @@ def test_an_instrument_that_is_too_slow_is_said(unit: Path) -> None:
     driver = Heidenhain("probe", Link(LINE, line.open, line.clock), settings)
     entry = InstrumentEntry(driver="nd287", measures=["stiffness"], serial="1")
     with open_store() as store, pytest.raises(SettingsError, match="cannot follow what moves"):
-        capture("stiffness", Run(unit, driver, entry, Technician(Moving()), store, "Ann"))
+        measure_folder(unit, "stiffness", BenchInstrument("probe", driver, entry), Technician(Moving()), store, "Ann")
 
 
 class Slow(Line):

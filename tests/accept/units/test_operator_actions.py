@@ -5,12 +5,13 @@ import re
 
 import pytest
 
-from accept.capture.capture import capture, voltages, voltages_by_hand
 from accept.capture.operator_actions import Person, Player
-from accept.capture.run import Run
+from accept.capture.recipes import voltages, voltages_by_hand
 from accept.judging import judge_unit
 from accept.store import open_store
 from accept.units import unit_folder
+from accept.workflow.capture import measure_folder
+from accept.workflow.instruments.hardware import BenchInstrument
 from hw.errors import Implausible
 from hw.instruments import open_instrument
 from hw.simulated import Stage
@@ -67,7 +68,7 @@ def test_a_stroke_set_by_hand_is_judged(tmp_path):
         asked, folder, entry = [], new_unit(tmp_path / "U"), bench.instruments["gauge"]
         with open_store() as store:
             gauge = open_instrument("gauge", entry, nobody)
-            capture("stroke", Run(folder, gauge, entry, Person(obey), store, "T"))
+            measure_folder(folder, "stroke", BenchInstrument("gauge", gauge, entry), Person(obey), store, "T")
     assert len(asked) == 2 * (1 + 31)
     spec = judge_unit.load_spec("apa-basic")
     result = judge_unit.judge_unit(unit_folder.read(folder), spec)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.capture.capture import voltages
+from accept.capture.recipes import voltages
 from accept.capture.watch_folder import Watched, pick_up
 from accept.judging import judge_unit
 from accept.judging.calibration import statement

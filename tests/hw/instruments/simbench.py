@@ -4,11 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from accept.capture.capture import capture
 from accept.capture.operator_actions import Staged
-from accept.capture.run import Captured, Run
+from accept.capture.setup import CaptureResult
 from accept.store import open_store
 from accept.units import toml_edit
+from accept.workflow.capture import measure_folder
+from accept.workflow.instruments.hardware import BenchInstrument
 from hw.instruments import open_instrument
 from hw.simulated import BenchSetup, SimulatedBench
 from specs.bench import BenchFile, load_bench
@@ -28,13 +29,13 @@ def simulated_bench(folder: Path, world: BenchSetup = WORLD) -> Iterator[tuple[S
         yield simulated, load_bench(simulated.bench_file)
 
 
-def measure(section: str, unit: Path, bench: BenchFile, say=lambda words: None) -> Captured:
+def measure(section: str, unit: Path, bench: BenchFile, say=lambda words: None) -> CaptureResult:
     """Capture a section with the bench's instrument for it and its staged hands."""
     name, entry = next((n, e) for n, e in bench.instruments.items() if section in e.measures)
     assert bench.stage is not None
     with open_store() as store:
-        instrument = open_instrument(name, entry, nobody)
-        return capture(section, Run(unit, instrument, entry, Staged(Path(bench.stage)), store, "T", say))
+        instrument = BenchInstrument(name, open_instrument(name, entry, nobody), entry)
+        return measure_folder(unit, section, instrument, Staged(Path(bench.stage)), store, "T", say)
 
 
 def new_unit(folder: Path, serial: str = "APA-01") -> Path:

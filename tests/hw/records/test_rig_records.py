@@ -106,3 +106,13 @@ def test_a_unit_that_the_file_states_otherwise_is_refused(tmp_path):
 def test_a_map_that_cannot_be(given, words):
     with pytest.raises(ValueError, match=words):
         channel_map(given)
+
+
+def test_a_record_of_this_program_is_read_by_its_own_names(tmp_path):
+    """The map of a rig is for the rig's records: a stroke that was measured live has our names, in SI."""
+    (tmp_path / "own.mat").write_bytes(records.own_record({"t": T, "Va": VA, "de": DE}))
+    sources = channel_map({"Va": "DAC_1", "de": {"name": "encoder", "unit": "nm"}, "t": "time"})
+    np.testing.assert_array_equal(records.read(tmp_path / "own.mat", SERIES, sources)["de"], DE)
+    savemat(tmp_path / "other.mat", {"t": T, "Va": VA, "de": DE})
+    with pytest.raises(RecordError, match=r"'Va' \(here 'DAC_1'\)"):
+        records.read(tmp_path / "other.mat", SERIES, sources)

@@ -1,0 +1,123 @@
+"""Sections that are measured live, each by a recipe: the readings of an instrument in the order of the check."""
+
+import math
+import statistics
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from accept.capture.mass_steps import stiffness
+from accept.capture.setup import CaptureResult, CaptureSetup, RecordFile
+from checks.acceptance.flatness import POSITIONS_MM
+from checks.declare import Measured
+from hw import records
+from hw.errors import Implausible
+from hw.instruments.reading import scaled
+
+REPEATS = 3  # rounds over the probe points, so that their scatter is known
+MAX_SPREAD_UM = 3.0  # of repeats at one probe point: more is a probe that was not seated, or moved
+MAX_OPEN_LOOP = 0.3  # of a stroke that may be left back at the first voltage: a loop is 10 to 15 % wide, creep less
+GROUPS = {"sensor_uF": "sensor", "actuator_uF": "actuator"}
+STROKES = {"one_stack": "stroke_one_stack.mat", "two_stacks": "stroke_two_stacks.mat"}
+POINTS_MM = [(float(x), float(y)) for x, y in np.array(POSITIONS_MM, dtype=float)]
+UM, UF = 1e-6, 1e-6
+
+
+def capacitance(setup: CaptureSetup) -> CaptureResult:
+    """Both groups of stacks, C at 1 kHz, with the meter's accuracy where the bench file has it."""
+    values: dict[str, Measured] = {}
+    notes = []
+    for name, group in GROUPS.items():
+        setup.actions.leads(group)
+        reading = setup.read(name)
+        setup.say(f"{name} = {reading.value / UF:.4f}" + "".join(f", {k} = {v:g}" for k, v in reading.more.items()))
+        value = scaled(reading.value, 1 / UF)
+        values[name] = Measured(value, setup.accuracy.at(value) if setup.accuracy else None)
+        notes += [f"{name}: {key} = {value:g}" for key, value in reading.more.items()]
+    return CaptureResult(values, notes=tuple(notes))
+
+
+def flatness(setup: CaptureSetup) -> CaptureResult:
+    """Heights of the probe points in the order of the picture, `REPEATS` times round: repeats that follow each other
+    at once would not show drift or seating. Raises Implausible where the repeats of a point lie too far apart."""
+    rounds: list[list[float]] = [[] for _ in POINTS_MM]
+    for nth in range(REPEATS):
+        for point, (x, y) in enumerate(POINTS_MM, 1):
+            setup.actions.probe(point, x, y)
+            rounds[point - 1].append(scaled(setup.read(f"point {point}, round {nth + 1}").value, 1 / UM))
+    for point, heights in enumerate(rounds, 1):
+        if max(heights) - min(heights) > MAX_SPREAD_UM:
+            words = ", ".join(f"{z:.1f}" for z in heights)
+            raise Implausible(f"point {point}: its repeats are {words} um, more than {MAX_SPREAD_UM:g} um apart")
+    if len({z for heights in rounds for z in heights}) == 1:
+        raise Implausible(
+            f"all {REPEATS * len(rounds)} heights are {rounds[0][0]:g} um: the display stands still; is it on hold?"
+        )
+    scatter = math.sqrt(statistics.fmean(statistics.variance(heights) for heights in rounds))
+    setup.say(f"scatter of the repeats: {scatter:.2f} um (standard deviation of one reading)")
+    x_mm, y_mm = np.transpose(POINTS_MM)
+    table = {"x_mm": x_mm, "y_mm": y_mm, "z_um": np.array([statistics.fmean(heights) for heights in rounds])}
+    note = f"{REPEATS} readings a point, standard deviation of one reading {scatter:.3g} um"
+    return CaptureResult(files={"points": RecordFile("flatness.csv", records.csv_bytes(table))}, notes=(note,))
+
+
+def stroke(setup: CaptureSetup) -> CaptureResult:
+    """Displacement of one stack and of the two others while the voltage goes through its cycles."""
+    files: dict[str, RecordFile] = {}
+    steps = voltages_by_hand() if setup.actions.sets_each_voltage else voltages()
+    for group, name in STROKES.items():
+        setup.actions.drive(group)
+        setup.say(f"{group}: {len(steps)} voltage steps")
+        files[group] = RecordFile(name, _stroke_record(setup, group, steps))
+    return CaptureResult(files=files)
+
+
+def _stroke_record(setup: CaptureSetup, group: str, steps: Sequence[float]) -> bytes:
+    """A record that counts readings: quasi-static, so `t` [s] runs in even steps of their mean distance, as a record
+    must; when each reading came is in `t_read`."""
+    d, t_read, before = [], [], None
+    for V in steps:
+        if V != before or not setup.actions.sets_each_voltage:
+            setup.actions.voltage(V)
+        before = V
+        reading = setup.read(f"{group} at {V:g} V")
+        d.append(reading.value)
+        t_read.append(reading.t)
+    _must_follow(group, d)
+    when = np.array(t_read) - t_read[0]
+    t = np.linspace(0.0, max(when[-1], 1e-3 * len(steps)), len(steps))
+    return records.own_record({"t": t, "V": np.array(steps), "d": np.array(d), "t_read": when})
+
+
+def _must_follow(group: str, d: Sequence[float]) -> None:
+    """Raises Implausible for a display that does not go back with the voltage: held, or on its maximum."""
+    span = max(d) - min(d)
+    if span == 0.0 or abs(d[-1] - d[0]) > MAX_OPEN_LOOP * span:
+        raise Implausible(
+            f"{group}: it begins at {d[0] / UM:.2f} um, spans {span / UM:.2f} um and ends, at the same voltage, at "
+            f"{d[-1] / UM:.2f} um: the display does not follow; is it on hold, MAX or MIN, or was it set to zero?"
+        )
+
+
+def voltages(cycles: int = 2) -> list[float]:
+    """Steps of the voltage on the stacks [V], from -20 V to 150 V and back: fine at the ends, where the check fits a
+    parabola over 2 % of the span, and close enough at mid-voltage for the loop's width."""
+    near = np.arange(0.0, 4.0, 0.25)
+    up = np.concatenate([-20.0 + near, np.arange(-16.0, 146.0, 3.0), 146.0 + near, [150.0]])
+    once = np.concatenate([up, up[-2::-1]])
+    return [float(V) for V in np.concatenate([once, *(once[1:] for _ in range(cycles - 1))])]
+
+
+def voltages_by_hand() -> list[float]:
+    """Steps for a person who sets each of them [V]: one cycle of 31 settings, four readings at each, so many and there
+    because the check fits a parabola to at least 12 samples at either end and 8 at mid-voltage."""
+    up = [-20, -19, -18, -17, 10, 35, 53, 65, 77, 100, 125, 141, 147, 148, 149, 150]
+    return [float(V) for V in (*up, *up[-2::-1]) for _ in range(4)]
+
+
+RECIPES: dict[str, Callable[[CaptureSetup], CaptureResult]] = {
+    "flatness": flatness,
+    "capacitance": capacitance,
+    "stroke": stroke,
+    "stiffness": stiffness,
+}
