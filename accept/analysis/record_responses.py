@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from hw.records import list_channels, read
 from hw.records.foreign_record import TIMES, Unreadable, foreign_record
 from hw.records.uff import frf_bytes
 from specs.bench import NO_CHANNELS, ChannelSource, channel_map
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
 STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
@@ -75,6 +78,35 @@ class MeasuredResponse:
         """Return the unit of each channel over that of the input, "" if one of them is not known."""
         per = self.units.get(self.frf.input, "")
         return {c: f"{self.units[c]}/{per}" if self.units[c] and per else "" for c in self.frf.channels}
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a frame over f_Hz with the complex response, the coherence and the variance of each channel.
+
+        Its columns are (channel, "H"), (channel, "coherence"), (channel, "var")."""
+        import pandas as pd  # loads slowly: only when it is asked for
+
+        frf = self.frf
+        parts = {"H": frf.H, "coherence": frf.coherence, "var": frf.var}
+        columns = {(c, part): x[:, i] for i, c in enumerate(frf.channels) for part, x in parts.items()}
+        return pd.DataFrame(columns, index=pd.Index(frf.f, name="f_Hz"))
+
+    def to_xarray(self) -> Any:
+        """Return a Dataset over f_Hz and channel with H, coherence and var, its units as coordinates. Raises
+        RecordError if xarray is not installed."""
+        try:
+            import xarray as xr
+        except ImportError as e:
+            raise RecordError("to_xarray needs the package xarray: pip install xarray") from e
+        frf, over = self.frf, ("f_Hz", "channel")
+        return xr.Dataset(
+            {"H": (over, frf.H), "coherence": (over, frf.coherence), "var": (over, frf.var)},
+            coords={
+                "f_Hz": frf.f,
+                "channel": list(frf.channels),
+                "unit": ("channel", [self.ratios[c] for c in frf.channels]),
+            },
+            attrs={"input": frf.input, "estimator": frf.estimator, "records": self.title},
+        )
 
     def __repr__(self) -> str:
         f, seen = self.frf.f, ", ".join(f"{c} {mode.f_Hz:.2f} Hz" for c, mode in self.resonances.items())

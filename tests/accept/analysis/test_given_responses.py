@@ -1,6 +1,8 @@
 """Responses that a script has already - arrays, a dataset, an estimate - go into a fit and a misalignment."""
 
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -99,3 +101,39 @@ def test_every_unusable_argument_is_an_error_of_accept_in_words() -> None:
     ):
         with pytest.raises(accept.AcceptError, match=words):
             call()
+
+
+def test_a_response_is_a_frame_and_without_xarray_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+    u = rng.standard_normal(8000)
+    path = tmp_path / "r.mat"
+    path.write_bytes(mat_bytes({"t": np.arange(u.size) / 1e3, "Va": u, "de": 1e-6 * u}))
+    response = accept.frequency_response(path)
+    table = response.to_pandas()
+    assert list(table.columns) == [("de", "H"), ("de", "coherence"), ("de", "var")]
+    assert table.index.name == "f_Hz"
+    np.testing.assert_array_equal(table["de", "H"].to_numpy(), response.frf.H[:, 0])
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(RecordError, match="pip install xarray"):
+        response.to_xarray()
+
+
+class FakeXarray(ModuleType):
+    """As much of xarray as is called: what it is given, kept."""
+
+    @staticmethod
+    def Dataset(data: object, coords: object, attrs: object) -> tuple[object, object, object]:
+        return data, coords, attrs
+
+
+def test_the_dataset_of_xarray_has_units_and_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", FakeXarray("xarray"))
+    rng = np.random.default_rng(1)
+    u = rng.standard_normal(8000)
+    path = tmp_path / "r.mat"
+    path.write_bytes(mat_bytes({"t": np.arange(u.size) / 1e3, "Va": u, "de": 1e-6 * u}))
+    data, coords, attrs = accept.frequency_response(path).to_xarray()
+    assert data["H"][0] == ("f_Hz", "channel")
+    assert data["H"][1].shape == (coords["f_Hz"].size, 1)
+    assert coords["unit"] == ("channel", ["m/V"])
+    assert attrs["input"] == "Va"
