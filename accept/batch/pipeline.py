@@ -229,7 +229,7 @@ class Pipeline:
         golden units."""
         check_may_judge(self.store, result.serial)
         entry, path = result.entry, str(job.unit.path.resolve())
-        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place)
+        judged = UnitJudged(path, entry.inputs, result.spec_sha256, code_sha256(), entry, job.place, self.store.bench)
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec)
 
 

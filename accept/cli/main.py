@@ -131,8 +131,10 @@ COMMANDS: dict[str, Command | Group] = {
         "Golden units: does the bench measure as before?",
         {
             "name": Command("fleet.bench_health:golden_name", "Make a judged unit a golden one."),
-            "check": Command("fleet.bench_health:golden_check", "Compare golden units with their history."),
+            "list": Command("fleet.bench_health:golden_list", "List the golden units with their references."),
+            "check": Command("fleet.bench_health:golden_check", "Compare golden units with their references."),
             "resolve": Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
+            "retire": Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one."),
         },
     ),
 }

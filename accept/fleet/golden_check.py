@@ -1,24 +1,21 @@
-"""The golden units of a shift against their own history."""
+"""The golden units of a shift against their references."""
 
 import datetime
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
-import pandas as pd
+from typing import Any
 
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import measurements
-from accept.judging.golden import goldens
-from accept.store import Store
-from accept.store.payloads import GoldenMet, GoldenMissed
-
-LEAST_BEFORE = 1  # earlier judgements that today's is compared with
+from accept.judging.golden import Golden, goldens, last_resolved, values_of
+from accept.store import Event, Store
+from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
 
 @dataclass(frozen=True)
 class Checked:
-    """The comparison of one golden unit with its history. problems: empty if it is as before; measured: whether it was
-    judged since `since`."""
+    """Of one golden unit. problems: empty if it is as its reference; measured: whether this bench judged it since
+    `since`."""
 
     serial: str
     expected: str
@@ -27,54 +24,57 @@ class Checked:
 
 
 def check(store: Store, since: datetime.datetime, who: str) -> list[Checked]:
-    """Compare every golden unit's judgement since `since` (UTC) with its history, and store what came of it.
+    """Compare every golden unit's judgements by this bench since `since` (UTC) with its reference, and store what came
+    of it. Every one counts, so that no further try hides a miss; after a decision those that followed it.
 
-    Raises FleetError where no unit is golden."""
+    Raises FleetError if no unit is golden."""
     named = goldens(store)
     if not named:
         raise FleetError("no golden unit is named: accept golden name SERIAL --expect accepted")
-    found = [compared(serial, expected, measurements(store, serial), since) for serial, expected in named.items()]
+    after, bench = last_resolved(store), store.bench
+    found = [_checked(golden, _recent(store, golden.serial, since, after, bench)) for golden in named.values()]
     missed = {c.serial: c.problems for c in found if c.problems}
     if missed:
-        store.write(GoldenMissed(tuple(sorted(missed)), missed), who=who)
+        store.write(GoldenMissed(tuple(sorted(missed)), missed, bench), who=who)
     elif all(c.measured for c in found):
-        store.write(GoldenMet(tuple(sorted(named))), who=who)
+        store.write(GoldenMet(tuple(sorted(named)), bench), who=who)
     return found
 
 
-def compared(serial: str, expected: str, frame: pd.DataFrame, since: datetime.datetime) -> Checked:
-    """Compare one golden unit with its own earlier judgements: the verdict, and every value within the
-    uncertainties."""
-    recent = frame[frame["time"] >= pd.Timestamp(since)]
-    if recent.empty:
-        return Checked(serial, expected, measured=False, problems=())
-    last = recent[recent["seq"] == recent["seq"].max()]
-    before = frame[frame["seq"] < last["seq"].iloc[0]]
-    problems = []
-    if (verdict := last["unit_verdict"].iloc[0]) != expected:
-        problems.append(f"{verdict}, expected {expected}")
-    if before["seq"].nunique() < LEAST_BEFORE:
-        problems.append("has no earlier judgement to be compared with")
-    problems += [words for _, row in last.iterrows() if (words := _differs(row, before))]
-    return Checked(serial, expected, measured=True, problems=tuple(problems))
+def _recent(store: Store, serial: str, since: datetime.datetime, after: int, bench: str) -> list[UnitJudged]:
+    """Return the judgements of a unit by this bench since a time and after an event. Those of a program that did not
+    store the bench count for every bench."""
+
+    def counts(event: Event) -> bool:
+        return datetime.datetime.fromisoformat(event.time) >= since
+
+    judged = [UnitJudged.of(e) for e in store.events(serial, UnitJudged.KIND, after=after) if counts(e)]
+    return [each for each in judged if each.bench in ("", bench)]
 
 
-def _differs(row: pd.Series, before: pd.DataFrame) -> str | None:
-    """Return what is wrong with a value, in words. A value that is missing now and was there before is a difference."""
-    earlier = before[before["quantity"] == row["quantity"]].dropna(subset=["value"])
-    if earlier.empty:
+def _checked(golden: Golden, judged: Sequence[UnitJudged]) -> Checked:
+    problems: list[str] = []
+    for each in judged:
+        verdict, rows = each.result.verdict, values_of(each)
+        wrong = [] if verdict == golden.expected else [f"{verdict}, expected {golden.expected}"]
+        wrong += [words for name, r in golden.reference.items() if (words := _difference(name, r, rows.get(name)))]
+        problems += [words for words in wrong if words not in problems]
+    return Checked(golden.serial, golden.expected, bool(judged), tuple(problems))
+
+
+def _difference(name: str, reference: Reference, row: Any) -> str | None:
+    """Return what is wrong with a value, None if it is the reference within both uncertainties. A missing value is
+    wrong; a quantity without reference has nothing to be compared with."""
+    unit = reference.unit
+    if row is None or row.value is None or not math.isfinite(row.value):
+        return f"{name}: no value, {reference.value:.6g} {unit} is its reference"
+    U = math.hypot(row.U or 0.0, reference.U or 0.0)
+    if row.U is None and reference.U is None:
+        return None  # neither is known: nothing to compare by
+    distance = abs(row.value - reference.value)
+    if distance <= U:
         return None
-    middle = float(earlier["value"].median())
-    if not np.isfinite(row["value"]):
-        return f"{row['quantity']}: no value, {middle:.6g} {row['unit']} before"
-    if not np.isfinite(row["U"]):
-        return None
-    U = float(np.hypot(row["U"], earlier["U"].median()))
-    distance = abs(row["value"] - middle)
-    if np.isfinite(U) and distance <= U:
-        return None
-    unit = row["unit"]
     return (
-        f"{row['quantity']}: {row['value']:.6g} {unit}, {middle:.6g} {unit} before; "
+        f"{name}: {row.value:.6g} {unit}, {reference.value:.6g} {unit} is its reference; "
         f"they differ by {distance:.2g} {unit}, both uncertainties together allow {U:.2g} {unit}"
     )

@@ -15,6 +15,7 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.documents.results import UnitEntry
+from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.indexes import TABLE
 from accept.store.payloads import CopiesResolved, UnitJudged
@@ -93,13 +94,16 @@ def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Chann
 
 def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str], Channels], said: list[Event]) -> Copy:
     parties = {_party(serial, name, own), *(_party(who, sample, told) for (who, sample), told in found.items())}
-    decisions = ((event, CopiesResolved.of(event)) for event in reversed(said))
+    read = ((event, CopiesResolved.of(event)) for event in reversed(said))
+    decisions = ((e, d) for e, d in read if problem_here(CopiesResolved.KIND, resolved_content(d), d.signed) is None)
     event, decision = next(((e, d) for e, d in decisions if parties <= set(d.parties)), (None, None))
     copy: Copy = {"sample": name, "with": [{"serial": who, "sample": sample} for who, sample in sorted(found)]}
     if event is None or decision is None:
         return copy | {"withheld": True, "resolved": None}
     measured = [list(party) for party in decision.measured]
-    told = {"who": event.who, "time": event.time, "reason": decision.reason, "measured": measured}
+    told: dict[str, Any] = {"who": event.who, "time": event.time, "reason": decision.reason, "measured": measured}
+    if decision.signed is not None:  # for a verification away from the bench
+        told |= {"parties": resolved_content(decision)["parties"], "signed": decision.signed.to_json()}
     return copy | {"withheld": (serial, name) not in decision.measured, "resolved": told}
 
 
@@ -153,9 +157,21 @@ def _entry_without(entry: UnitEntry, copies: Sequence[Copy]) -> UnitEntry:
     )
 
 
-def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, who: str) -> list[Copy]:
-    """Store of whom the recordings are that a unit shares with others; returns them. measured: `SERIAL`, or
-    `SERIAL:section/input`. Raises CopiesError where nothing is to be resolved or nobody of those named has a part."""
+def resolved_content(decision: CopiesResolved) -> dict[str, Any]:
+    """Return what quality assurance signs of a decision about copies."""
+    return {
+        "parties": [list(party) for party in decision.parties],
+        "measured": [list(party) for party in decision.measured],
+        "reason": decision.reason,
+    }
+
+
+def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, signer: Signer) -> list[Copy]:
+    """Store of whom the recordings are that a unit shares with others, as quality assurance decides and signs; returns
+    them. measured: `SERIAL`, or `SERIAL:section/input`.
+
+    Raises CopiesError if nothing is to be resolved, if none of those named has a part, and for more than one unit: one
+    recording was measured at one; DecisionError for a key of another role."""
     last = store.latest(serial, UnitJudged.KIND)
     judged = UnitJudged.of(last) if last else None
     samples: Samples = judged.result.samples if judged else {}
@@ -170,8 +186,12 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, who
     if not chosen or any(not any(p[0] == n and s in ("", p[1]) for p in parties) for n, _, s in named):
         known = ", ".join(f"{a}:{b}" for a, b in sorted(parties))
         raise CopiesError(f"--measured: name one or more of {known}")
+    if len(units := sorted({unit for unit, _ in chosen})) > 1:
+        raise CopiesError(f"--measured: one recording was measured at one unit, not at {' and '.join(units)}")
     told = sorted({_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
-    store.write(CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split())), serial, who=who)
+    said = CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split()))
+    signed = sign_decision(CopiesResolved.KIND, resolved_content(said), signer)
+    store.write(replace(said, signed=signed), serial, who=signer.person)
     return found
 
 

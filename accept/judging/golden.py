@@ -1,13 +1,27 @@
 """Golden units: known good and known bad ones that show, at the start of a shift, that the bench measures as before.
 
-A bench whose golden units differ from their history judges nothing else until a person has said why. All of it is
-events of the store.
+Values and uncertainties that a golden unit must have are fixed when it is named; only naming it again, with a reason,
+changes them. A bench whose golden units miss them judges nothing else until quality assurance has signed why. All of it
+is events of the store; several benches may share one, and each is stopped for itself.
 """
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from accept.store import Store
-from accept.store.payloads import GoldenMet, GoldenMissed, GoldenNamed, GoldenResolved, UnitJudged
+from accept.documents.results import Information
+from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.store import Event, Store
+from accept.store.payloads import (
+    GoldenMissed,
+    GoldenNamed,
+    GoldenResolved,
+    GoldenRetired,
+    Reference,
+    UnitJudged,
+)
+from checks.verdict import Finding
 from specs.errors import AcceptError
 
 EXPECTED = ("accepted", "rejected")
@@ -21,49 +35,142 @@ class BenchStopped(GoldenError):
     """The golden units were missed: nothing is judged until this is resolved."""
 
 
-def name_golden(store: Store, serial: str, expected: str, who: str) -> None:
-    """Make a judged unit a golden one. Raises GoldenError if it has not been judged as expected."""
+@dataclass(frozen=True)
+class Golden:
+    """A golden unit. named: the event that fixed its reference."""
+
+    serial: str
+    expected: str
+    reference: Mapping[str, Reference]
+    named: Event
+
+
+def name_golden(store: Store, serial: str, expected: str, who: str, reason: str = "", last: int = 1) -> None:
+    """Make a judged unit a golden one, with the mean of its last judgements as its reference.
+
+    reason: why the reference of a golden unit is changed. Raises GoldenError if it has not been judged as expected."""
     if expected not in EXPECTED:
         raise GoldenError(f"'{expected}' is not a verdict of a golden unit; write {' or '.join(EXPECTED)}")
-    last = store.latest(serial, UnitJudged.KIND)
-    if last is None:
+    judged = [UnitJudged.of(event) for event in store.events(serial, UnitJudged.KIND)][-last:]
+    if not judged:
         raise GoldenError(f"{serial} was never judged: judge it first, on a bench that is known to be right")
-    verdict = UnitJudged.of(last).result.verdict
-    if verdict != expected:
-        raise GoldenError(f"{serial} was last {verdict}, not {expected}")
-    store.write(GoldenNamed(expected), serial, who=who)
+    if len(judged) < last:
+        raise GoldenError(f"{serial} was judged {len(judged)} times, not {last}")
+    for each in judged:
+        if each.result.verdict != expected:
+            raise GoldenError(f"{serial} was last {each.result.verdict}, not {expected}")
+    if serial in goldens(store) and not reason.strip():
+        raise GoldenError(f"{serial} is a golden unit: say why its reference is changed: --reason")
+    store.write(GoldenNamed(expected, reference_of(judged), " ".join(reason.split())), serial, who=who)
 
 
-def goldens(store: Store) -> dict[str, str]:
-    """Return the expected verdict of every golden unit, by serial."""
-    return {event.subject: GoldenNamed.of(event).expect for event in store.events(what=GoldenNamed.KIND)}
+def reference_of(judged: "list[UnitJudged]") -> dict[str, Reference]:
+    """Return the reference that judgements of one unit give: of each quantity the mean, and the largest U, which holds
+    what they have in common."""
+    found: dict[str, Reference] = {}
+    for name, first in values_of(judged[-1]).items():
+        rows = [values_of(each).get(name) for each in judged]
+        known = [row for row in rows if row is not None and row.value is not None]
+        if first.value is None or len(known) < len(judged):
+            continue
+        uncertain = [row.U for row in known if row.U is not None]
+        U = max(uncertain) if len(uncertain) == len(known) else None
+        mean = math.fsum(row.value for row in known if row.value is not None) / len(known)
+        found[name] = Reference(mean, U, first.unit, len(known))
+    return found
 
 
-def resolve(store: Store, reason: str, who: str) -> None:
-    """Let the bench judge again. Raises GoldenError without a reason, or if nothing is to be resolved."""
+def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
+    """Return the rows of a judgement, findings and information, by quantity."""
+    rows: list[Information | Finding] = [*judged.result.information, *judged.result.findings]
+    return {row.quantity: row for row in rows}
+
+
+def retire(store: Store, serial: str, reason: str, who: str) -> None:
+    """Make a golden unit an ordinary one. Raises GoldenError without a reason, or if it is none."""
+    if serial not in goldens(store):
+        raise GoldenError(f"{serial} is no golden unit")
+    if not reason.strip():
+        raise GoldenError("say why it is retired: --reason")
+    store.write(GoldenRetired(" ".join(reason.split())), serial, who=who)
+
+
+def goldens(store: Store) -> dict[str, Golden]:
+    """Return every golden unit by serial. One that an earlier program named has the values of its last judgement
+    before that as its reference."""
+    events = [*store.events(what=GoldenNamed.KIND), *store.events(what=GoldenRetired.KIND)]
+    found: dict[str, Golden] = {}
+    for event in sorted(events, key=lambda e: e.seq):
+        if event.what == GoldenRetired.KIND:
+            found.pop(event.subject, None)
+            continue
+        named = GoldenNamed.of(event)
+        reference = named.reference
+        if not reference:
+            before = [e for e in store.events(event.subject, UnitJudged.KIND) if e.seq < event.seq]
+            reference = reference_of([UnitJudged.of(before[-1])]) if before else {}
+        found[event.subject] = Golden(event.subject, named.expect, reference, event)
+    return found
+
+
+def resolve(store: Store, reason: str, signer: Signer) -> None:
+    """Let this bench judge again, by a decision that quality assurance signs. Raises GoldenError without a reason, or
+    if nothing is to be resolved, DecisionError for a key of another role."""
     if not reason.strip():
         raise GoldenError("say what was wrong with the bench and what was done: --reason")
-    if missed(store) is None:
-        raise GoldenError("nothing to resolve: the golden units were not missed")
-    store.write(GoldenResolved(reason.strip()), who=who)
+    stop = stopped_by(store)
+    if stop is None:
+        raise GoldenError("nothing to resolve: this bench is not stopped")
+    said = GoldenResolved(" ".join(reason.split()), store.bench, stop.seq)
+    signed = sign_decision(GoldenResolved.KIND, _content(said), signer)
+    store.write(GoldenResolved(said.reason, said.bench, said.missed, signed), who=signer.person)
+
+
+def last_resolved(store: Store) -> int:
+    """Return the number of the last event that lifted a stop of this bench, 0 without one."""
+    missed = {e.seq: GoldenMissed.of(e).bench for e in store.events(what=GoldenMissed.KIND)}
+    stops = [seq for seq, bench in missed.items() if bench in ("", store.bench)]
+    lifted = 0
+    for event in store.events(what=GoldenResolved.KIND):
+        said = GoldenResolved.of(event)
+        present = max((seq for seq in stops if seq < event.seq), default=0)
+        if said.missed == present and _lifts(said, store.bench):  # signed for this stop, and not for one before
+            lifted = event.seq
+    return lifted
+
+
+def stopped_by(store: Store) -> Event | None:
+    """Return the event that stopped this bench and was not resolved since, None if there is none. Nothing but a signed
+    decision lifts a stop: not a later check that is met."""
+    since = last_resolved(store)
+    later = store.events(what=GoldenMissed.KIND, after=since)
+    mine = [e for e in later if GoldenMissed.of(e).bench in ("", store.bench)]
+    return mine[-1] if mine else None
 
 
 def missed(store: Store) -> Mapping[str, list[str]] | None:
-    """Return what was missed of each golden unit, None unless the last event about them says that they were missed."""
-    kinds = (GoldenMet, GoldenMissed, GoldenResolved)
-    last = max((e for kind in kinds if (e := store.latest("", kind.KIND))), key=lambda e: e.seq, default=None)
-    if last is None or last.what != GoldenMissed.KIND:
+    """Return what stopped this bench, by golden unit; None if it is not stopped."""
+    stop = stopped_by(store)
+    if stop is None:
         return None
-    return {serial: list(problems) for serial, problems in GoldenMissed.of(last).reasons.items()}
+    return {serial: list(problems) for serial, problems in GoldenMissed.of(stop).reasons.items()}
 
 
 def check_may_judge(store: Store, serial: str) -> None:
-    """Raise BenchStopped if the bench has missed its golden units and the unit is not one of them."""
+    """Raise BenchStopped if this bench has missed its golden units and the unit is not one of them."""
     problems = missed(store)
     if problems is None or serial in goldens(store):
         return
     words = "; ".join(f"{golden}: {', '.join(differences)}" for golden, differences in problems.items())
     raise BenchStopped(
         f"{serial}: not judged, because the bench missed its golden units ({words}); "
-        "find out why, then: accept golden resolve --reason '...'"
+        "find out why, then quality assurance signs: accept golden resolve --reason '...'"
     )
+
+
+def _lifts(said: GoldenResolved, bench: str) -> bool:
+    return said.bench in ("", bench) and problem_here(GoldenResolved.KIND, _content(said), said.signed) is None
+
+
+def _content(said: GoldenResolved) -> dict[str, Any]:
+    return {"bench": said.bench, "missed": said.missed, "reason": said.reason}

@@ -68,6 +68,7 @@ class UnitJudged(Payload, what="unit_judged"):
     code_sha256: Annotated[str, "hash of the program that judged"]
     result: Annotated[UnitEntry, "the unit's entry in results.json"]
     batch: Annotated[PlaceInBatch | None, only_if(), "if a batch judged it"] = None
+    bench: Annotated[str, only_if(bool), "public key of the bench that judged it"] = ""
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,16 @@ class BaselineSet(Payload, what="baseline_set"):
 
 
 @dataclass(frozen=True)
+class SignedBy(Document):
+    """Who decided, signed with a key of quality assurance."""
+
+    person: str
+    time: Annotated[str, "UTC, ISO 8601"]
+    certificate: Annotated[str, "of the key, PEM"]
+    signature: Annotated[str, "ECDSA with SHA-256 over kind, content, person and time, hexadecimal"]
+
+
+@dataclass(frozen=True)
 class CopiesResolved(Payload, what="copies_resolved"):
     """A person said which unit a recording belongs to that several units share."""
 
@@ -146,20 +157,43 @@ class CopiesResolved(Payload, what="copies_resolved"):
     ]
     measured: Annotated[tuple[tuple[str, str], ...], "serial and record of those that it does belong to"]
     reason: str
+    signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
+
+
+@dataclass(frozen=True)
+class Reference(Document):
+    """Value that a quantity of a golden unit must have."""
+
+    value: Number
+    U: Annotated[Number | None, "expanded uncertainty (k = 2)"]
+    unit: str
+    n: Annotated[int, "judgements that it is the mean of"]
 
 
 @dataclass(frozen=True)
 class GoldenNamed(Payload, what="golden_named"):
-    """A unit was made a golden unit."""
+    """A unit was made a golden unit, or its reference was changed."""
 
     expect: Annotated[str, "its verdict, `accepted` or `rejected`"]
+    reference: Annotated[Mapping[str, Reference], only_if(bool), "by quantity; fixed until the unit is named again"] = (
+        field(default_factory=dict)
+    )
+    reason: Annotated[str, only_if(bool), "why the reference was changed"] = ""
+
+
+@dataclass(frozen=True)
+class GoldenRetired(Payload, what="golden_retired"):
+    """A unit is no golden unit any more."""
+
+    reason: str
 
 
 @dataclass(frozen=True)
 class GoldenMet(Payload, what="golden_met"):
-    """Every golden unit was measured as before."""
+    """Every golden unit was measured as before. It lifts no stop."""
 
     serials: tuple[str, ...]
+    bench: Annotated[str, only_if(bool), "public key of the bench"] = ""
 
 
 @dataclass(frozen=True)
@@ -168,6 +202,7 @@ class GoldenMissed(Payload, what="golden_missed"):
 
     serials: tuple[str, ...]
     reasons: Annotated[Mapping[str, tuple[str, ...]], "what differs, by serial"]
+    bench: Annotated[str, only_if(bool), "public key of the bench; every bench of the store without it"] = ""
 
 
 @dataclass(frozen=True)
@@ -175,6 +210,9 @@ class GoldenResolved(Payload, what="golden_resolved"):
     """The bench may judge again."""
 
     reason: str
+    bench: Annotated[str, only_if(bool), "public key of the bench"] = ""
+    missed: Annotated[int, only_if(bool), "number of the event that stopped it"] = 0
+    signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,11 @@ class Sealer:
         except (OSError, ValueError):
             self.file.unlink(missing_ok=True)
 
+    @property
+    def bench(self) -> str:
+        """Public key of the bench. Raises OSError."""
+        return own_key(self.key_file).public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
+
     def signed_head(self, head: StoreHead) -> SignedHead:
         """Raises OSError."""
         key = own_key(self.key_file)

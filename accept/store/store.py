@@ -128,6 +128,14 @@ class Store:
         with reported(self.where):
             return self._sealer.signed_head(head)
 
+    @property
+    def bench(self) -> str:
+        """Public key of the bench that uses this store, "" for a store in memory. Raises StoreError."""
+        if self._sealer is None:
+            return ""
+        with reported(self.where):
+            return self._sealer.bench
+
     def append(self, what: str, subject: str, payload: Mapping[str, Any], *, who: str, spec: str = "") -> Event:
         """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
 

@@ -8,13 +8,18 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
+from cryptography import x509
+
 from accept.base import version
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.trust.names import same_person
+from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
+from accept.judging.decisions import decision_problem
+from accept.store.payloads import CopiesResolved, SignedBy
 from accept.store.seal import head_problem
 from specs.spec import parse
 from specs.strict import SpecError
@@ -51,6 +56,31 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     if absent := [name for name in EXPECTED if name not in given]:
         steps.append(Step(f"it does not state: {', '.join(absent)}", complete=False))
     return [*steps, *_times(given.get("replaces"), signatures)]
+
+
+def check_copies(
+    contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
+) -> list[Step]:
+    """Check that quality assurance signed of whom a recording is that counts although it stands elsewhere too."""
+    since = {entry.serial_number: entry.since for entry in revoked}
+    steps = []
+    for copy in contents.result.get("copies") or ():
+        if copy["withheld"]:
+            continue
+        told = copy.get("resolved") or {}
+        signed = SignedBy.from_json(told["signed"]) if told.get("signed") else None
+        content = {key: told.get(key) for key in ("parties", "measured", "reason")}
+        problem = decision_problem(CopiesResolved.KIND, content, signed, roots, since)
+        measured = [contents.serial, copy["sample"]] in (told.get("measured") or [])
+        party = any(p[:2] == [contents.serial, copy["sample"]] for p in told.get("parties") or [])
+        if problem is None and not (measured and party):
+            problem = "it does not say that it was measured at this unit"
+        if problem is None and signed is not None and told["who"] != signed.person:
+            problem = f"it names {told['who']}, but {signed.person} signed it"
+        if problem is not None:
+            words = f"{copy['sample']} stands elsewhere too, and the decision whose it is does not count: {problem}"
+            steps.append(Step(words, complete=False))
+    return steps
 
 
 def _check_spec(contents: CertificateContent) -> None:

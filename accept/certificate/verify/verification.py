@@ -25,7 +25,7 @@ from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.signatures import Signed, signatures_of
-from accept.certificate.verify.stated_check import check_stated
+from accept.certificate.verify.stated_check import check_copies, check_stated
 from accept.judging.result import UnitResult
 from checks.verdict import UnitVerdict
 
@@ -132,6 +132,7 @@ def _verify(
         benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
         steps = [
             *stated,
+            *guarded("the copies", check_copies, contents, roots, revoked),
             *benches,
             guarded("the page", check_page, signed, contents),
             guarded("judging again", attachments.check_result, judged, again),

@@ -9,9 +9,11 @@ import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
+from accept.commands.decision_key import decision_signer
 from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
 from accept.commands.fleet.tables import check, show, write_documents
+from accept.commands.options import QaPassphrase
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
@@ -67,12 +69,45 @@ def gauge_study(
 def golden_name(
     serial: Annotated[str, typer.Argument(help="Serial of a judged unit.")],
     expect: Annotated[ExpectedGolden, typer.Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
+    last: Annotated[int, typer.Option(min=1, help="How many of its last judgements give the reference.")] = 1,
+    reason: Annotated[str, typer.Option(help="Why the reference of a golden unit is changed.")] = "",
     operator: AtTheBench = None,
 ) -> Exit:
-    """Make a judged unit a golden one."""
+    """Make a judged unit a golden one. Its values and uncertainties are fixed from then on."""
     with open_store() as store:
-        golden.name_golden(store, serial, expect.value, operator_name(operator))
+        golden.name_golden(store, serial, expect.value, operator_name(operator), reason, last)
     say(f"{serial} is a golden unit, expected {expect}")
+    return Exit.ACCEPTED
+
+
+@clear_errors
+def golden_list() -> Exit:
+    """List the golden units with their references."""
+    with open_store() as store:
+        found, stopped = golden.goldens(store), golden.missed(store)
+    rows = [
+        {"serial": g.serial, "expected": g.expected, "quantity": name, "value": r.value, "U": r.U, "unit": r.unit,
+         "n": r.n, "named by": g.named.who, "on": g.named.time[:10]}
+        for g in found.values()
+        for name, r in g.reference.items()
+    ]  # fmt: skip
+    if rows:
+        show(pd.DataFrame(rows), "golden units", {"value": "{:.6g}", "U": "{:.2g}"})
+    for serial, problems in (stopped or {}).items():
+        say(f"this bench is stopped: {serial}: {'; '.join(problems)}")
+    return Exit.ACCEPTED if stopped is None else Exit.REJECTED
+
+
+@clear_errors
+def golden_retire(
+    serial: Annotated[str, typer.Argument(help="Serial of a golden unit.")],
+    reason: Annotated[str, typer.Option(help="Why.")],
+    operator: AtTheBench = None,
+) -> Exit:
+    """Make a golden unit an ordinary one."""
+    with open_store() as store:
+        golden.retire(store, serial, reason, operator_name(operator))
+    say(f"{serial} is no golden unit any more")
     return Exit.ACCEPTED
 
 
@@ -100,10 +135,12 @@ def golden_check(
 
 @clear_errors
 def golden_resolve(
-    reason: Annotated[str, typer.Option(help="What was wrong and what was done.")], operator: AtTheBench = None
+    reason: Annotated[str, typer.Option(help="What was wrong and what was done.")],
+    passphrase_file: QaPassphrase = None,
 ) -> Exit:
-    """Let a stopped bench judge again."""
+    """Let a stopped bench judge again. Quality assurance signs the decision with its key."""
+    signer = decision_signer(passphrase_file)
     with open_store() as store:
-        golden.resolve(store, reason, operator_name(operator))
-    say("resolved; judge the golden units again before anything else")
+        golden.resolve(store, reason, signer)
+    say(f"resolved by {signer.person}; judge the golden units again before anything else")
     return Exit.ACCEPTED

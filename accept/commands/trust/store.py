@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from accept.base.atomic_files import write_atomic
-from accept.base.console import clear_errors, operator_name, say, stdout, tell
+from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.contents.errors import InvalidCertificate
@@ -17,6 +17,8 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
+from accept.commands.decision_key import decision_signer
+from accept.commands.options import QaPassphrase
 from accept.judging.copies import resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
@@ -134,13 +136,14 @@ def copies() -> Exit:
 @clear_errors
 def resolve_copies(
     serial: Annotated[str, typer.Argument(help="A unit that shares a recording with another place.")],
-    measured: Annotated[list[str], typer.Option(help="Whose it is: SERIAL, or SERIAL:section/input. Repeatable.")],
+    measured: Annotated[list[str], typer.Option(help="Whose it is: SERIAL, or SERIAL:section/input, of one unit.")],
     reason: Annotated[str, typer.Option(help="How it came to stand in two places.")],
-    operator: Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who says so.")] = None,
+    passphrase_file: QaPassphrase = None,
 ) -> Exit:
-    """Say whose a recording is that stands in two places."""
+    """Say whose a recording is that stands in two places. Quality assurance signs the decision with its key."""
+    signer = decision_signer(passphrase_file)
     with open_store() as store:
-        for copy in resolve(store, serial, measured, reason, operator_name(operator)):
+        for copy in resolve(store, serial, measured, reason, signer):
             others = ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
             stdout.print(f"{serial}:{copy['sample']} and {others}: measured at {', '.join(measured)}")
     say("judge the units again: accept batch, or accept report")

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,12 @@ from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.certificate.trust import keys
+from accept.certificate.verify.attachments import read
+from accept.certificate.verify.stated_check import check_copies
 from accept.cli.main import app
+from accept.judging.copies import _party
 from accept.store import fold, open_store
+from accept.store.payloads import CopiesResolved, UnitJudged
 from hw.records import csv_bytes
 from tests.accept.units.units import GOOD, save_mat
 from tests.checks.acceptance.play_model import Plays
@@ -81,6 +86,45 @@ def verdicts(out: Path) -> dict[str, str]:
 
 def batch(out: Path, spec: Path | str, *paths: Path) -> Result:
     return accept("batch", *paths, "--spec", spec, "--out", out)
+
+
+@pytest.fixture(autouse=True)
+def _quality_assurance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose recording it is quality assurance decides, with a key of its own."""
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+
+
+def test_one_recording_belongs_to_one_unit_and_quality_assurance_signs(
+    tmp_path: Path, spec: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for serial in ("A-1", "X-1"):
+        unit(tmp_path / "units" / serial, serial, 1)
+    words = ("batch", tmp_path / "units", "--spec", spec, "--out", tmp_path / "out")
+    accept(*words)
+    both = ("--measured", "A-1", "--measured", "X-1", "--reason", "both were on the bench")
+    refused = accept("store", "resolve", "X-1", *both)
+    assert (refused.exit_code, "measured at one unit" in refused.stderr) == (6, True), refused.output
+    with monkeypatch.context() as patch:
+        for name in ("ACCEPT_QA_PASSPHRASE", "ACCEPT_PASSPHRASE"):
+            patch.delenv(name)
+        assert accept("store", "resolve", "X-1", "--measured", "A-1", "--reason", "typed").exit_code == 6
+    with open_store() as store:  # by a program of its own, in QA's name and without her signature
+        judged = {s: UnitJudged.of(store.latest(s, UnitJudged.KIND)).result for s in ("A-1", "X-1")}
+        parties = tuple(_party(s, name, held) for s, r in judged.items() for name, held in r.samples.items())
+        chosen = tuple(("X-1", name) for name in judged["X-1"].samples)
+        store.write(CopiesResolved(parties, chosen, "typed"), "X-1", who="Grace")
+    assert accept(*words).exit_code == 4
+    assert accept("store", "resolve", "X-1", "--measured", "A-1", "--reason", "X-1 was not there").exit_code == 0
+    accept(*words)
+    assert accept("verify", tmp_path / "out/certificates/A-1.pdf", "--require", "accepted").exit_code == 0
+    assert accept("verify", tmp_path / "out/certificates/X-1.pdf", "--require", "accepted").exit_code == 3
+    contents = read((tmp_path / "out/certificates/A-1.pdf").read_bytes())
+    unsigned = [{**c, "resolved": {**c["resolved"], "signed": None}} for c in contents.result["copies"]]
+    forged = replace(contents, result={**contents.result, "copies": unsigned})
+    steps = check_copies(forged, [keys.ca(home())], [])
+    assert not steps[0].complete
+    assert check_copies(contents, [keys.ca(home())], []) == []
 
 
 def test_a_copy_under_two_serials_counts_for_neither_until_it_is_resolved(tmp_path: Path, spec: Path) -> None:

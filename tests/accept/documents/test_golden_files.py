@@ -15,6 +15,7 @@ from accept.store.payloads import (
     KINDS,
     BaselineSet,
     GoldenMet,
+    GoldenRetired,
     InstrumentChecked,
     Payload,
     UnitJudged,
@@ -47,7 +48,12 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         assert payload is not None, event.name
         assert payload.about(event.subject, event.spec).text() == event.payload
         kinds.add(type(payload))
-    assert set(KINDS.values()) - kinds == {BaselineSet, GoldenMet, InstrumentChecked}  # which that store has none of
+    assert set(KINDS.values()) - kinds == {
+        BaselineSet,
+        GoldenMet,
+        GoldenRetired,
+        InstrumentChecked,
+    }  # which that store has none of
 
 
 def test_the_state_of_an_earlier_store(store: Store) -> None:

@@ -1,16 +1,24 @@
 """Golden units stop a bench that has changed; a gauge study says what the measurement adds."""
 
+import dataclasses
 import datetime
 import json
+import shutil
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from accept.base.home import home
+from accept.certificate.trust import keys
 from accept.cli.main import app
+from accept.fleet.golden_check import check as check_goldens
 from accept.judging import golden
+from accept.judging.decisions import DecisionError, Signer
 from accept.judging.golden import BenchStopped
 from accept.store import open_store
+from accept.store.payloads import GoldenResolved
+from accept.store.seal import Sealer
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import make_unit
 from tests.checks.process_control.test_gauge_study import AIAG
@@ -24,7 +32,9 @@ def ask(*words: object):
 
 
 @pytest.fixture
-def store():
+def store(monkeypatch):
+    keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     with open_store() as opened:
         add(opened, [judgement("GOLD", GOOD), judgement("BAD", GOOD | {"stroke_um": 100.0})], at=BEFORE)
         golden.name_golden(opened, "GOLD", "accepted", "Ann")
@@ -89,6 +99,100 @@ def test_only_what_was_judged_so_can_be_golden(store):
     for serial, expected, words in (("NEW", "accepted", "never judged"), ("BAD", "accepted", "rejected, not")):
         with pytest.raises(golden.GoldenError, match=words):
             golden.name_golden(store, serial, expected, "Ann")
+
+
+def read_as(store, stroke_um):
+    """A golden unit judged by this bench, and what the check says of it."""
+    payload = judgement("GOLD", GOOD | {"stroke_um": stroke_um})
+    add(store, [dataclasses.replace(payload, payload=payload.payload | {"bench": store.bench})])
+    return ask("golden", "check", "--hours", "1").exit_code
+
+
+def signer():
+    credential = keys.unlock(home(), "qa", "battery staple")
+    return Signer(credential.key, credential.certificate)
+
+
+@pytest.fixture
+def alone(store):
+    """One golden unit, of 360 um."""
+    golden.retire(store, "BAD", "it broke", "Ann")
+    return store
+
+
+def test_a_missed_golden_unit_never_teaches_its_error(alone):
+    """A bench that is 20 um off, tried again and again, and right in between: stopped until QA signs."""
+    for stroke in (340.0, 340.3, 360.0, 340.6, 340.45):
+        assert read_as(alone, stroke) == 3
+        with pytest.raises(BenchStopped):
+            golden.check_may_judge(alone, "A-01")
+    golden.resolve(alone, "the probe was loose", signer())
+    golden.check_may_judge(alone, "A-01")
+    assert read_as(alone, 360.1) == 0  # the right value, and nothing of before
+    assert read_as(alone, 340.0) == 3
+
+
+def test_each_bench_of_a_store_is_stopped_for_itself(alone, tmp_path, monkeypatch):
+    """Two homes on one store, in both orders."""
+    url = f"sqlite:///{home() / 'store.sqlite'}"
+    first = home()
+    second = tmp_path / "second"
+    shutil.copytree(first / "keys", second / "keys")
+    (second / "bench.key").write_text("11" * 32 + "\n")
+    monkeypatch.setenv("ACCEPT_STORE_URL", url)
+    assert read_as(alone, 340.0) == 3
+    monkeypatch.setenv("ACCEPT_HOME", str(second))
+    (second / "store.sqlite").symlink_to(first / "store.sqlite")
+    with open_store(url) as shared:
+        other = type(shared)(shared.engine, "", None, Sealer(second / "x.seal", second / "bench.key"))
+        golden.check_may_judge(other, "A-01")  # the other bench goes on
+        payload = judgement("GOLD", GOOD)
+        add(alone, [dataclasses.replace(payload, payload=payload.payload | {"bench": other.bench})])
+        since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=1)
+        assert check_goldens(other, since, "Ann")[0].problems == ()
+        with pytest.raises(BenchStopped):
+            golden.check_may_judge(alone, "A-01")  # which lifts nothing here
+        golden.resolve(alone, "the probe was loose", signer())
+        golden.check_may_judge(alone, "A-01")
+
+
+def test_only_a_signature_of_quality_assurance_lifts_a_stop(alone, monkeypatch):
+    assert read_as(alone, 340.0) == 3
+    stop = golden.stopped_by(alone)
+    alone.write(GoldenResolved("typed", alone.bench, stop.seq), who="Grace")  # nobody signed
+    technician = keys.unlock(home(), "technician", "correct horse")
+    with pytest.raises(DecisionError, match="not of quality assurance"):
+        golden.resolve(alone, "typed", Signer(technician.key, technician.certificate))
+    for key, value in (("ACCEPT_QA_PASSPHRASE", "wrong horse"),):
+        monkeypatch.setenv(key, value)
+        assert ask("golden", "resolve", "--reason", "x").exit_code == 6
+    golden.resolve(alone, "the probe was loose", signer())
+    *_, lifted = alone.events(what=GoldenResolved.KIND)
+    assert read_as(alone, 340.0) == 3
+    alone.append(GoldenResolved.KIND, "", lifted.data, who="Grace")  # the signature of before, once more
+    with pytest.raises(BenchStopped):
+        golden.check_may_judge(alone, "A-01")
+
+
+def test_a_reference_is_changed_with_a_reason_only(alone):
+    with pytest.raises(golden.GoldenError, match="--reason"):
+        golden.name_golden(alone, "GOLD", "accepted", "Ann")
+    add(alone, [judgement("GOLD", GOOD | {"stroke_um": 361.0})])
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", "lapped anew", last=2)
+    reference = golden.goldens(alone)["GOLD"].reference["stroke_um"]
+    assert (reference.value, reference.U, reference.n) == (360.5, 0.5, 2)
+    listed = ask("golden", "list")
+    assert listed.exit_code == 0, listed.output
+    assert "360.5" in listed.output
+    assert ask("golden", "retire", "GOLD", "--reason", "worn").exit_code == 0
+    assert golden.goldens(alone) == {}
+
+
+def test_a_golden_unit_of_an_earlier_program_has_its_values_of_then(alone):
+    alone.append("golden_named", "GOLD", {"expect": "accepted"}, who="Ann")
+    assert golden.goldens(alone)["GOLD"].reference["stroke_um"].value == 360.0
+    assert read_as(alone, 340.0) == 3
+    assert golden.goldens(alone)["GOLD"].reference["stroke_um"].value == 360.0
 
 
 def test_the_published_study_from_a_table(tmp_path):

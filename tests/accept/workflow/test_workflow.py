@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
+from accept.certificate.trust import keys
 from accept.judging import golden
+from accept.judging.decisions import Signer
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.store.payloads import EntryUndone, GoldenMissed
@@ -180,7 +182,9 @@ def test_a_bench_that_missed_its_golden_units_stores_no_verdict(session: Session
     with pytest.raises(golden.BenchStopped, match="not judged, because the bench missed its golden units"):
         session.judge()
     assert session.attempt.verdict is None
-    golden.resolve(store, "the probe was loose", "Ann")
+    keys.init(home(), "correct horse", "Bob", "Grace", "battery staple")
+    qa = keys.unlock(home(), "qa", "battery staple")
+    golden.resolve(store, "the probe was loose", Signer(qa.key, qa.certificate))
     assert session.judge().verdict == "accepted"
 
 
