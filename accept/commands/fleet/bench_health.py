@@ -9,11 +9,11 @@ import typer
 
 from accept.base.console import clear_errors, operator_name, say, stdout
 from accept.base.exit_codes import Exit
-from accept.commands.decision_key import decision_signer
 from accept.commands.fleet.options import Choice, ExpectedGolden, GaugeOptions, Outputs
 from accept.commands.fleet.questions import chosen
 from accept.commands.fleet.tables import check, show, write_documents
 from accept.commands.options import QaPassphrase
+from accept.commands.trust.bench_keys import decision_signer
 from accept.fleet import gauge
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens

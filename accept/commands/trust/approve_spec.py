@@ -11,8 +11,7 @@ from accept.base.home import home
 from accept.certificate.trust import keys, spec_approval
 from accept.certificate.trust.keys import QA
 from accept.commands.options import QaPassphrase
-from accept.commands.trust.bench_keys import passphrase_of
-from accept.commands.trust.keys import QA_PASSPHRASE
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of
 from accept.judging.judge_unit import load_spec
 
 

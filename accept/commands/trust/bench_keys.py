@@ -7,13 +7,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.console import say
+from accept.base.home import home
 from accept.base.operator_name import operator_name
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
 from accept.certificate.trust.names import same_person
+from accept.judging.decisions import Signer
 from accept.store.opening import BENCH_KEY
 from specs.files import read_bounded
 
+QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
 DEMO = "demo"  # keys and events of the demo, apart from those of the bench: a demo must never sign as the bench
 _DEMO_PASSPHRASE = "no secret"  # the demo's authority says so, and only `accept verify --demo` trusts it
 
@@ -112,3 +115,13 @@ def demo_credential(home: Path) -> Credential:
             place, _DEMO_PASSPHRASE, "Demo technician", authority_passphrase=_DEMO_PASSPHRASE, demo=True, bench_key=own
         )
     return keys.unlock(place, TECHNICIAN, _DEMO_PASSPHRASE)
+
+
+def decision_signer(passphrase_file: Path | None) -> Signer:
+    """Return the opened QA key of this bench, which signs decisions. Raises KeysError."""
+    credential = keys.unlock(
+        home(), keys.QA, passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE)
+    )
+    if credential.key is None:
+        raise KeysError("no key found to sign a decision with")
+    return Signer(credential.key, credential.certificate)

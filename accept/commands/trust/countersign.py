@@ -15,8 +15,7 @@ from accept.certificate.trust.keys import QA
 from accept.certificate.verify.rejudge import read_certificate
 from accept.certificate.verify.verification import Validity
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
-from accept.commands.trust.bench_keys import passphrase_of
-from accept.commands.trust.keys import QA_PASSPHRASE
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import open_store
 

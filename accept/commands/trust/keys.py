@@ -15,9 +15,8 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import BENCH, QA
-from accept.commands.trust.bench_keys import passphrase_of, terminal_prompt
+from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of, terminal_prompt
 
-QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"
 CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
 NEW_PASSPHRASE = "ACCEPT_NEW_PASSPHRASE"
 

@@ -17,8 +17,8 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.certificate.verify import attachments
 from accept.certificate.verify.rejudge import read_certificate
-from accept.commands.decision_key import decision_signer
 from accept.commands.options import QaPassphrase
+from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
 from accept.store import Event, StoreError, StoreHead, check_lines, fold, open_store
 from accept.store.backup import back_up, restore
