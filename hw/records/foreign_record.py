@@ -46,8 +46,8 @@ def foreign_record(
     units: Mapping[str, str],
     mapped_only: bool = False,
 ) -> tuple[Record, str]:
-    """Return the record, and what was taken for what in words. channels: name here -> where it stands in the file;
-    units: of the names here; mapped_only: leave out what `channels` does not name.
+    """Return the record, and a sentence on how its columns were mapped. channels: name here -> where it stands in the
+    file; units: of the names here; mapped_only: leave out what `channels` does not name.
 
     Raises RecordError, which lists what the file holds."""
     source = load_bytes(path, DEFAULT_LIMITS)

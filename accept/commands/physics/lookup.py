@@ -89,7 +89,7 @@ def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
 
 
 def dz_words(model: Model) -> list[str]:
-    """Return what dz does, which the table leaves out: nothing that shows ([STB] 6.2)."""
+    """Return the effect of dz, which the table neglects because it is not observable ([STB] 6.2)."""
     import numpy as np
 
     f = np.geomspace(20.0, 700.0, 600)
