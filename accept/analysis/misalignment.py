@@ -1,9 +1,10 @@
 """The misalignment of a strut from its responses: `accept misalign` and `accept.estimate_misalignment`."""
 
-from typing import Any, cast
+from typing import cast
 
 from accept.analysis.given_responses import Given, responses_given
 from accept.base.console import say
+from accept.documents.misalignment import MisalignmentDocument, Offset
 from accept.gap.responses import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, opened
@@ -55,14 +56,14 @@ def _measured(unit: UnitFolder | Given) -> Responses:
         return responses(unit, channels=RATIO)
 
 
-def as_document(serial: str, found: MisalignmentEstimate | Reason) -> dict[str, Any]:
+def as_document(serial: str, found: MisalignmentEstimate | Reason) -> MisalignmentDocument:
     """Return what a script reads ([DESIGN] 4): without an answer no number stands where a value is expected."""
     reason = found if isinstance(found, Reason) else found.why
 
-    def of(axis: str) -> dict[str, float | None]:
+    def of(axis: str) -> Offset:
         along = None if isinstance(found, Reason) else found.answer(axis)
-        return {"value": None, "U": None} if along is None else {"value": along.value, "U": along.U}
+        return Offset() if along is None else Offset(along.value, along.U)
 
     verdict = Verdict.PASS if reason is None else Verdict.NO_RESULT
     words = None if reason is None else str(reason)
-    return {"serial": serial, "dx_um": of("dx"), "dy_um": of("dy"), "verdict": verdict.value, "reason": words}
+    return MisalignmentDocument(serial, of("dx"), of("dy"), verdict.value, words)

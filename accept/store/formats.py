@@ -7,6 +7,9 @@ from enum import Enum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from accept.documents.document import Document
+from accept.documents.gap import GapDocument
+from accept.documents.manifest import Manifest
+from accept.documents.misalignment import MisalignmentDocument
 from accept.documents.results import ResultsDocument
 from accept.store.payloads import KINDS
 from checks.cause import Reason
@@ -22,7 +25,12 @@ EVENTS = """## Events of the store
 Each event has a number, a time, who, what (the kind), a subject (the serial, or nothing), the spec, the hash of the
 program, its payload and two hashes (`accept store log --full` shows them). The payload is one of these.
 """
-DOCUMENTS: Mapping[str, type[Document]] = {"results.json": ResultsDocument}
+DOCUMENTS: Mapping[str, type[Document]] = {
+    "results.json": ResultsDocument,
+    "gap.json": GapDocument,
+    "manifest.json of a certificate": Manifest,
+    "`accept misalign --json`": MisalignmentDocument,
+}
 _OPAQUE = {Reason: "object: `code` of the cause, and its parameters"}
 _WORDS = {str: "text", int: "number", float: "number", bool: "true or false", type(None): "null", Any: "any"}
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
+from accept.documents.manifest import AttachedSpec, InputFile, Manifest, Program
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -97,23 +98,23 @@ class CertificateContent:
 
     def manifest(self) -> dict[str, Any]:
         """What is not in the other attachments, and the hash of every input."""
-        return {
-            "format": self.format,
-            "serial": self.serial,
-            "record_sha256": self.record_sha256,
-            "accept": {"version": self.accept_version, "code_sha256": self.code_sha256},
-            "drawn_with": dict(self.drawn_with),
-            "spec": {"name": self.spec_name, "title": self.spec_title, "sha256": self.spec_sha256},
-            "operator": self.operator,
-            "instruments": dict(self.instruments),
-            "statement": self.statement,
-            "inputs": {
-                name: {"sha256": digest, "attached": name in self.files, "bytes": self.sizes.get(name)}
+        return Manifest(
+            format=self.format,
+            serial=self.serial,
+            record_sha256=self.record_sha256,
+            accept=Program(self.accept_version, self.code_sha256),
+            drawn_with=self.drawn_with,
+            spec=AttachedSpec(self.spec_name, self.spec_title, self.spec_sha256),
+            operator=self.operator,
+            instruments=self.instruments,
+            statement=self.statement,
+            inputs={
+                name: InputFile(digest, name in self.files, self.sizes.get(name))
                 for name, digest in self.inputs.items()
             },
-            "models": {name: list(files) for name, files in sorted(self.models.items())},
-            "provenance": dict(self.provenance),
-        }
+            models={name: tuple(files) for name, files in sorted(self.models.items())},
+            provenance=self.provenance,
+        ).to_json()
 
     def attachments(self) -> dict[str, bytes]:
         """Name -> content of every file inside the PDF, sorted."""
@@ -174,34 +175,34 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
     if missing:
         raise ContentError(f"no {' and no '.join(missing)} is attached")
     try:
-        manifest = json.loads(attachments[MANIFEST])
-        if manifest["format"] not in (BEFORE, FORMAT):
-            raise ContentError(f"{MANIFEST} has format {manifest['format']!r}, this program reads up to {FORMAT}")
-        models = _models(manifest.get("models", {}), attachments)
+        manifest = Manifest.from_text(attachments[MANIFEST])
+        if manifest.format not in (BEFORE, FORMAT):
+            raise ContentError(f"{MANIFEST} has format {manifest.format!r}, this program reads up to {FORMAT}")
+        models = _models(manifest.models, attachments)
         content = CertificateContent(
             result=json.loads(attachments[RESULTS]),
-            spec_name=manifest["spec"]["name"],
-            spec_title=manifest["spec"]["title"],
+            spec_name=manifest.spec.name,
+            spec_title=manifest.spec.title,
             spec_text=attachments[SPEC].decode("utf-8"),
-            operator=manifest["operator"],
-            instruments=manifest["instruments"],
+            operator=manifest.operator,
+            instruments=manifest.instruments,
             panels=panels_from_json(json.loads(attachments[PANELS])),
             files={
                 name: content
                 for name, content in attachments.items()
                 if name not in RESERVED and not (models and name.startswith(f"{MODEL_FOLDER}/"))
             },
-            inputs={name: entry["sha256"] for name, entry in manifest["inputs"].items()},
-            sizes={n: e["bytes"] for n, e in manifest["inputs"].items() if isinstance(e.get("bytes"), int)},
+            inputs={name: file.sha256 for name, file in manifest.inputs.items()},
+            sizes={name: file.bytes for name, file in manifest.inputs.items() if file.bytes is not None},
             models=models,
-            provenance=dict(manifest.get("provenance", {})),
-            format=manifest["format"],
-            statement=manifest["statement"],
-            accept_version=manifest["accept"]["version"],
-            code_sha256=manifest["accept"]["code_sha256"],
-            drawn_with=manifest["drawn_with"],
+            provenance=manifest.provenance,
+            format=manifest.format,
+            statement=manifest.statement,
+            accept_version=manifest.accept.version,
+            code_sha256=manifest.accept.code_sha256,
+            drawn_with=manifest.drawn_with,
         )
-        _check_manifest(manifest, content)
+        _check_manifest(json.loads(attachments[MANIFEST]), content)
     except (KeyError, TypeError, AttributeError, ValueError) as e:
         raise ContentError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
     return content
@@ -250,7 +251,7 @@ def _json(data: Any, indent: int | None) -> bytes:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
 
 
-def _models(named: Mapping[str, Any], attachments: Mapping[str, bytes]) -> dict[str, ModelFiles]:
+def _models(named: Mapping[str, tuple[str, ...]], attachments: Mapping[str, bytes]) -> dict[str, ModelFiles]:
     return {
         name: {file: attachments[f"{MODEL_FOLDER}/{nth}/{file}"] for file in files}
         for nth, (name, files) in enumerate(sorted(named.items()))

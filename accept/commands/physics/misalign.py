@@ -38,13 +38,13 @@ def run(
         found = estimate_or_reason(folder, model)
     document = as_document(folder.serial, found)
     if json is not None:
-        write_atomic(json, dumps(document, indent=1, allow_nan=False).encode() + b"\n")
+        write_atomic(json, dumps(document.to_json(), indent=1, allow_nan=False).encode() + b"\n")
     if plot is not None and isinstance(found, MisalignmentEstimate):
         draw_to(plot, list(panels(found).values()), 1)
     tell(*words(folder.serial, found))
     if isinstance(found, MisalignmentEstimate) and found.reason is None:
         say("\n".join([f"dx, dy: {found.meaning}", *found.notes]))
-    return Exit.ACCEPTED if document["reason"] is None else Exit.INCOMPLETE
+    return Exit.ACCEPTED if document.reason is None else Exit.INCOMPLETE
 
 
 def words(serial: str, found: MisalignmentEstimate | Reason) -> list[str]:

@@ -4,11 +4,16 @@ import gzip
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from accept.documents.document import DocumentError
+from accept.documents.document import Document, DocumentError
+from accept.documents.gap import GapDocument
+from accept.documents.manifest import Manifest
+from accept.documents.misalignment import MisalignmentDocument
 from accept.documents.results import ListedUnit, ResultsDocument, UnitEntry
+from accept.models.model_file import effects_of, opened
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed
 from accept.store.payloads import (
@@ -90,6 +95,25 @@ def test_results_json_is_written_again_as_it_was() -> None:
     assert [unit.verdict for unit in results.units] == ["accepted", "rejected", "accepted"]
     text = json.dumps(results.to_json(), indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False)
     assert text.encode() + b"\n" == content
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "layout"),
+    [
+        ("gap.json", GapDocument, {"indent": 1}),
+        ("manifest.json", Manifest, {"indent": 1, "sort_keys": True, "ensure_ascii": False}),
+        ("misalign.json", MisalignmentDocument, {"indent": 1}),
+    ],
+)
+def test_a_document_is_written_again_as_it_was(name: str, kind: type[Document], layout: dict[str, Any]) -> None:
+    text = (GOLDEN / name).read_text()
+    assert json.dumps(kind.from_text(text).to_json(), allow_nan=False, **layout) == text.rstrip("\n")
+
+
+def test_the_improved_model_of_an_earlier_version_opens() -> None:
+    given = opened(GOLDEN / "model.toml")
+    assert given.model.name == "strut-S-4"
+    assert effects_of(given.spec) == [("loop_delay", {"tau_us": pytest.approx(60.044, abs=0.001)})]
 
 
 def unit(**changes: object) -> dict[str, object]:

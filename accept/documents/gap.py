@@ -1,0 +1,136 @@
+"""gap.json: what the gap workflow found missing from the model of a unit ([DESIGN] 6)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from accept.documents.document import Document, Number, only_if
+
+
+@dataclass(frozen=True)
+class ModeGap(Document):
+    """Gap about one mode."""
+
+    f_Hz: Number
+    G: Number
+
+
+@dataclass(frozen=True)
+class GapSize(Document):
+    """Size of a gap: squared residual over variance, per degree of freedom; 1 or less is agreement."""
+
+    G: Number
+    channels: Annotated[Mapping[str, Number], "G of each channel"]
+    modes: tuple[ModeGap, ...] = ()
+
+
+@dataclass(frozen=True)
+class GapBand(Document):
+    """A band in which model and data differ."""
+
+    channel: str
+    f_lo_Hz: Number
+    f_hi_Hz: Number
+    p: Annotated[Number, "probability of so much by chance"]
+    excess_dB: Number
+
+
+@dataclass(frozen=True)
+class EffectValue(Document):
+    """Value of a parameter of an effect."""
+
+    value: Number
+    ci95: Annotated[tuple[Number, Number], "interval of 95 %"]
+
+
+@dataclass(frozen=True)
+class Evidence(Document):
+    """Evidence for an effect."""
+
+    delta_lnL: Annotated[Number | None, "gain in log-likelihood; null for what a check before the search found"]
+    p: Number
+
+
+@dataclass(frozen=True)
+class NamedEffect(Document):
+    """An effect that was found."""
+
+    effect: str
+    parameters: Mapping[str, EffectValue]
+    evidence: Evidence
+    sentence: str = ""
+
+
+@dataclass(frozen=True)
+class AmbiguousEffects(Document):
+    """Effects that the data cannot distinguish."""
+
+    effects: tuple[str, ...]
+    experiment: Annotated[str, "the measurement that decides between them"]
+
+
+@dataclass(frozen=True)
+class UnnamedEffect(Document):
+    """A difference that no effect of the library explains."""
+
+    channel: str
+    poles_Hz: tuple[Number, ...]
+    zeros_Hz: tuple[Number, ...]
+    level_dependent: bool
+    words: str = ""
+    poles_ci95: Annotated[tuple[tuple[Number, Number], ...] | None, only_if(), "interval of each pole [Hz]"] = None
+    at_edge: Annotated[bool | None, only_if(), "it lies at the end of the band"] = None
+
+
+@dataclass(frozen=True)
+class GapExperiment(Document):
+    """A second measurement of `[[experiments]]`, held against the explained model."""
+
+    kind: str
+    value: Number | str | None
+    channels: Annotated[Mapping[str, Number], "G of each channel"]
+    holds: bool
+    level_dependent: tuple[str, ...]
+    words: str | None
+
+
+@dataclass(frozen=True)
+class CandidateEffect(Document):
+    """An effect that was tried and not named."""
+
+    effect: str
+    delta_lnL: Number | None
+    p: Number | None
+    reason: Annotated[str, "why it was not named"]
+
+
+@dataclass(frozen=True)
+class GapStep(Document):
+    """What one named effect left of the gap."""
+
+    effect: str
+    channels: Annotated[Mapping[str, Number], "G of each channel"]
+
+
+@dataclass(frozen=True)
+class GapDocument(Document):
+    """What the gap workflow found missing from the model of a unit."""
+
+    serial: str
+    model: str
+    verdict: Annotated[str, "`no_missing_effect`, `explained`, `ambiguous`, `partly_explained` or `unexplained`"]
+    gap_before: GapSize
+    where: tuple[GapBand, ...]
+    named: Annotated[tuple[NamedEffect, ...], "in the order in which they were found"]
+    ambiguous: tuple[AmbiguousEffects, ...]
+    unnamed: tuple[UnnamedEffect, ...]
+    detection_limits: Annotated[Mapping[str, Mapping[str, Number]], "smallest value that would have been found"]
+    gap_after: Annotated[GapSize, "on records that were not fitted"]
+    p_before: Number | None = None
+    p_after: Number | None = None
+    damping: str | None = None
+    notes: tuple[str, ...] = ()
+    experiments: tuple[GapExperiment, ...] = ()
+    candidates: Annotated[tuple[CandidateEffect, ...] | None, only_if(), "effects that were tried and not named"] = None
+    empirical: Annotated[tuple[Mapping[str, Any], ...] | None, only_if(), "elements that `--empirical` added"] = None
+    steps: Annotated[tuple[GapStep, ...] | None, only_if(), "the gap after each named effect"] = None

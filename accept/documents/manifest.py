@@ -1,0 +1,55 @@
+"""manifest.json inside a certificate: what is attached, who and which program judged, and where the bench stood."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from accept.documents.document import Document
+
+
+@dataclass(frozen=True)
+class Program(Document):
+    """The program that judged."""
+
+    version: str
+    code_sha256: str
+
+
+@dataclass(frozen=True)
+class AttachedSpec(Document):
+    """The spec, which is attached as spec.toml."""
+
+    name: str
+    title: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class InputFile(Document):
+    """A file of the unit folder that was judged."""
+
+    sha256: str
+    attached: Annotated[bool, "false for a file too large to attach"]
+    bytes: Annotated[int | None, "its size; null for a name that is reserved"] = None
+
+
+@dataclass(frozen=True)
+class Manifest(Document):
+    """What is not in the other attachments of a certificate, and the hash of every input."""
+
+    format: Annotated[int, "2; 1 for certificates of early versions, which lack the keys marked *later*"]
+    serial: str
+    record_sha256: Annotated[str, "of the attached results.json"]
+    accept: Program
+    drawn_with: Annotated[Mapping[str, str], "versions of the programs that drew the page"]
+    spec: AttachedSpec
+    operator: str
+    instruments: Annotated[Mapping[str, str], "by check, in words of the spec"]
+    statement: Annotated[str, "of the decision rule"]
+    inputs: Annotated[Mapping[str, InputFile], "by name"]
+    models: Annotated[Mapping[str, tuple[str, ...]], "files of each model that the spec names"] = field(
+        default_factory=dict
+    )
+    provenance: Annotated[Mapping[str, Any], "attempt, what it replaces, approval, head of the store, bench"] = field(
+        default_factory=dict
+    )
