@@ -108,7 +108,7 @@ class CandidateEffect(Document):
 class GapStep(Document):
     """What one named effect left of the gap."""
 
-    effect: str
+    effect: Annotated[str | None, "null for the model alone"]
     channels: Annotated[Mapping[str, Number], "G of each channel"]
 
 
