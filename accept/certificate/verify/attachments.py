@@ -82,6 +82,8 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         return Step("not judged again", complete=False)
     again = judged.to_json()
     own = contents.code_sha256 == version.code_sha256()
+    if not own and "samples" in again:
+        again["samples"] = _sketched_as(contents.result.get("samples") or {}, again["samples"])
     left_out = _checks_of(contents, missing)
     found = differences(_part(contents.result, left_out), _part(again, left_out)) if missing else None
     found = differences(contents.result, again) if found is None else found
@@ -109,6 +111,18 @@ def check_result(contents: CertificateContent, judged: UnitResult | None) -> Ste
         return Step(f"{same}, {'; '.join(words)}{_other(contents)}", complete=False)
     searched = "; what its responses lack in the model was not searched for again" if "gap" in contents.result else ""
     return Step(f"judged again from the attached data: the same result{searched}{_other(contents)}")
+
+
+def _sketched_as(
+    attached: Mapping[str, Mapping[str, str]], again: Mapping[str, Mapping[str, str]]
+) -> dict[str, dict[str, str]]:
+    """Return sketches with the parts that the attached ones have: those of earlier programs have fewer, divided by
+    colons."""
+    parts = {(name, key): text.count(":") + 1 for name, texts in attached.items() for key, text in texts.items()}
+    return {
+        name: {key: ":".join(text.split(":")[: parts.get((name, key))]) for key, text in texts.items()}
+        for name, texts in again.items()
+    }
 
 
 def _some(lines: Sequence[str]) -> str:

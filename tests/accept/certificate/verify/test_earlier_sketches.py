@@ -1,0 +1,33 @@
+"""A certificate of an earlier program, whose sketches of samples have fewer parts, is compared by the parts it has."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from accept.base.version import code_sha256
+from accept.certificate.contents.content import content_of
+from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.verify.attachments import check_result
+from accept.judging.judge_unit import judge_unit, load_spec
+from accept.units import unit_folder
+from tests.accept.batch.test_copies import SPEC, unit
+
+
+def test_sketches_without_turning_points(tmp_path: Path) -> None:
+    """Not those of this program, which has them, and no others than the attached samples give."""
+    (tmp_path / "loops.toml").write_text(SPEC)
+    spec = load_spec(str(tmp_path / "loops.toml"))
+    folder = unit(tmp_path / "A-1", "A-1", 1)
+    earlier = judge_unit(unit_folder.read(folder), spec)
+    fewer = earlier.samples
+    more = {name: {key: f"{text}:AAAAAA==" for key, text in texts.items()} for name, texts in fewer.items()}
+    judged = replace(earlier, samples=more)
+    contents = content_of(judged, spec, folder, "Ann")
+    before = replace(contents, result={**contents.result, "samples": fewer}, code_sha256="0" * 64)
+    assert check_result(before, judged) is not None
+    with pytest.raises(InvalidCertificate):
+        check_result(replace(before, code_sha256=code_sha256()), judged)
+    forged = {name: {key: f"X{text[1:]}" for key, text in texts.items()} for name, texts in fewer.items()}
+    with pytest.raises(InvalidCertificate):
+        check_result(replace(before, result={**before.result, "samples": forged}), judged)
