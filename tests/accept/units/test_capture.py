@@ -2,13 +2,15 @@
 
 import json
 import tomllib
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 
 import numpy as np
 import pytest
 
 from accept.capture.recipes import _must_follow
 from accept.store import open_store
+from accept.store.instrument_recall import touched
+from accept.store.payloads import Captured
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
@@ -156,3 +158,24 @@ def test_nothing_unreadable_is_written(tmp_path):
     with pytest.raises(UnitError, match="is the apa APA-01"):
         toml_edit.begin(folder, "APA-02", "apa")
     assert (folder / "unit.toml").read_bytes() == before
+
+
+def test_an_instrument_is_recalled_by_what_it_measured_now_and_in_stores_of_before(tmp_path):
+    with simulated_bench(tmp_path / "bench") as (simulated, bench):
+        measure("capacitance", new_unit(tmp_path / "U"), bench)
+        simulated.lcr.inject(LineFault(FaultKind.OVERRANGE))
+        with pytest.raises(InstrumentError):
+            measure("capacitance", tmp_path / "U", bench)
+    before = Captured(
+        section="stroke", instrument="lcr", model="LCR-819", serial="SIM-LCR", calibration=None, settings={},
+        readings=(), journal="x.jsonl", transcript=(), entries={}, notes=(),
+    )  # fmt: skip
+    with open_store() as store:
+        store.write(before, "APA-77", who="T")
+        found = [(t.unit, t.how) for t in touched(store.events(), "SIM-LCR", date(2020, 1, 1))]
+    assert found == [
+        ("APA-01", "read capacitance sensor_uF"),
+        ("APA-01", "read capacitance actuator_uF"),
+        ("APA-01", "read capacitance"),  # it failed: no value, but the instrument was at the unit
+        ("APA-77", "measured stroke"),
+    ]
