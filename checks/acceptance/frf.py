@@ -113,7 +113,7 @@ def _judged(
     )
     quantities = [resonance, *_modal_quantities(found, spec)]
     mass, u_mass, words = gains.payload(values.get("payload_kg"), rules, spec)
-    quantities += gains.gain_quantities(curves.whole, spec)
+    quantities += gains.gain_quantities(curves.whole, resonance_Hz, spec)
     quantities.append(gains.stiffness(resonance, mass, u_mass, words))
     quantities += gains.mass_line(curves.whole, resonance_Hz, mass, spec)
     quantities += gains.coherence_quantities(curves.whole, allowed, rules)
@@ -225,7 +225,7 @@ def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
 
 def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
     """Of the local fits, but for the axial resonance itself."""
-    quantities = [axial_damping(found.axial, found.repeat), second_resonance(found.beside, spec)]
+    quantities = [axial_damping(found.axial, found.repeat, spec), second_resonance(found.beside, spec)]
     if isinstance(found.zero, Zero):
         quantities.append(zero_quantity(found.zero, spec))
     else:
@@ -354,6 +354,7 @@ CHECK = Check(
     stated=(
         "f_Hz",
         "axial_resonance_Hz",
+        "axial_damping_percent",
         "second_resonance_Hz",
         "vs_zero_Hz",
         *SPURIOUS,

@@ -76,6 +76,9 @@ def _rules(spec: CheckSpec) -> SpuriousModesSettings:
         level_ratio=get["level_ratio"],
         coherence_min=get["coherence_min"],
         force_range_N=get["force_range_N"] or None,
+        double_hit_s=get["double_hit_ms"] / 1e3,
+        double_hit_share=get["double_hit_share"],
+        ringing_samples=get["ringing_samples"],
     )
     return SpuriousModesSettings(
         impacts, max(get["impacts_min"], IMPACTS_MIN), (get["lowest_Hz"], get["highest_Hz"]), get["torsion_contrast"]
@@ -237,6 +240,9 @@ SETTINGS = (
     Setting("level_ratio", 3.0, "an impact this many times above or below the median is off level", positive=True),
     Setting("coherence_min", 0.9, "agreement of an impact's response with what the others predict"),
     Setting("force_range_N", 0.0, "range of the force sensor; 0: not stated, overloads show by their flat tops only"),
+    Setting("double_hit_ms", 100.0, "a second peak within this many ms of a hit makes it a double hit", positive=True),
+    Setting("double_hit_share", 0.03, "a second peak counts from this part of the first one", positive=True),
+    Setting("ringing_samples", 5.0, "samples for which the analyser's filter rings after a hit", positive=True),
     Setting("torsion_contrast", 4.0, "how much weaker the top impact must show the torsion mode"),
     SAMPLING,
     Setting("lowest_Hz", 60.0, "modes are searched from here"),
@@ -291,7 +297,14 @@ CHECK = Check(
     },
     measure=measure,
     settings=SETTINGS,
-    stated=("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz"),
+    stated=(
+        "x_bending_Hz",
+        "y_bending_Hz",
+        "z_torsion_Hz",
+        "x_bending_damping_percent",
+        "y_bending_damping_percent",
+        "z_torsion_damping_percent",
+    ),
     guide=Guide(
         "Hit with the hammer at the point in the drawing, about ten single hits per record; vibrometer opposite. "
         "Wait until the vibration has decayed before the next hit. A double hit does not count: hit again.",

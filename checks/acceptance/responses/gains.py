@@ -1,6 +1,7 @@
 """What the merged curves say beside their resonances: gains, mass line, stiffness, constants, coherence."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -58,13 +59,26 @@ def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, 
     return size, math.sqrt(float(np.mean(part.var[good, 0])) / 2 / max(independent, 1.0))
 
 
-def gain_quantities(frf: Frf, spec: CheckSpec) -> list[Quantity]:
-    """Mean size of de and da over 10 to 20 Hz, of Vs over 400 to 500 Hz."""
-    return [_gain(name, frf, channel, band, unit, spec) for name, (channel, band, unit) in GAINS.items()]
+def gain_quantities(frf: Frf, resonance_Hz: float, spec: CheckSpec) -> list[Quantity]:
+    """Static gain of de and da: their size over 10 to 20 Hz without what the axial resonance adds there; mean size of
+    Vs over 400 to 500 Hz."""
+    return [_gain(name, frf, c, band, unit, resonance_Hz, spec) for name, (c, band, unit) in GAINS.items()]
 
 
-def _gain(name: str, frf: Frf, channel: str, band: tuple[float, float], unit: float, spec: CheckSpec) -> Quantity:
-    found = mean_size(frf, channel, *band)
+def static_size(frf: Frf, channel: str, resonance_Hz: float) -> tuple[float, float] | None:
+    """Size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as large at
+    f, 1 to 5 percent from 10 to 20 Hz. None if the band holds no bin that is known."""
+    factor = 1.0 - (frf.f / resonance_Hz) ** 2
+    return mean_size(
+        replace(frf, H=frf.H * factor[:, None], cov=frf.cov * (factor**2)[:, None, None]), channel, *STATIC_HZ
+    )
+
+
+def _gain(
+    name: str, frf: Frf, channel: str, band: tuple[float, float], unit: float, resonance_Hz: float, spec: CheckSpec
+) -> Quantity:
+    static = band == STATIC_HZ
+    found = static_size(frf, channel, resonance_Hz) if static else mean_size(frf, channel, *band)
     if found is None:
         return Quantity.missing(name, because(Cause.BAND_NOT_MEASURED, channel=channel, lo=band[0], hi=band[1]))
     value, u = (x / unit for x in found)
@@ -118,7 +132,7 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     part = frf.select("da").band(*MASS_BAND_HZ)
     part = part.band(1.5 * resonance_Hz, math.inf)
     good = part.usable
-    static = mean_size(frf, "da", *STATIC_HZ)
+    static = static_size(frf, "da", resonance_Hz)
     if np.count_nonzero(good) < 3 or static is None:
         why = because(Cause.BAND_NOT_MEASURED, channel="da", lo=MASS_BAND_HZ[0], hi=MASS_BAND_HZ[1])
         return [Quantity.missing(name, why) for name in names]
@@ -127,10 +141,7 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
     value = line / MASS_LINE_AT_HZ**2 * 1e6
     accuracy = stated(spec, value, names[0], "gain_da_um_per_V")
     budget = [Contribution("scatter along the line", value * scatter / line, "A")]
-    # 10 to 20 Hz lie a little up the flank of the resonance already: 2.5 percent of the static gain.
-    f = np.array(STATIC_HZ)
-    g0 = static[0] * float(np.mean(1 - (f / resonance_Hz) ** 2))
-    implied = mass * g0 * resonance_Hz**2 / line
+    implied = mass * static[0] * resonance_Hz**2 / line
     return [
         with_stated(names[0], value, budget, accuracy),
         Quantity.of(

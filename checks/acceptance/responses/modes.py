@@ -55,11 +55,13 @@ def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) 
     return resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz)
 
 
-def axial_damping(first: Resonance, again: Resonance | None) -> Quantity:
-    """axial_damping_percent."""
+def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
+    """axial_damping_percent. One record tells it to parts in a million; how far it repeats is for the spec to state."""
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
-    return Quantity.of("axial_damping_percent", 100 * first.damping_ratio, *budget)
+    value = 100 * first.damping_ratio
+    repeats = stated(spec, value, "axial_damping_percent")
+    return Quantity.of("axial_damping_percent", value, *budget, *([] if repeats is None else [repeats]))
 
 
 def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:

@@ -15,16 +15,19 @@ _PLURAL = {DOUBLE: "double hits", OVERLOAD: "overloads"}
 
 _FOUND_SIGMAS = 10.0  # noise of a million samples stays below 5 sigma
 _FOUND_SHARE = 0.03  # of the largest peak: a weaker touch excites nothing and is left in the noise
-_RINGING_s = 0.002  # the anti-alias filter rings this long after a hit; a hammer rebounds later
+_RINGING_s = 0.002  # the anti-alias filter rings at least this long after a hit; a hammer rebounds later
 _RINGING_SHARE = 0.25
 
 
 @dataclass(frozen=True)
 class ImpactRules:
-    """What makes an impact bad. Shares are of the impact's own peak; `level_ratio` is against the median peak."""
+    """What makes an impact bad. Shares are of the impact's own peak; `level_ratio` is against the median peak.
+
+    ringing_samples: how long the filter of the analyser rings, which depends on its sampling rate alone."""
 
     double_hit_s: float = 0.1
     double_hit_share: float = 0.03
+    ringing_samples: float = 5.0
     level_ratio: float = 3.0
     block_min_s: float = 0.4
     block_max_s: float = 4.0
@@ -51,6 +54,11 @@ class Impact:
     def aside(self, fault: str, detail: str) -> "Impact":
         """The same impact set aside; the first fault found stays."""
         return self if self.fault else replace(self, fault=fault, detail=detail)
+
+
+def ringing(fs: float, rules: ImpactRules) -> float:
+    """How long a filter rings after a hit, in samples of fs [Hz]."""
+    return max(_RINGING_s * fs, rules.ringing_samples)
 
 
 def upright(force: Array) -> Array:
@@ -102,7 +110,7 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
     first = max(impact.peak - span, 0)
     part = upward[first : impact.peak + span]
     away = np.abs(np.arange(part.size) + first - impact.peak)
-    share = np.where(away <= _RINGING_s * fs, _RINGING_SHARE, rules.double_hit_share)
+    share = np.where(away <= ringing(fs, rules), _RINGING_SHARE, rules.double_hit_share)
     height = np.maximum(share * impact.force_N, 8.0 * sigma)
     from scipy.signal import find_peaks  # loads slowly: only when wanted
 

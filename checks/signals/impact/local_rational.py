@@ -34,7 +34,11 @@ def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins
     """Bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as tell of its pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
-    half = min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df))
+    return bins_about(frf, centre, min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df)))
+
+
+def bins_about(frf: ImpactFrf, centre: float, half: float) -> LocalBins:
+    """Bins within half [Hz] of a centre."""
     s = (np.abs(frf.f - centre) <= half) & (frf.f > 0)
     F, Y, H = frf.F[:, s], frf.Y[:, s], frf.H[s]
     power = np.abs(F) ** 2

@@ -15,6 +15,7 @@ from checks.distributions import t as student
 from checks.signals.impact.hammer import ImpactFrf
 from checks.signals.impact.local_rational import (
     LocalBins,
+    bins_about,
     cost_of,
     frequency,
     jacobian,
@@ -116,9 +117,13 @@ def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalB
 
 
 def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
-    """Peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response per N]."""
+    """Peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response per N].
+
+    Over the band in which the mode was fitted: where the other FRF does not show it, a peak of noise would cut the band
+    to less than the mode's width, in which a pole and a polynomial are alike."""
     natural = mode.pole / (2j * np.pi)
-    local = neighbourhood(frf, natural.real, natural.imag)
+    half = max(float(np.max(np.abs(mode.f - natural.real))), 8.0 * frf.df)
+    local = bins_about(frf, natural.real, half)
     q = (natural + 1j * frf.added_decay / (2 * np.pi) - local.centre) / local.half
     basis = np.column_stack([1.0 / (local.z - q), local.z[:, None] ** np.arange(_ORDER + 1)])
     solve = weighted_inverse(basis, local.weight)

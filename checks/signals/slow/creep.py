@@ -11,6 +11,7 @@ from checks.signals.slow.regression import LinearFit, least_squares
 from checks.signals.slow.steps import SignalStep
 
 REFERENCE_S = 0.1  # the deflection is stated this long after the step
+SETTLED_S = 0.3  # and creep compared with what it is from here on
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +19,9 @@ class CreepFit:
     """y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used` (N,).
 
     deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
-    per_moment (S, S): what each deflection changes by per second of error in the moment of each step.
+    per_moment (S, S): what each deflection changes by per second of error in the moment of each step;
+    gamma_per_moment (S, S): the same of gamma [1/s]; later: gamma by the samples from 0.3 s after a step alone, NaN if
+    they are too few: a load that settles is over by then.
     """
 
     deflections: Array
@@ -27,6 +30,8 @@ class CreepFit:
     used: NDArray[np.bool_]
     fit: LinearFit
     per_moment: Array
+    gamma_per_moment: Array
+    later: Array
 
     def u_of(self, weights: Sequence[float]) -> float:
         """Standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
@@ -46,9 +51,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
     Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
     Raises ValueError when too few samples are left to tell the parameters apart.
     """
-    used = np.ones(t.size, dtype=bool)
-    for s in steps:
-        used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + REFERENCE_S))
+    used = _used(t, steps, REFERENCE_S)
     columns = [np.ones_like(t), t - t.mean()]
     for s in steps:
         after = t - s.t
@@ -65,4 +68,20 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
         for s, slope in zip(steps, fit.x[3::2], strict=True)
     ]
     moved = np.linalg.lstsq(design[used], np.column_stack(slopes)[used], rcond=None)[0]
-    return CreepFit(deflections, fit.x[3::2] / deflections, design @ fit.x, used, fit, moved[2::2])
+    gamma = fit.x[3::2] / deflections
+    gamma_moved = (moved[3::2] - gamma[:, None] * moved[2::2]) / deflections[:, None]
+    try:
+        settled = _used(t, steps, SETTLED_S)
+        x = least_squares(design[settled], y[settled]).x
+        later = x[3::2] / x[2::2]
+    except ValueError:
+        later = np.full(len(steps), np.nan)
+    return CreepFit(deflections, gamma, design @ fit.x, used, fit, moved[2::2], gamma_moved, later)
+
+
+def _used(t: Array, steps: Sequence[SignalStep], after_s: float) -> NDArray[np.bool_]:
+    """(N,) samples that are outside the passage of every step, and at least after_s [s] after it."""
+    used = np.ones(t.size, dtype=bool)
+    for s in steps:
+        used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + after_s))
+    return used

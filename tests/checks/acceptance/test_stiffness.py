@@ -258,3 +258,33 @@ def test_panels_and_sign_note() -> None:
     outcome = outcome_of(Bench(sign=1.0).record(np.random.default_rng(0)))
     assert set(outcome.panels) == {"closed_circuit", "closed_circuit_residual"}
     assert "removed first" in outcome.notes[0]
+
+
+def floor_noise(n: int, rng: np.random.Generator) -> np.ndarray:
+    """Noise (n,) of unit standard deviation whose power goes with 1/f."""
+    f = np.fft.rfftfreq(n)
+    f[0] = f[1]
+    x = np.fft.irfft((rng.standard_normal(f.size) + 1j * rng.standard_normal(f.size)) / np.sqrt(f), n)
+    return x / x.std()
+
+
+@pytest.mark.parametrize("kind", ["white", "floor", "settling"])
+def test_the_interval_of_creep_holds_the_truth(kind: str) -> None:
+    """Two percent per decade, of a load that comes down at any moment: at once, on a floor with 1/f noise, or settling
+    within 20 ms. By a simulator of its own; intervals of scatter alone held 33, 60 and 0 of 100."""
+    n, covered, t = 100 if SOAK else 8, 0, np.arange(0.0, 30.0, 2e-3)
+    for seed in range(n):
+        rng = np.random.default_rng(seed)
+        y = 8e-9 * floor_noise(t.size, rng) if kind == "floor" else 5e-9 * rng.standard_normal(t.size)
+        for at, sign in ((14.0 + 2.0 * rng.random(), -1.0), (21.5 + rng.random(), 1.0)):
+            since = np.maximum(t - at, 0.0)
+            creeping = 1.0 + 0.02 * np.log10(np.maximum(since, 1e-3) / 0.1)
+            settled = 1.0 - np.exp(-since / 0.02) if kind == "settling" else 1.0
+            y = y + sign * 35e-6 * (t > at) * creeping * settled
+        record = Record(t, {"de": y}, {"de": "m"})
+        outcome = stiffness.measure({"closed_circuit": record, "mass_kg": Measured(MASS)}, SPEC)
+        (creep,) = (q for q in outcome.quantities if q.name == "creep_per_decade_percent")
+        assert creep.U is not None
+        assert creep.U < 0.2  # a tenth of the value: still of use
+        covered += abs(creep.value - 2.0) <= creep.U
+    assert covered >= binom.ppf(1e-4, n, 0.95)
