@@ -8,6 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from accept.certificate.verify import statements
 from accept.cli.main import app
 from accept.judging.check_docs import all_checks
 from accept.store import formats
@@ -86,6 +87,11 @@ def test_the_page_of_checks_is_what_the_checks_declare() -> None:
 def test_the_page_of_formats_is_what_the_models_declare() -> None:
     """Renew it with: python -m accept.store.formats > docs/reference/formats.md"""
     assert (ROOT / "docs" / "reference" / "formats.md").read_text() == formats.page() + "\n"
+
+
+def test_the_table_of_statements_is_that_of_the_code() -> None:
+    page = (ROOT / "docs/explanation/what-a-certificate-proves.md").read_text("utf-8")
+    assert statements.table() in page
 
 
 def command_names(group: object = None, prefix: str = "accept") -> list[str]:

@@ -111,6 +111,12 @@ def unlisted(contents: CertificateContent) -> list[str]:
     ]
 
 
+def table() -> str:
+    """Return the table in Markdown, as docs/explanation/what-a-certificate-proves.md has it."""
+    rows = (f"| {s.document} | {s.field or 'all of it'} | {', '.join(s.ways)} | {s.how} |" for s in STATEMENTS)
+    return "\n".join(["| where | statement | way | compared with |", "|---|---|---|---|", *rows])
+
+
 def _fields(content: Mapping[str, Any]) -> Iterator[str]:
     for key, value in content.items():
         if key == "provenance" and isinstance(value, Mapping):

@@ -131,3 +131,26 @@ def test_a_name_has_letters_of_one_script() -> None:
     for name in ("Åsa Øst", "\u0410\u043d\u043d\u0430", "O'Brien-Núñez 2", "Wang 王"):
         keys.check_name(name)
         assert len(scripts(name)) <= 1
+
+
+def test_the_authority_off_the_bench_in_five_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As docs/explanation/signing.md has them."""
+    monkeypatch.setenv("ACCEPT_CA_PASSPHRASE", "authority phrase")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    stick = tmp_path / "authority"
+    assert accept("keys", "init", "--technician", "Ada Lovelace").exit_code == 0
+    stick.mkdir()
+    (home() / "keys" / "ca.key.pem").rename(stick / "ca.key.pem")
+    shutil.copy(home() / "keys" / "ca.pem", stick)
+    assert accept("keys", "request", "--role", "qa", "--name", "Grace Hopper").exit_code == 0
+    request = home() / "keys" / "qa-grace-hopper.request.pem"
+    assert accept("keys", "issue", request, "--authority", stick).exit_code == 0
+    listed = accept("keys", "list")
+    assert "Grace Hopper" in listed.stdout
+    assert "authority's key lies at this bench" not in listed.stderr
+    monkeypatch.delenv("ACCEPT_OPERATOR")
+    pdf = certified(tmp_path, "A-1", serial="A-1")
+    assert accept("countersign", pdf).exit_code == 0
+    done = verified(pdf, "--require", "accepted,countersigned,approved,current")
+    assert plainly(done), done.output
+    assert "authority's key" not in done.stderr
