@@ -122,8 +122,8 @@ def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, 
 
     starts: candidates with no member that counts, from whose calibrations the search begins."""
     search.say("looking beside what is left")
-    begun = [settle(search, c.response, at, ROUNDS) for c in starts for at in (c.at, {})]
-    state = base = max(begun, key=lambda b: b.lnL)
+    begun = [_settled(search, c.response, at) for c in starts for at in (c.at, {})]
+    state = base = max((b for b in begun if b is not None), key=lambda b: b.lnL)
     steps: list[Step] = []
     while len(steps) < search.table.most_effects and not search.over:
         tried = one_more(search, state)
@@ -161,7 +161,7 @@ def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> lis
         if found := [t for t in tried if t is not None]:
             out.append((score.member, max(found, key=lambda b: b.lnL)))
     out = sorted(out, key=lambda each: -score_of(*each))
-    out = [(m, settle(search, b.response, b.at, ROUNDS) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
+    out = [(m, (_settled(search, b.response, b.at) or b) if i < FOLLOWED else b) for i, (m, b) in enumerate(out)]
     return sorted(out, key=lambda each: -score_of(*each))
 
 
@@ -180,6 +180,14 @@ def _best_from(search: Search, state: Beside, member: Member, values: Values) ->
     try:
         found = freed(search.go_on(begin(held, search.A, start), STEPS_HELD))
         return _beside(found.response, found.at, search.B)
+    except ModelError:
+        return None
+
+
+def _settled(search: Search, response: Augmented, start: Values) -> Beside | None:
+    """Return a response fitted to A beside its disagreement; None if nothing stands with values on the way."""
+    try:
+        return settle(search, response, start, ROUNDS)
     except ModelError:
         return None
 

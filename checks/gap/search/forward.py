@@ -1,8 +1,10 @@
 """Which members of the library, together, explain the data: forward with a beam, then swaps and deletion."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Effort, Search
@@ -90,7 +92,8 @@ def explain_beside(search: Search, found: SearchResult) -> SearchResult:
                 response = last.response.without(step.member.name).with_member(member)
                 at = {k: v for k, v in last.at.items() if not k.startswith(f"{step.member.name}.")}
                 at |= {k: v for k, v in b.at.items() if k.startswith(f"{member.name}.")}
-                rivals.append(search.refitted(response, at))
+                with suppress(ModelError):  # nothing stands with such values: no rival
+                    rivals.append(search.refitted(response, at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _done(search, base, adequate, (*tried, own, *rivals))
 

@@ -74,6 +74,7 @@ class TestFiles:
         for key, kind in {
             "serial": str, "model": str, "verdict": str, "gap_before": dict, "gap_after": dict, "where": list,
             "named": list, "ambiguous": list, "unnamed": list, "detection_limits": dict,
+            "candidates": list, "steps": list,
         }.items():  # fmt: skip
             assert isinstance(document[key], kind), key
         assert document["serial"] == "X-1"
@@ -85,6 +86,12 @@ class TestFiles:
             assert isinstance(document[key]["G"], float)
             assert set(document[key]["channels"]) == {"Vs", "de", "da"}
             assert all(isinstance(G, float) and G >= 0 for G in document[key]["channels"].values())
+        for one in document["candidates"]:
+            assert one.keys() == {"effect", "delta_lnL", "p", "reason"}
+            assert one["reason"]
+        assert {"named"} <= {one["reason"] for one in document["candidates"] if one["effect"] == "sensor_highpass"}
+        assert [s["effect"] for s in document["steps"]] == [None, "sensor_highpass"]
+        assert document["steps"][-1]["channels"].keys() == document["gap_after"]["channels"].keys()
         for window in document["where"]:
             assert window.keys() == {"channel", "f_lo_Hz", "f_hi_Hz", "p", "excess_dB"}
             assert window["channel"] in {"Vs", "de", "da"}
@@ -108,7 +115,7 @@ class TestFiles:
             crossed.done.result,
             verdict="partly_explained",
             ambiguous=(Ambiguous(("loop_delay", "amplifier_bandwidth"), "drive a dummy"),),
-            unnamed=(Nameless("Vs", (620.3,), (625.1,), False, "near"),),
+            unnamed=(Nameless("Vs", (620.3,), (625.1,), False, "near", ((619.8, 620.8),), False),),
             detection_limits={"loop_delay": {"tau_us": 1.9}},
         )
         document = json.loads(json.dumps(analyse_unit.to_json("X-1", more), allow_nan=False))
@@ -118,6 +125,7 @@ class TestFiles:
         unnamed = document["unnamed"][0]
         assert (unnamed["channel"], unnamed["poles_Hz"], unnamed["zeros_Hz"]) == ("Vs", [620.3], [625.1])
         assert unnamed["level_dependent"] is False
+        assert (unnamed["poles_ci95"], unnamed["at_edge"]) == ([[619.8, 620.8]], False)
         assert document["detection_limits"] == {"loop_delay": {"tau_us": 1.9}}
 
 

@@ -87,6 +87,7 @@ def test_a_drift_between_records_is_no_effect() -> None:
     assert not found.ambiguous
 
 
+@pytest.mark.soak
 def test_two_close_modes_of_the_bench() -> None:
     """No single mode is two: nothing but a mode may be said, and none while its own band stays unexplained."""
     given = recorded()

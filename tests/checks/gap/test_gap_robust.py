@@ -52,9 +52,10 @@ class TestAliases:
         assert "unplug the sensor" in result.ambiguous[0].experiment
 
     def test_a_short_delay_is_an_amplifier_far_above_the_band(self) -> None:
+        """Of first order or of second: far below its corner each is a delay."""
         result = run(inputs(5, {"loop_delay": {"tau_us": 12.0}}), quiet)
         assert result.verdict == "ambiguous"
-        assert set(result.ambiguous[0].effects) == {"loop_delay", "amplifier_bandwidth"}
+        assert set(result.ambiguous[0].effects) == {"loop_delay", "amplifier_bandwidth", "amplifier_second_order"}
         assert "dummy" in result.ambiguous[0].experiment
 
     def test_and_what_data_tell_is_named(self) -> None:
