@@ -24,7 +24,8 @@ HOPELESS = 2.0  # times the misfit of the records as they came
 
 
 def searching(p: Prepared, channels: tuple[str, ...], say: Say, effort: Effort) -> Search:
-    """A search on some channels, thinned, with what the library holds for them. effort: of the whole analysis."""
+    """Return a search on some channels, thinned, with what the library holds for them. effort: of the whole
+    analysis."""
     A, B = (d.select(channels).thinned(p.table.search_bins) for d in (p.A, p.B))
     return Search(A, B, _library(p.inputs, channels), p.table, say, effort)
 
@@ -36,7 +37,7 @@ def _library(inputs: Inputs, channels: tuple[str, ...]) -> tuple[Member, ...]:
 
 
 def calibrated(search: Search, p: Prepared) -> Candidate:
-    """The base model fitted to A, with the form of damping that the data ask for."""
+    """Return the base model fitted to A, with the form of damping that the data ask for."""
     members: tuple[Member, ...] = ()
     width = _level_dependence(p.slow, bool(p.in_slow), p.table)
     if width:
@@ -58,8 +59,8 @@ def _damped(search: Search, own: Candidate) -> Candidate:
 
 
 def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | None:
-    """Records in which another sign of a channel, or two channels exchanged, leaves less than half of what is missing:
-    the model had bent itself to what no value of it means. None where nothing does."""
+    """Return records in which another sign of a channel, or two channels exchanged, leaves less than half of what is
+    missing: the model had bent itself to what no value of it means. None where nothing does."""
     own = search.A.thinned(COARSE_BINS)
     same = _as_near(search, base, own)  # as the others are: from the priors, so that none gains by another start
     cost = base.cost if same is None else min(base.cost, same.cost * search.A.f.size / own.f.size)
@@ -76,8 +77,8 @@ def turned_right(search: Search, base: Candidate, p: Prepared) -> Prepared | Non
 
 
 def _as_near(search: Search, base: Candidate, A: Dataset) -> Refit | None:
-    """The base fitted to records that were turned, the scatter of its modes following; None where a model that may be
-    far off shows already that they are explained no better than as they came."""
+    """Return the base fitted to records that were turned, the scatter of its modes following; None where a model
+    that may be far off shows already that they are explained no better than as they came."""
     response = base.response.holding_scatter()
     response = replace(response, model=quicker(response.model))  # how modes exchange energy hides no turned channel
     at: dict[str, float] = {}

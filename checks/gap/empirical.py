@@ -29,8 +29,8 @@ class Fitted:
 
 
 def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> Fitted | None:
-    """The element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None where none
-    explains more than chance."""
+    """Return the element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None
+    where none explains more than chance."""
     best, x = None, np.array([0.0])
     rA, rB = _Residual(channel, modelled, A), _Residual(channel, modelled_B, B)
     least = rB.cost(x)

@@ -16,7 +16,7 @@ NEARLY = 10.0  # G up to which one more effect may be what is left of an explana
 
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
-    """The whole workflow. Raises GapRefused, ModelError."""
+    """Return the whole workflow. Raises GapRefused, ModelError."""
     p = prepared(inputs, table)
     found = _run(p, say)
     if not any(e.effect == SAMPLE_OFFSET for e in p.early) or _is_enough(found, p):
@@ -50,7 +50,7 @@ def _run(p: Prepared, say: Say) -> Result:
 
 
 def _explained(p: Prepared, search: Search, base: Candidate) -> Result:
-    """What is missing beside a calibrated model."""
+    """Return what is missing beside a calibrated model."""
     table = p.table
     whole = replace(base, unseen=p.B)
     if whole.adequate:

@@ -52,8 +52,8 @@ class Conditions:
         return Conditions(self.A.thinned(bins), self.B.thinned(bins), trials)
 
     def explained(self, response: Augmented, at: Mapping[str, float], far: bool = False) -> Explanation:
-        """A response fitted to all conditions from values nearby; far: also over wide tolerances, because they may lie
-        elsewhere. Raises ModelError."""
+        """Return a response fitted to all conditions from values nearby; far: also over wide tolerances, because
+        they may lie elsewhere. Raises ModelError."""
         every, sets = together(response, self.trials), to_fit(self.A, self.trials)
         joint, free = response.model.joint, tuple(every.free(at))
         ways = [Led(free, 0.0), *(lead(every, sets, free, joint=joint)[:1] if far else ())]
@@ -72,8 +72,8 @@ def _finished(every: Together, sets: Sequence[Dataset], way: Led, joint: JointPr
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:
-    """The same with next to nothing known of its calibrated values beforehand. As they are stay the modes of an APA,
-    which would do anything if they were free, and what the effect itself is about."""
+    """Return the same with next to nothing known of its calibrated values beforehand. As they are stay the modes of
+    an APA, which would do anything if they were free, and what the effect itself is about."""
     return replace(response, model=_hardly_known(response.model, effect.stands_for(response.model)))
 
 

@@ -14,7 +14,7 @@ class ExperimentKind:
     words: str
 
     def said(self, value: float | None) -> str:
-        """What was done, in words."""
+        """Return what was done, in words."""
         return self.words.format(value)
 
 

@@ -21,7 +21,7 @@ SENSOR_F = 5.1e-6  # of the sensor stack, where nothing else is known ([STB] 3.1
 
 
 def under(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float = SENSOR_F) -> Model:
-    """A model of a unit as it is under an experiment; the drive's level is none of its parameters. Raises
+    """Return a model of a unit as it is under an experiment; the drive's level is none of its parameters. Raises
     ModelError."""
     if kind is TURNED:
         return model

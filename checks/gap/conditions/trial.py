@@ -33,13 +33,13 @@ class ConditionTrial:
         return self.kind.said(self.value)
 
     def select(self, channels: Sequence[str], bins: int | None = None) -> "ConditionTrial":
-        """Some channels, and at most so many bins."""
+        """Return some channels, and at most so many bins."""
         A, B = (d.select(channels) for d in (self.A, self.B))
         return replace(self, A=A, B=B) if bins is None else replace(self, A=A.thinned(bins), B=B.thinned(bins))
 
 
 def shift_of(trial: ConditionTrial, response: Augmented) -> Shift:
-    """What a condition changes in an explanation. Raises ModelError where the model cannot hold it.
+    """Return what a condition changes in an explanation. Raises ModelError where the model cannot hold it.
 
     A mass is added to the payload. The sensor's corner goes with one over the resistor ([STB] 3.1.9) where the unit's
     own is known and the explanation has a corner; else it has a value of its own. Another level of drive changes
@@ -68,15 +68,15 @@ def _held(parameter: str, trial: ConditionTrial, response: Augmented) -> None:
 
 
 def together(response: Augmented, trials: Sequence[ConditionTrial]) -> Together:
-    """A response under all conditions. Raises ModelError."""
+    """Return a response under all conditions. Raises ModelError."""
     return Together(response, tuple(shift_of(t, response) for t in trials))
 
 
 def to_fit(A: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
-    """The realisations to fit, of the unit as it is and under every condition."""
+    """Return the realisations to fit, of the unit as it is and under every condition."""
     return [A, *(marked(t.A, t.name) for t in trials)]
 
 
 def to_judge(B: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
-    """The realisations to judge with."""
+    """Return the realisations to judge with."""
     return [B, *(marked(t.B, t.name) for t in trials)]

@@ -188,7 +188,7 @@ def _quarters(phases: list[Array]) -> tuple[float, float]:
 
 
 def _broken(f: Array, phase: Array, beside: Array | None = None) -> tuple[Array, Array, Array]:
-    """A curve that ends at one end of the axis and goes on at the other, without the line between; beside: what goes
-    with every point of it."""
+    """Return a curve that ends at one end of the axis and goes on at the other, without the line between; beside:
+    what goes with every point of it."""
     at = np.flatnonzero(np.abs(np.diff(phase)) > 180.0) + 1
     return tuple(np.insert(x, at, np.nan) for x in (f, phase, phase if beside is None else beside))  # type: ignore[return-value]

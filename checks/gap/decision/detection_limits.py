@@ -46,7 +46,7 @@ def _limits(projected: Projected, effect: Effect, needed: float) -> dict[str, fl
 
 
 def _bounded(value: float, p: Parameter) -> float:
-    """What lies beyond the physical bound cannot be seen at all: the bound is stated."""
+    """Return a value within the physical bounds: what lies beyond them cannot be seen at all."""
     return float(min(value, max(abs(p.lo), abs(p.hi))))
 
 

@@ -79,8 +79,8 @@ def claims(
 
 
 def _beside_refused(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
-    """A claim stands on the whole explanation: one that leans on another effect, which explains something on the same
-    channels and yet has to be refused, is refused with it."""
+    """Refuse a claim that leans on another effect, one that explains something on the same channels and yet has to be
+    refused: a claim stands on the whole explanation."""
     for other in every:
         leans = set(other.effect.channels) & set(claim.effect.channels)
         if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and leans:
@@ -152,8 +152,8 @@ def _on_its_ground(effect: Effect, u: UnmodelledMode) -> bool:
 
 
 def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
-    """The explanation without an effect, everything else fitted anew: what it loses of the log-likelihood of unseen
-    records is what the effect gains."""
+    """Return the explanation without an effect, everything else fitted anew: what it loses of the log-likelihood of
+    unseen records is what the effect gains."""
     less = found.best.response.without(effect.name)
     known = [c for c in (found.base, *found.tried) if c.names == frozenset(less.names)]
     start = {k: v for k, v in found.best.at.items() if not k.startswith(f"{effect.name}.")}
@@ -163,7 +163,7 @@ def _without(search: Search, found: SearchResult, effect: Effect) -> Candidate:
 
 
 def _confirmed(search: Search, found: SearchResult, without: Candidate) -> float:
-    """The same gain with the realisations exchanged: fitted to B, judged on A."""
+    """Return the same gain with the realisations exchanged: fitted to B, judged on A."""
     try:
         best = search.go_on(begin(found.best.response, search.B, found.best.at), MANY)
         less = search.go_on(begin(without.response, search.B, without.at), MANY)
@@ -203,8 +203,8 @@ def _astray(full: Candidate) -> bool:
 def nameless(
     best: Candidate, full: Candidate, final: Fit, made: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
-    """What is left without a name: the stand-ins of the best explanation, and where it still does not fit, a mode
-    fitted to the residual of the worst window of every channel."""
+    """Return the unidentified effects: unmodelled modes of the best explanation, and where it still does not fit, a
+    mode fitted to the residual of the worst window of every channel."""
     out = []
     level = slow is not None and is_bent(slow, table)
     for u in best.response.stand_ins:
@@ -232,7 +232,7 @@ def is_bent(slow: Slow, table: Thresholds) -> bool:
 
 
 def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:
-    """What an effect explains that did not pass its gates: it is missing all the same."""
+    """Return a refused effect as an unidentified one: what it explains is missing all the same."""
     values = full.response.of(full.at, claim.effect.name)
     poles = (values["f_Hz"],) if "f_Hz" in values else ()
     return Nameless(claim.effect.channels[0], poles, (), level)

@@ -50,8 +50,8 @@ def _one(response: Augmented, fit: Fit, A: Dataset, B: Dataset, trial: Condition
 
 
 def _with_own(response: Augmented, fit: Fit, A: Dataset, trial: ConditionTrial) -> tuple[Together, Fit]:
-    """The response under one condition, with values for what is its own: where the fit has none, from one that goes on
-    with the condition's records."""
+    """Return the response under one condition, with values for what is its own: where the fit has none, from one
+    that goes on with the condition's records."""
     every = together(response, [trial])
     if shift_of(trial, response).names <= set(fit.names):
         return replace(every, fixed=fit.at), fit
@@ -73,8 +73,8 @@ def changed(one: Dataset, other: Dataset) -> dict[str, Gap]:
 
 
 def missing_in(experiments: Sequence[Tested], level_known: bool) -> tuple[Nameless, ...]:
-    """What experiments show that the explanation does not have. level_known: slow records show that the unit depends on
-    the level, and by what."""
+    """Return what experiments show that the explanation does not have. level_known: slow records show that the unit
+    depends on the level, and by what."""
     out = []
     for t in experiments:
         if t.level and not level_known:

@@ -58,8 +58,8 @@ def grown(before: Gaps, after: Gaps, agrees: float = AGREES, slack: float = SLAC
 
 
 def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
-    """The model as it will be written: without stand-ins and without what was not named, at the values of the joint
-    fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
+    """Return the model as it will be written: without stand-ins and without what was not named, at the values of the
+    joint fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
     names = {c.effect.name for c in good}
     response, kept_at = full.response, dict(full.at)
     for m in response.counted:
@@ -70,7 +70,7 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
 
 
 def _stood_for(member: Member, full: Candidate) -> dict[str, float]:
-    """The model's parameters behind an effect, as it had them."""
+    """Return the model's parameters behind an effect, as it had them."""
     if not isinstance(member, Effect):
         return {}
     values, model = full.response.of(full.at, member.name), full.response.model
@@ -79,7 +79,7 @@ def _stood_for(member: Member, full: Candidate) -> dict[str, float]:
 
 
 def gaps_of(c: Candidate) -> Gaps:
-    """The gap of a model on its unseen records."""
+    """Return the gap of a model on its unseen records."""
     data, model = c.unseen, c.response.frf(c.unseen.f, c.at, c.unseen.channels)
     data = data.around(model)
     residual = data.H - model

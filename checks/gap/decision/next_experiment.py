@@ -46,7 +46,8 @@ class Rival:
 def asked(
     rivals: Sequence[Ambiguous], good: Sequence[Claim], found: SearchResult, full: Candidate, A: Dataset
 ) -> tuple[Ambiguous, ...]:
-    """The same with the experiment that is predicted to tell them apart, where the menu has one that can be given."""
+    """Return the same with the experiment that is predicted to tell them apart, where the menu has one that can be
+    given."""
     return tuple(_with_experiment(a, good, found, full, A) for a in rivals)
 
 

@@ -15,7 +15,7 @@ SHOWN = 0.0, 4.0  # of log10 G on the map: below it agrees, above the colour sta
 
 
 def panels(result: Result) -> dict[str, Panel]:
-    """The map, then for every channel magnitude and residual, on records that were not fitted."""
+    """Return the map, then for every channel magnitude and residual, on records that were not fitted."""
     data = result.before.data
     out = {"map": disagreement(result)}
     before, after = responses(result)
@@ -33,7 +33,7 @@ def responses(result: Result) -> tuple[Complex, Complex]:
 
 
 def shown(result: Result) -> tuple[Projected, Projected]:
-    """The models before and after; the same where nothing was named: then G before and after are alike too."""
+    """Return the models before and after; the same where nothing was named: then G before and after are alike too."""
     return (result.before, result.after) if result.named else (result.after, result.after)
 
 

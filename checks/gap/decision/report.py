@@ -102,13 +102,13 @@ def answer(p: Prepared, search: Search, found: SearchResult, whole: Candidate) -
 
 
 def _without_members(base: Candidate, full: Candidate, B: Dataset) -> Projected:
-    """What is missing, with the calibration that the whole explanation has: the one without it has gone after what it
-    cannot explain, and shows it everywhere."""
+    """Return what is missing, with the calibration that the whole explanation has: the one without it has gone after
+    what it cannot explain, and shows it everywhere."""
     return at_known(base.response, B, _values(base.response, full))
 
 
 def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candidate]:
-    """The base model as it was given, and with the calibration (and the damping) of the whole explanation."""
+    """Return the base model as it was given, and with the calibration (and the damping) of the whole explanation."""
     begin = {q.name: q.begin for q in base.response.free()}
     model = full.response.model
     bare = replace(base.response, model=model)
@@ -120,7 +120,7 @@ def _at_other_values(base: Candidate, full: Candidate, B: Dataset) -> list[Candi
 
 
 def _values(response: Augmented, full: Candidate) -> dict[str, float]:
-    """What a response leaves free, at the values that the whole explanation gives it."""
+    """Return what a response leaves free, at the values that the whole explanation gives it."""
     return {q.name: full.at.get(q.name, q.begin) for q in response.free()}
 
 
@@ -174,7 +174,7 @@ def _channel_G(c: Candidate) -> dict[str, float]:
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:
-    """What is to be said of a search that reached its bound before it explained everything."""
+    """Return what is to be said of a search that reached its bound before it explained everything."""
     if not search.over or verdict in (NO_MISSING, EXPLAINED):
         return ()
     return ("the search ended at its bound of work; what it had not tried may explain more",)

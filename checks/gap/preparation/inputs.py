@@ -57,7 +57,7 @@ class Prepared:
 
 
 def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
-    """Raises GapRefused for records that are not of one unit."""
+    """Raise GapRefused for records that are not of one unit."""
     same_unit(inputs.A, inputs.B)
     early, A, B = _before(inputs)
     slow = None if inputs.slow is None else slow_record(inputs.slow)
@@ -65,8 +65,7 @@ def prepared(inputs: Inputs, table: Thresholds) -> Prepared:
 
 
 def same_unit(A: Dataset, B: Dataset) -> None:
-    """Raises GapRefused where the two realisations differ by more than noise and tolerance: not the same thing
-    twice."""
+    """Raise GapRefused if the two realisations differ by more than noise and tolerance: not the same thing twice."""
     both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
     if both is None:
         raise GapRefused(f"the two realisations have {A.f.size} and {B.f.size} bins; expected records of equal length")
@@ -107,7 +106,7 @@ def raw(p: Prepared) -> Dataset:
 
 
 def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
-    """The experiments with what was found before any search taken out of them too."""
+    """Return the experiments with what was found before any search taken out of them too."""
     return tuple(replace(t, A=_as_found(t.A, p), B=_as_found(t.B, p)).select(channels) for t in p.inputs.trials)
 
 
@@ -128,7 +127,7 @@ def _mended(data: Dataset, faults: Sequence[Early]) -> Dataset:
 
 
 def opposed(channel: str) -> Early:
-    """A channel of the wrong sign: an effect of the library where it has one for this channel."""
+    """Return a channel of the wrong sign: an effect of the library where it has one for this channel."""
     effect = next((e for e in EFFECTS.values() if e.turns and e.channels == (channel,)), None)
     if effect is None:
         return Early(f"polarity_{channel}", (channel,), {}, f"{channel} has the wrong sign.")
@@ -156,7 +155,7 @@ def possible_faults(p: Prepared) -> list[Early]:
 
 
 def with_fault(p: Prepared, fault: Early) -> Prepared:
-    """The same with one more fault taken out of the records."""
+    """Return the same with one more fault taken out of the records."""
     A, B = (early_checks.mended(d, fault) for d in (p.A, p.B))
     return replace(p, A=A, B=B, early=(*p.early, fault))
 

@@ -37,7 +37,7 @@ class Early:
 
 
 def exchanged(data: Dataset, model: Model) -> tuple[str, str] | None:
-    """The two channels that fit the model much better when exchanged, or None."""
+    """Return the two channels that fit the model much better when exchanged, or None."""
     H = model.frf(data.f, channels=data.channels)
     size = np.abs(_log_ratio(data.H[:, :, None], H[:, None, :]))  # (F, measured, modelled)
     d = np.minimum(size, 3.0).mean(axis=0)
@@ -69,7 +69,7 @@ def dead(data: Dataset, model: Model) -> tuple[str, ...]:
 
 
 def mended(data: Dataset, fault: Early) -> Dataset:
-    """The data without a fault of sign or of channels."""
+    """Return the data without a fault of sign or of channels."""
     return (
         with_names(data, (fault.channels[0], fault.channels[1]))
         if fault.exchanges
@@ -114,7 +114,7 @@ def _turning(f: Array) -> Complex:
 
 
 def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:
-    """Some channels turned back."""
+    """Return some channels turned back."""
     sign = np.array([-1.0 if c in channels else 1.0 for c in data.channels])
     return replace(data, H=data.H * sign, cov=data.cov * sign[:, None] * sign)
 

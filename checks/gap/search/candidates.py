@@ -68,8 +68,8 @@ class Search:
         return self.effort.over
 
     def fitted(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Candidate:
-        """A response fitted to A to the end, from far away. drawn: more starts, where the model scatters and the one at
-        `start` leads to nothing adequate."""
+        """Return a response fitted to A to the end, from far away. drawn: more starts, where the model scatters and
+        the one at `start` leads to nothing adequate."""
         if not response.model.scatters:
             return self._candidate(self.go_on(self._annealed(response, start), MANY))
         first = self._led(response, start)
@@ -77,18 +77,18 @@ class Search:
         return own if own.adequate else self._elsewhere(response, start, first, own, drawn)
 
     def led_to_its_end(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
-        """A response fitted to A from one place."""
+        """Return a response fitted to A from one place."""
         return self._to_its_end(response, self._led(response, start))
 
     def elsewhere(self, c: Candidate) -> Candidate:
-        """A candidate or, where a search from another place comes nearer, what that found."""
+        """Return a candidate or, where a search from another place comes nearer, what that found."""
         return self._elsewhere(c.response, {}, Led(tuple(c.response.free(c.at)), inf), c, DRAWN)
 
     def _elsewhere(
         self, response: Augmented, start: Mapping[str, float], first: Led, own: Candidate, drawn: int
     ) -> Candidate:
-        """A sharp mode far from its place is a false minimum: other starts are the cure, those with a mode in another
-        place first, then drawn ones, until two end in one place."""
+        """Return the nearest of fits from other starts, because a sharp mode far from its place is a false minimum.
+        Those with a mode in another place come first, then drawn ones, until two end in one place."""
         places, found = [first], [own, *self.rearranged(own)]
         been = [*places, *([] if own.led is None else [own.led])]
         if any(c.adequate for c in found):
@@ -106,7 +106,8 @@ class Search:
         return _nearest(found)
 
     def rearranged(self, c: Candidate) -> list[Candidate]:
-        """A candidate fitted from where one of its modes lies at a peak of what is left; none, or the best few."""
+        """Return a candidate fitted from where one of its modes lies at a peak of what is left; none, or the best
+        few."""
         if not c.response.model.scatters or self.over:
             return []
         places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
@@ -162,8 +163,8 @@ class Search:
         return self._raced(starts)
 
     def damped_otherwise(self, c: Candidate) -> Candidate | None:
-        """A candidate with the model's other form of damping; None where the model cannot have it. Which form the strut
-        has shows only when little else is missing."""
+        """Return a candidate with the model's other form of damping; None where the model cannot have it. Which form
+        the strut has shows only when little else is missing."""
         model = of_damping(c.response.model, OTHER[c.response.model.damping])
         if model is None:
             return None
@@ -173,7 +174,7 @@ class Search:
             return None
 
     def damped_best(self, c: Candidate) -> Candidate:
-        """A candidate with the form of damping that the data ask for beyond doubt."""
+        """Return a candidate with the form of damping that the data ask for beyond doubt."""
         other = self.damped_otherwise(c)
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT and other.adequate else c
 
@@ -214,7 +215,8 @@ class Search:
             return []
 
     def pruned(self, c: Candidate) -> Candidate:
-        """A candidate without the members that it does not need (backward deletion); an adequate one stays that."""
+        """Return a candidate without the members that it does not need (backward deletion); an adequate one stays
+        that."""
         for member in c.response.counted:
             less = c.response.without(member.name)
             start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
@@ -240,7 +242,7 @@ class Search:
         return out
 
     def from_far(self, found: Sequence[Candidate]) -> list[Candidate]:
-        """The best few fitted once more, from the priors, their members beginning where they are."""
+        """Return the best few fitted once more, from the priors, their members beginning where they are."""
         return [self._candidate(self._again(c)) for c in sorted(found, key=lambda c: c.cost)[:FROM_FAR]]
 
     def _again(self, c: Candidate) -> Refit:
@@ -254,8 +256,8 @@ class Search:
         return self.go_on(freed(done), POLISH) if done.response.held else done
 
     def _raced(self, started: Sequence[Refit], adequate: float = inf) -> list[Candidate]:
-        """The best start of every set, the most promising ones fitted to the end. adequate: cost of an explanation that
-        is; once there is one, what is far above it is no rival and stays where it is."""
+        """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an
+        explanation that is; once there is one, what is far above it is no rival and stays where it is."""
         best: dict[frozenset[str], Refit] = {}
         for r in sorted(started, key=lambda r: r.cost):
             best.setdefault(frozenset(r.response.names), r)
@@ -269,8 +271,8 @@ class Search:
 
 
 def _promising(scores: Sequence[Score]) -> list[Score]:
-    """The largest gains first, without those that are small beside the largest: of what is missing they explain too
-    little to come out first, and once the rest is explained they are screened again."""
+    """Return the largest gains first, without those that are small beside the largest: of what is missing they
+    explain too little to come out first, and once the rest is explained they are screened again."""
     ranked = sorted(scores, key=lambda s: -s.gain)
     return [s for i, s in enumerate(ranked) if i < SURE or s.gain > SMALL * ranked[0].gain]
 
@@ -286,12 +288,12 @@ def _same(a: Led, b: Led) -> bool:
 
 
 def freed(refit: Refit) -> Refit:
-    """A fit with nothing held any more."""
+    """Return a fit with the scatter of the modes free again."""
     return released(refit) if refit.response.held else refit
 
 
 def quicker(model: Model) -> Model:
-    """The model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
+    """Return the model with modal damping where it can have it: the derivatives are quicker, and a start is as good."""
     return of_damping(model, "modal") or model
 
 

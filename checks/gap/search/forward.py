@@ -110,7 +110,7 @@ def _done(search: Search, base: Candidate, adequate: Sequence[Candidate], tried:
 
 
 def _preferred(adequate: Sequence[Candidate]) -> Candidate:
-    """The best that names everything; only where there is none, the best with a stand-in."""
+    """Return the best that names everything; only where there is none, the best with a stand-in."""
     named = [c for c in adequate if not c.response.stand_ins]
     return max(named or adequate, key=lambda c: c.score)
 

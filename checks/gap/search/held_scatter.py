@@ -41,7 +41,7 @@ class HeldScatter:
         return r
 
     def best(self, white: Array) -> dict[str, float]:
-        """The factors that explain most of whitened residuals (n,)."""
+        """Return the factors that explain most of whitened residuals (n,)."""
         r = np.concatenate([white, self.tail])
         away = linalg.solve_triangular(self.R, self.Q.T @ r)
         return dict(zip(self.names, (float(v) for v in self.values + away), strict=True))

@@ -78,7 +78,8 @@ def go_on(refit: Refit, steps: int) -> Refit:
 
 
 def released(refit: Refit) -> Refit:
-    """A fit whose scatter was held, with the scatter free and at its best, or as far towards it as anything stands."""
+    """Return a fit whose scatter was held, with the scatter free and at its best, or as far towards it as anything
+    stands."""
     scatter = scatter_of(refit.response, refit.data)
     error = refit.data.H - refit.response.frf(refit.data.f, refit.at, refit.data.channels)
     best, held = scatter.best(refit.data.whitener(error)), dict(refit.response.held)

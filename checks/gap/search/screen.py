@@ -132,8 +132,8 @@ def _at_best(
 def _along(
     projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """The same for values that are not linear: how much would go if the effect were as large as fits best, and, where
-    there is a value of no effect, that size; a grid's own values may all be far too large."""
+    """Return the same for values that are not linear: how much would go if the effect were as large as fits best,
+    and, where there is a value of no effect, that size; a grid's own values may all be far too large."""
     share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
     gain = share * share * float(d @ d)
     p = member.parameters[0]

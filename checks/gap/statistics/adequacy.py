@@ -76,7 +76,7 @@ def judge(projected: Projected, p_window: float) -> Adequacy:
 
 
 def _scan(e: Array, f: Array, channel: str, channels: int) -> list[ExcessBand]:
-    """The windows of one channel with p < 0.05 and at least the best."""
+    """Return the windows of one channel with p < 0.05 and at least the best."""
     total = np.concatenate([[0.0], np.cumsum(e)])
     looked = channels * sum(OVERLAP * max(1, f.size // w) for w in WIDTHS if w <= f.size)
     out = []
