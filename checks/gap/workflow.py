@@ -16,7 +16,7 @@ NEARLY = 10.0  # G up to which one more effect may be what is left of an explana
 
 
 def run(inputs: Inputs, say: Say, table: Thresholds = THRESHOLDS) -> Result:
-    """Return the whole workflow. Raises GapRefused, ModelError."""
+    """Run the whole workflow. Raises GapRefused, ModelError."""
     p = prepared(inputs, table)
     found = _run(p, say)
     if not any(e.effect == SAMPLE_OFFSET for e in p.early) or _is_enough(found, p):
@@ -78,7 +78,7 @@ def _by_name(found: SearchResult) -> bool:
 
 
 def _deeper(search: Search, found: SearchResult) -> SearchResult:
-    """More effects beside the best so far, as many as one unit may have."""
+    """Add effects to the best so far, as many as one unit may have."""
     room = search.table.most_effects - len(found.best.response.counted)
     if room <= 0:
         return found

@@ -81,7 +81,7 @@ def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
 
 
 def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
-    """Return a static curve between drive and displacement: none of the library."""
+    """Return the bend of the static curve between drive and displacement, which no effect of the library has."""
     if slow is None or not is_bent(slow, table):
         return ()
     words = f"under slow sines de bends: the cubic part of the curve is {slow.bends.value:.3f} of the straight one"

@@ -106,7 +106,7 @@ def raw(p: Prepared) -> Dataset:
 
 
 def trials_of(p: Prepared, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
-    """Return the experiments with what was found before any search taken out of them too."""
+    """Return the experiments, corrected for what was found before any search."""
     return tuple(replace(t, A=_as_found(t.A, p), B=_as_found(t.B, p)).select(channels) for t in p.inputs.trials)
 
 
@@ -127,7 +127,7 @@ def _mended(data: Dataset, faults: Sequence[Early]) -> Dataset:
 
 
 def opposed(channel: str) -> Early:
-    """Return a channel of the wrong sign: an effect of the library where it has one for this channel."""
+    """Return the fault of a channel of the wrong sign, as an effect of the library if it has one for this channel."""
     effect = next((e for e in EFFECTS.values() if e.turns and e.channels == (channel,)), None)
     if effect is None:
         return Early(f"polarity_{channel}", (channel,), {}, f"{channel} has the wrong sign.")
@@ -155,7 +155,7 @@ def possible_faults(p: Prepared) -> list[Early]:
 
 
 def with_fault(p: Prepared, fault: Early) -> Prepared:
-    """Return the same with one more fault taken out of the records."""
+    """Return the inputs with the records corrected for one more fault."""
     A, B = (early_checks.mended(d, fault) for d in (p.A, p.B))
     return replace(p, A=A, B=B, early=(*p.early, fault))
 

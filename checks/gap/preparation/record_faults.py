@@ -69,7 +69,7 @@ def dead(data: Dataset, model: Model) -> tuple[str, ...]:
 
 
 def mended(data: Dataset, fault: Early) -> Dataset:
-    """Return the data without a fault of sign or of channels."""
+    """Return the data corrected for a fault of sign or of exchanged channels."""
     return (
         with_names(data, (fault.channels[0], fault.channels[1]))
         if fault.exchanges
@@ -114,7 +114,7 @@ def _turning(f: Array) -> Complex:
 
 
 def with_signs(data: Dataset, channels: tuple[str, ...]) -> Dataset:
-    """Return some channels turned back."""
+    """Return the data with the sign of some channels changed."""
     sign = np.array([-1.0 if c in channels else 1.0 for c in data.channels])
     return replace(data, H=data.H * sign, cov=data.cov * sign[:, None] * sign)
 
