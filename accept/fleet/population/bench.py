@@ -137,7 +137,7 @@ def bench_lines(found: Population, changed: Sequence[str] = ()) -> list[str]:
         )
         out.append(
             f"{f.channel} differs from the model by up to {percent(f.size)} ({f.at_Hz:.0f} Hz) from {band}, in every "
-            f"unit alike. It has no name. This looks like {what}."
+            f"unit alike. Its cause is unknown. This looks like {what}."
         )
     for c, (before, after) in explained(found).items():
         if before > 1.0:
