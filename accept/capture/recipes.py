@@ -24,7 +24,7 @@ UM, UF = 1e-6, 1e-6
 
 
 def capacitance(setup: CaptureSetup) -> CaptureResult:
-    """Both groups of stacks, C at 1 kHz, with the meter's accuracy where the bench file has it."""
+    """Measure both groups of stacks, C at 1 kHz, with the meter's accuracy if the bench file states it."""
     values: dict[str, Measured] = {}
     notes = []
     for name, group in GROUPS.items():
@@ -38,8 +38,8 @@ def capacitance(setup: CaptureSetup) -> CaptureResult:
 
 
 def flatness(setup: CaptureSetup) -> CaptureResult:
-    """Heights of the probe points in the order of the picture, `REPEATS` times round: repeats that follow each other
-    at once would not show drift or seating. Raises Implausible where the repeats of a point lie too far apart."""
+    """Measure the heights of the probe points in the order of the picture, `REPEATS` times round: repeats that follow
+    each other at once would not show drift or seating. Raises Implausible if the repeats of a point differ too much."""
     rounds: list[list[float]] = [[] for _ in POINTS_MM]
     for nth in range(REPEATS):
         for point, (x, y) in enumerate(POINTS_MM, 1):
@@ -62,7 +62,7 @@ def flatness(setup: CaptureSetup) -> CaptureResult:
 
 
 def stroke(setup: CaptureSetup) -> CaptureResult:
-    """Displacement of one stack and of the two others while the voltage goes through its cycles."""
+    """Measure the displacement of one stack and of the two others while the voltage goes through its cycles."""
     files: dict[str, RecordFile] = {}
     steps = voltages_by_hand() if setup.actions.sets_each_voltage else voltages()
     for group, name in STROKES.items():
@@ -73,8 +73,8 @@ def stroke(setup: CaptureSetup) -> CaptureResult:
 
 
 def _stroke_record(setup: CaptureSetup, group: str, steps: Sequence[float]) -> bytes:
-    """A record that counts readings: quasi-static, so `t` [s] runs in even steps of their mean distance, as a record
-    must; when each reading came is in `t_read`."""
+    """Return a record of one reading per step. It is quasi-static, so `t` [s] runs in even steps, as a record must, of
+    the mean distance of the readings; when each reading came is in `t_read`."""
     d, t_read, before = [], [], None
     for V in steps:
         if V != before or not setup.actions.sets_each_voltage:
@@ -90,7 +90,7 @@ def _stroke_record(setup: CaptureSetup, group: str, steps: Sequence[float]) -> b
 
 
 def _must_follow(group: str, d: Sequence[float]) -> None:
-    """Raises Implausible for a display that does not go back with the voltage: held, or on its maximum."""
+    """Raise Implausible for a display that does not go back with the voltage: held, or on its maximum."""
     span = max(d) - min(d)
     if span == 0.0 or abs(d[-1] - d[0]) > MAX_OPEN_LOOP * span:
         raise Implausible(
@@ -100,8 +100,8 @@ def _must_follow(group: str, d: Sequence[float]) -> None:
 
 
 def voltages(cycles: int = 2) -> list[float]:
-    """Steps of the voltage on the stacks [V], from -20 V to 150 V and back: fine at the ends, where the check fits a
-    parabola over 2 % of the span, and close enough at mid-voltage for the loop's width."""
+    """Return the steps of the voltage on the stacks [V], from -20 V to 150 V and back: fine at the ends, because the
+    check fits a parabola over 2 % of the span there, and close enough at mid-voltage for the width of the loop."""
     near = np.arange(0.0, 4.0, 0.25)
     up = np.concatenate([-20.0 + near, np.arange(-16.0, 146.0, 3.0), 146.0 + near, [150.0]])
     once = np.concatenate([up, up[-2::-1]])
@@ -109,8 +109,8 @@ def voltages(cycles: int = 2) -> list[float]:
 
 
 def voltages_by_hand() -> list[float]:
-    """Steps for a person who sets each of them [V]: one cycle of 31 settings, four readings at each, so many and there
-    because the check fits a parabola to at least 12 samples at either end and 8 at mid-voltage."""
+    """Return the steps for a person who sets each voltage [V]: one cycle of 31 settings with four readings each. The
+    check fits a parabola to at least 12 samples at either end and to 8 at mid-voltage."""
     up = [-20, -19, -18, -17, 10, 35, 53, 65, 77, 100, 125, 141, 147, 148, 149, 150]
     return [float(V) for V in (*up, *up[-2::-1]) for _ in range(4)]
 

@@ -93,7 +93,7 @@ def pick_up(
 
 
 def declared_file(folder: Path, section: str, name: str) -> Series | CsvTable:
-    """The file that an input declares. Raises UnitError for any other name."""
+    """Return the file that an input declares. Raises UnitError for any other name."""
     if section not in CHECKS:
         raise UnitError(folder, [f"no check '{section}' (known: {', '.join(CHECKS)})"])
     inputs: dict[str, Input] = CHECKS[section].inputs

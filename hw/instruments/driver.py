@@ -18,8 +18,8 @@ S = TypeVar("S", bound=Strict)
 
 
 class Instrument(Protocol):
-    """What capture and `accept hw test` need of any driver. link: None where there is no wire. asked: what it said that
-    it is set to since `connect`. confirm: at the end of a run, whether it is still the same."""
+    """What captures and `accept hw test` need of any driver. link: None without a wire. asked: the settings that the
+    instrument has stated since `connect`. confirm: ask at the end of a run whether it is still the same."""
 
     name: str
     model: str | None

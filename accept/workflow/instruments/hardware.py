@@ -25,7 +25,7 @@ MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only 
 @dataclass(frozen=True)
 class BenchInstrument:
     """A driver, and what must be set up in front of it where the bench is simulated. key: its name in the bench file;
-    mutex: one question at a time goes over its line, whoever asks."""
+    mutex: one question at a time goes over its line."""
 
     key: str
     driver: Driver
@@ -71,7 +71,7 @@ class BenchInstruments(NoInstruments):
     def __init__(self, bench: BenchFile) -> None:
         """Raises SettingsError for an entry that no driver can take."""
         self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
-        self._drivers = {name: open_instrument(name, entry, _nobody) for name, entry in self._entries.items()}
+        self._drivers = {name: open_instrument(name, entry, _no_operator) for name, entry in self._entries.items()}
         self._mutexes = {name: threading.Lock() for name in self._entries}
         self._hands = Staged(Path(bench.stage)) if bench.stage else None
 
@@ -103,7 +103,7 @@ class BenchInstruments(NoInstruments):
             driver.close()
 
     def _set_up(self, name: str, index: int | None) -> None:
-        """In a simulated bench nobody moves the probe: the stage is told that it was done."""
+        """Set up a simulated bench as a technician would set up a real one: its stage holds where the probe stands."""
         if self._hands is None:
             return
         if index is not None and index < len(POINTS_MM):
@@ -127,5 +127,5 @@ def is_derived(check: Check) -> bool:
     return any(isinstance(i, Series) for form in check.forms for i in form.inputs)
 
 
-def _nobody(words: str) -> str:
+def _no_operator(words: str) -> str:
     raise SettingsError(f"{words}: no operator to answer; type the value into its field")
