@@ -94,4 +94,4 @@ async def test_a_training_unit_is_measured_judged_signed_and_revealed(kind):
 def test_the_hidden_fault_is_told_in_words():
     assert "Nothing" in hidden_words(None)
     assert "dead" not in hidden_words("dead_stack")
-    assert "stroke_um: fail" in hidden_words("dead_stack")
+    assert "Stroke, three stacks: fail" in hidden_words("dead_stack")
