@@ -96,12 +96,12 @@ class GapExperiment(Document):
 
 @dataclass(frozen=True)
 class CandidateEffect(Document):
-    """An effect that was tried and not named."""
+    """An effect that was tried."""
 
     effect: str
     delta_lnL: Number | None
     p: Number | None
-    reason: Annotated[str, "why it was not named"]
+    reason: Annotated[str, "why it was named or not"]
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class GapStep(Document):
     channels: Annotated[Mapping[str, Number], "G of each channel"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GapDocument(Document):
     """What the gap workflow found missing from the model of a unit."""
 
@@ -124,6 +124,10 @@ class GapDocument(Document):
     named: Annotated[tuple[NamedEffect, ...], "in the order in which they were found"]
     ambiguous: tuple[AmbiguousEffects, ...]
     unnamed: tuple[UnnamedEffect, ...]
+    candidates: Annotated[tuple[CandidateEffect, ...] | None, only_if(), "effects that were tried, the best first"] = (
+        None
+    )
+    steps: Annotated[tuple[GapStep, ...] | None, only_if(), "the gap after each named effect"] = None
     detection_limits: Annotated[Mapping[str, Mapping[str, Number]], "smallest value that would have been found"]
     gap_after: Annotated[GapSize, "on records that were not fitted"]
     p_before: Number | None = None
@@ -131,6 +135,4 @@ class GapDocument(Document):
     damping: str | None = None
     notes: tuple[str, ...] = ()
     experiments: tuple[GapExperiment, ...] = ()
-    candidates: Annotated[tuple[CandidateEffect, ...] | None, only_if(), "effects that were tried and not named"] = None
     empirical: Annotated[tuple[Mapping[str, Any], ...] | None, only_if(), "elements that `--empirical` added"] = None
-    steps: Annotated[tuple[GapStep, ...] | None, only_if(), "the gap after each named effect"] = None

@@ -8,6 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.documents.gap import (
+    AmbiguousEffects,
+    CandidateEffect,
+    EffectValue,
+    Evidence,
+    GapBand,
+    GapDocument,
+    GapExperiment,
+    GapSize,
+    GapStep,
+    ModeGap,
+    NamedEffect,
+    UnnamedEffect,
+)
 from accept.gap.empirical import Added, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
@@ -20,7 +34,7 @@ from accept.units.unit_folder import UnitFolder
 from checks.errors import NotHeld, RecordError
 from checks.fitting.dataset import CHANNELS, F_HI, Dataset
 from checks.fitting.fit import CONTRADICTION
-from checks.gap.decision.result import Gaps, Result, Tested
+from checks.gap.decision.result import Gaps, Result
 from checks.gap.workflow import GapRefused, Inputs, Say, run
 from checks.model.model import Model
 from checks.record import Record
@@ -172,70 +186,56 @@ def _slow(unit: LoadedUnit) -> Record | None:
 
 
 def to_json(serial: str, r: Result) -> dict[str, Any]:
-    """gap.json ([DESIGN] 6)."""
-    return {
-        "serial": serial,
-        "model": r.model,
-        "verdict": r.verdict,
-        "gap_before": _gap_json(r.gap_before),
-        "where": [
-            {"channel": w.channel, "f_lo_Hz": w.f_lo_Hz, "f_hi_Hz": w.f_hi_Hz, "p": w.p, "excess_dB": w.excess_dB}
-            for w in r.where
-        ],
-        "named": [
-            {
-                "effect": n.effect,
-                "parameters": {k: {"value": v.value, "ci95": [v.lo, v.hi]} for k, v in n.parameters.items()},
-                "evidence": {"delta_lnL": _finite(n.delta_lnL), "p": n.p},
-                "sentence": n.sentence,
-            }
+    """Return gap.json ([DESIGN] 6)."""
+    return GapDocument(
+        serial=serial,
+        model=r.model,
+        verdict=r.verdict,
+        gap_before=_gap_size(r.gap_before),
+        where=tuple(GapBand(w.channel, w.f_lo_Hz, w.f_hi_Hz, w.p, w.excess_dB) for w in r.where),
+        named=tuple(
+            NamedEffect(
+                n.effect,
+                {name: EffectValue(v.value, (v.lo, v.hi)) for name, v in n.parameters.items()},
+                Evidence(_finite(n.delta_lnL), n.p),
+                n.sentence,
+            )
             for n in r.named
-        ],
-        "ambiguous": [{"effects": list(a.effects), "experiment": a.experiment} for a in r.ambiguous],
-        "unnamed": [
-            {
-                "channel": u.channel,
-                "poles_Hz": list(u.poles_Hz),
-                "zeros_Hz": list(u.zeros_Hz),
-                "level_dependent": bool(u.level_dependent),
-                "words": u.words,
-                "poles_ci95": [list(ends) for ends in u.ci95],
-                "at_edge": u.at_edge,
-            }
+        ),
+        ambiguous=tuple(AmbiguousEffects(tuple(a.effects), a.experiment) for a in r.ambiguous),
+        unnamed=tuple(
+            UnnamedEffect(
+                u.channel,
+                tuple(u.poles_Hz),
+                tuple(u.zeros_Hz),
+                bool(u.level_dependent),
+                u.words,
+                tuple((lo, hi) for lo, hi in u.ci95),
+                bool(u.at_edge),
+            )
             for u in r.unnamed
-        ],
-        "candidates": [
-            {"effect": ", ".join(t.names), "delta_lnL": _finite(t.delta_lnL), "p": t.p, "reason": why}
-            for t, why in considered(r)
-        ],
-        "steps": [{"effect": s.effect, "channels": dict(s.channels)} for s in r.steps],
-        "detection_limits": {k: dict(v) for k, v in r.detection_limits.items()},
-        "gap_after": _gap_json(r.gap_after),
-        "p_before": r.p_before,
-        "p_after": r.p_after,
-        "damping": r.damping,
-        "notes": list(r.notes),
-        "experiments": [_experiment_json(t) for t in r.experiments],
-    }
+        ),
+        candidates=tuple(
+            CandidateEffect(", ".join(t.names), _finite(t.delta_lnL), t.p, why) for t, why in considered(r)
+        ),
+        steps=tuple(GapStep(s.effect, s.channels) for s in r.steps),
+        detection_limits=r.detection_limits,
+        gap_after=_gap_size(r.gap_after),
+        p_before=r.p_before,
+        p_after=r.p_after,
+        damping=r.damping,
+        notes=tuple(r.notes),
+        experiments=tuple(
+            GapExperiment(
+                t.kind, t.value, {c: gap.G for c, gap in t.channels.items()}, t.holds, tuple(t.level), t.against
+            )
+            for t in r.experiments
+        ),
+    ).to_json()
 
 
-def _experiment_json(t: Tested) -> dict[str, Any]:
-    return {
-        "kind": t.kind,
-        "value": t.value,
-        "channels": {c: gap.G for c, gap in t.channels.items()},
-        "holds": t.holds,
-        "level_dependent": list(t.level),
-        "words": t.against,
-    }
-
-
-def _gap_json(g: Gaps) -> dict[str, Any]:
-    return {
-        "G": g.G,
-        "channels": {c: gap.G for c, gap in g.channels.items()},
-        "modes": [{"f_Hz": m.f_Hz, "G": m.G} for m in g.modes],
-    }
+def _gap_size(g: Gaps) -> GapSize:
+    return GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(ModeGap(m.f_Hz, m.G) for m in g.modes))
 
 
 def _finite(value: float) -> float | None:
