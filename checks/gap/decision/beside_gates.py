@@ -14,7 +14,7 @@ from checks import distributions as stats
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
-from checks.gap.decision.gates import LOOKED, Claim, off_zero, on_a_mode
+from checks.gap.decision.gates import LOOKED, Claim, acts_alone, off_zero, on_a_mode
 from checks.gap.decision.result import Ambiguous
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
@@ -96,6 +96,8 @@ def _reasons(search: Search, effect: Effect, state: Beside, without: Beside, gai
         out.append(f"{bound[0]} is at its physical limit")
     if not off_zero(search.table, effect, final, state):
         out.append("parameters not significant")
+    if lonely := acts_alone(effect, state.response, state.at, state.unseen):
+        out.append(lonely)
     if on_a_mode(effect, state.response, final.at):
         out.append("lies on a mode of the strut, which looks the same when its coupling is not that of the model")
     free = [p for p in state.response.free() if np.isfinite(p.sd)]

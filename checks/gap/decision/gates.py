@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from checks import distributions as stats
 from checks.arrays import Array
 from checks.errors import ModelError
+from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
 from checks.gap.modelling.augmented import Augmented, Values
@@ -19,6 +20,7 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import MANY, Search
+from checks.gap.search.disagreement import left_by_cell
 from checks.gap.search.forward import SearchResult
 from checks.gap.search.refit import begin
 from checks.gap.search.screen import screen
@@ -114,6 +116,8 @@ def _reasons(
         out.append(f"explains {100 * gain / total:.1f} % of the gap beside an unidentified effect")
     if any(_on_its_ground(effect, u) for u in full.response.stand_ins):
         out.append("explains the data only together with an unidentified effect")
+    if lonely := acts_alone(effect, full.response, full.at, full.unseen):
+        out.append(lonely)
     if on_a_mode(effect, full.response, final.at):
         out.append("lies on a mode of the strut, which looks the same when its coupling is not that of the model")
     if full.worst_G > table.G:
@@ -121,6 +125,23 @@ def _reasons(
     elif not full.adequate and (_astray(full) or _disturbed(full, effect) or _spread_out(full, base)):
         out.append("leaves a residual where it acts")
     return out
+
+
+def acting_on(effect: Effect, response: Augmented, at: Values, data: Dataset) -> tuple[str, ...]:
+    """Return the channels in which an effect in a response changes a half octave by more than noise and tolerance."""
+    less = response.without(effect.name)
+    bare = {p.name: at.get(p.name, p.begin) for p in less.free()}
+    change = response.frf(data.f, at, data.channels) - less.frf(data.f, bare, data.channels)
+    most = left_by_cell(data, change).max(axis=0)
+    return tuple(c for c, Q in zip(data.channels, most, strict=True) if Q > MATTERS)
+
+
+def acts_alone(effect: Effect, response: Augmented, at: Values, data: Dataset) -> str:
+    """Return why an effect of every channel that acts on one alone gets no name: there it is any filter."""
+    acting = acting_on(effect, response, at, data)
+    if len(effect.channels) <= AT_LEAST or len(acting) != 1:
+        return ""
+    return f"acts on {acting[0]} alone, and would show on {', '.join(effect.channels)}"
 
 
 def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
@@ -235,7 +256,8 @@ def _refused(claim: Claim, full: Candidate, level: bool) -> Nameless:
     """Return a refused effect as an unidentified one: what it explains is missing all the same."""
     values = full.response.of(full.at, claim.effect.name)
     poles = (values["f_Hz"],) if "f_Hz" in values else ()
-    return Nameless(claim.effect.channels[0], poles, (), level)
+    acting = acting_on(claim.effect, full.response, full.at, full.unseen) or claim.effect.channels
+    return Nameless(acting[0], poles, (), level)
 
 
 def _stand_in_words(u: UnmodelledMode, full: Candidate) -> str:

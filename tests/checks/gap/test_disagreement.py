@@ -105,6 +105,14 @@ class TestNotNamed:
         assert found.verdict == "unexplained"
         assert found.tried
 
+    def test_a_mode_of_one_channel_is_no_support(self) -> None:
+        """Red before: named, with a part of 5e-9 in de. On one channel alone it is any filter."""
+        f0 = F / 300.0
+        given = times(inputs(3), "Vs", np.asarray(1.0 + 0.3 / (1.0 - f0**2 + 0.02j * f0)))
+        found = run(given, quiet)
+        assert not found.named
+        assert {u.channel for u in found.unnamed} == {"Vs"}
+
     def test_a_filter_of_fourth_order_is_no_delay(self) -> None:
         given = inputs(3, {"channel_lowpass_Vs": {"f_Hz": 2500.0, "order": 4.0}})
         known = frozenset({"channel_lowpass_Vs"})
