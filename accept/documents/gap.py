@@ -84,7 +84,7 @@ class UnnamedEffect(Document):
 
 @dataclass(frozen=True)
 class GapExperiment(Document):
-    """A second measurement of `[[experiments]]`, held against the explained model."""
+    """A second measurement of `[[experiments]]`, compared with the explained model."""
 
     kind: str
     value: Number | str | None

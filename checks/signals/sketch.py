@@ -9,7 +9,7 @@ A copy that was cut or shifted has other samples at those places, but the same t
 the ratios of successive swings between them, which gain, offset, sign and place do not change: the 64 smallest of all
 (a bottom-k sketch, [Broder]). Two channels that share a quarter of them are one; of the recorded units and the
 population here no two share more than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, noise of
-1e-5 in three of four channels, and 3e-5 no more. Not recognised are a copy that was filtered or sampled anew, and a
+1e-5 in three of four channels, and 3e-5 no more. Not recognised are a copy that was filtered or resampled, and a
 record with few different swings, as of a slow sine: its turning points are those of every unit.
 """
 
