@@ -51,7 +51,9 @@ def answered(data: Path, serial: str, out: Path) -> dict[str, Any]:
     begun = time.process_time()
     gap = run_gap(data / serial, model)
     of_gap = time.process_time()
-    misaligned = as_document(serial, estimate_or_reason(read(data / serial), str(model), workers=1))
+    found = as_document(serial, estimate_or_reason(read(data / serial), str(model), workers=1))
+    along = {"dx_um": found.dx_um, "dy_um": found.dy_um}
+    misaligned = {k: {"value": a.value, "U": a.U} for k, a in along.items()} | {"reason": found.reason}
     return {
         "serial": serial,
         "learned_from": [u["serial"] for u in learned["units"] if u["belongs"]],
@@ -61,7 +63,7 @@ def answered(data: Path, serial: str, out: Path) -> dict[str, Any]:
         "named": [{k: n[k] for k in ("effect", "parameters", "evidence")} for n in gap["named"]],
         "ambiguous": [a["effects"] for a in gap["ambiguous"]],
         "G": {"before": gap["gap_before"]["channels"], "after": gap["gap_after"]["channels"]},
-        "misalignment": {k: misaligned[k] for k in ("dx_um", "dy_um", "reason")},
+        "misalignment": misaligned,
         "gap_seconds": of_gap - begun,
         "misalign_seconds": time.process_time() - of_gap,
         "memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
