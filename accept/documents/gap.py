@@ -8,7 +8,7 @@ from accept.documents.document import Document, Number, only_if
 
 
 @dataclass(frozen=True)
-class ModeGap(Document):
+class GapAtMode(Document):
     """Gap about one mode."""
 
     f_Hz: Number
@@ -21,7 +21,7 @@ class GapSize(Document):
 
     G: Number
     channels: Annotated[Mapping[str, Number], "G of each channel"]
-    modes: tuple[ModeGap, ...] = ()
+    modes: tuple[GapAtMode, ...] = ()
 
 
 @dataclass(frozen=True)

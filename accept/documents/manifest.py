@@ -8,7 +8,7 @@ from accept.documents.document import Document
 
 
 @dataclass(frozen=True)
-class Program(Document):
+class JudgingProgram(Document):
     """The program that judged."""
 
     version: str
@@ -40,7 +40,7 @@ class Manifest(Document):
     format: Annotated[int, "2; 1 for certificates of early versions, which lack the keys marked *later*"]
     serial: str
     record_sha256: Annotated[str, "of the attached results.json"]
-    accept: Program
+    accept: JudgingProgram
     drawn_with: Annotated[Mapping[str, str], "versions of the programs that drew the page"]
     spec: AttachedSpec
     operator: str

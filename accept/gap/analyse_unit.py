@@ -13,12 +13,12 @@ from accept.documents.gap import (
     CandidateEffect,
     EffectValue,
     Evidence,
+    GapAtMode,
     GapBand,
     GapDocument,
     GapExperiment,
     GapSize,
     GapStep,
-    ModeGap,
     NamedEffect,
     UnnamedEffect,
 )
@@ -235,7 +235,7 @@ def to_json(serial: str, r: Result) -> dict[str, Any]:
 
 
 def _gap_size(g: Gaps) -> GapSize:
-    return GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(ModeGap(m.f_Hz, m.G) for m in g.modes))
+    return GapSize(g.G, {c: gap.G for c, gap in g.channels.items()}, tuple(GapAtMode(m.f_Hz, m.G) for m in g.modes))
 
 
 def _finite(value: float) -> float | None:

@@ -7,10 +7,10 @@ from typing import Any
 
 from accept.store import Event
 from accept.store.payloads import (
-    Captured,
     CaptureFailed,
     ReadingFailed,
     RecordLinked,
+    SectionCaptured,
     UnitJudged,
     ValueTaken,
     payload_of,
@@ -39,8 +39,8 @@ def touched(events: Iterable[Event], serial: str, since: datetime.date) -> list[
 
 
 def _how(event: Event, serial: str) -> Iterator[str]:
-    match payload_of(event, Captured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
-        case Captured(section, serial=of) if of == serial:
+    match payload_of(event, SectionCaptured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
+        case SectionCaptured(section, serial=of) if of == serial:
             yield f"measured {section}"
         case CaptureFailed(section, serial=of) if of == serial:
             yield f"tried {section}"

@@ -239,7 +239,7 @@ class _Capture(Document):
 
 
 @dataclass(frozen=True)
-class Captured(_Capture, Payload, what="captured"):
+class SectionCaptured(_Capture, Payload, what="captured"):
     """An instrument was read into a unit folder."""
 
     entries: Annotated[Mapping[str, Any], "what was entered into the section"]

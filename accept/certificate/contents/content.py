@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
-from accept.documents.manifest import AttachedSpec, InputFile, Manifest, Program
+from accept.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
@@ -102,7 +102,7 @@ class CertificateContent:
             format=self.format,
             serial=self.serial,
             record_sha256=self.record_sha256,
-            accept=Program(self.accept_version, self.code_sha256),
+            accept=JudgingProgram(self.accept_version, self.code_sha256),
             drawn_with=self.drawn_with,
             spec=AttachedSpec(self.spec_name, self.spec_title, self.spec_sha256),
             operator=self.operator,

@@ -30,7 +30,7 @@ from accept.store.payloads import (
 from accept.workflow.state.unit_state import fold_run
 from checks.verdict import UnitVerdict
 
-GOLDEN = Path(__file__).parents[2] / "golden"
+GOLDEN = Path(__file__).with_name("golden")
 
 
 @pytest.fixture
