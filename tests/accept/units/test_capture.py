@@ -10,7 +10,7 @@ import pytest
 from accept.capture.recipes import _must_follow
 from accept.store import open_store
 from accept.store.instrument_recall import touched
-from accept.store.payloads import Captured
+from accept.store.payloads import SectionCaptured
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
@@ -166,7 +166,7 @@ def test_an_instrument_is_recalled_by_what_it_measured_now_and_in_stores_of_befo
         simulated.lcr.inject(LineFault(FaultKind.OVERRANGE))
         with pytest.raises(InstrumentError):
             measure("capacitance", tmp_path / "U", bench)
-    before = Captured(
+    before = SectionCaptured(
         section="stroke", instrument="lcr", model="LCR-819", serial="SIM-LCR", calibration=None, settings={},
         readings=(), journal="x.jsonl", transcript=(), entries={}, notes=(),
     )  # fmt: skip
