@@ -28,7 +28,7 @@ class Traffic:
     data: bytes
 
     def to_json(self) -> list[float | str]:
-        """[time, way, text], a character per byte."""
+        """Return [time, way, text], a character per byte."""
         return [round(self.t, 6), self.way, self.data.decode("latin-1")]
 
 
@@ -43,7 +43,7 @@ class Deadline:
         return max(0.0, self._end - self._clock())
 
     def within(self, seconds: float) -> "Deadline":
-        """The earlier of this deadline and `seconds` from now."""
+        """Return the earlier of this deadline and `seconds` from now."""
         return Deadline(min(seconds, self.left), self._clock)
 
 
@@ -78,7 +78,7 @@ class Link:
         return self._port is not None
 
     def deadline(self, seconds: float) -> Deadline:
-        """A deadline by the line's own clock."""
+        """Return a deadline by the line's own clock."""
         return Deadline(seconds, self.clock)
 
     def send(self, data: bytes) -> None:
@@ -93,7 +93,7 @@ class Link:
         self._log("sent", data)
 
     def read_until(self, end: bytes, deadline: Deadline, limit: int = MAX_LINE) -> bytes:
-        """The bytes up to and with `end`. Raises NoReply with what came when the deadline passes, Garbled beyond
+        """Return the bytes up to and with `end`. Raises NoReply with what came when the deadline passes, Garbled beyond
         `limit` bytes, Unplugged."""
         while True:
             found = self._pending.find(end)
@@ -105,13 +105,14 @@ class Link:
             self._more(deadline, f"ending in {_ENDS.get(end, _text(end))}")
 
     def read_exactly(self, count: int, deadline: Deadline) -> bytes:
-        """That many bytes. Raises NoReply with what came when the deadline passes, Unplugged."""
+        """Return that many bytes. Raises NoReply with what came if the deadline passes, Unplugged."""
         while len(self._pending) < count:
             self._more(deadline, f"of {count} bytes")
         return self._take(count)
 
     def drop(self) -> bytes:
-        """What came without being asked for, so that it answers no later question; it stays in the transcript."""
+        """Return what came without being asked for, so that it answers no later question; it stays in the
+        transcript."""
         self._open()
         self._look(block=False)
         dropped = bytes(self._pending)
@@ -141,11 +142,11 @@ class Link:
             self.note("closed")
 
     def note(self, words: str) -> None:
-        """Words about the line, into the transcript."""
+        """Write words about the line into the transcript."""
         self._log("note", words.encode("utf-8"))
 
     def take_transcript(self) -> list[Traffic]:
-        """All traffic since the last call."""
+        """Return all traffic since the last call."""
         taken, self._traffic = self._traffic, []
         return taken
 
@@ -212,5 +213,5 @@ class Link:
 
 
 def _text(data: bytes) -> str:
-    """As a person reads it: quoted, what cannot be printed as its code."""
+    """Return bytes as a person reads them: quoted, what cannot be printed as its code."""
     return repr(data)[1:]

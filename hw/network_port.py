@@ -39,14 +39,14 @@ class TcpPort:
         return len(self._came)
 
     def read(self, size: int = 1, /) -> bytes:
-        """What came within a look. Raises OSError when the other end has closed."""
+        """Return what came within a look. Raises OSError if the other end has closed."""
         if not self._came:
             self._receive(POLL_S)
         taken, self._came = self._came[:size], self._came[size:]
         return taken
 
     def write(self, b: bytes, /) -> int:
-        """All of it. Raises OSError."""
+        """Return all of it. Raises OSError."""
         self._socket.settimeout(CONNECT_S)
         self._socket.sendall(b)
         return len(b)
@@ -86,7 +86,7 @@ class VisaPort:
         return len(self._came)
 
     def read(self, size: int = 1, /) -> bytes:
-        """What came, within the session's own time where a question is out."""
+        """Return what came, within the session's own time where a question is out."""
         if not self._came and self._asked:
             self._came = self._within(self._read_once)
             self._asked = not self._came
@@ -96,7 +96,7 @@ class VisaPort:
         return taken
 
     def write(self, b: bytes, /) -> int:
-        """All of it. Raises OSError."""
+        """Return all of it. Raises OSError."""
         self._asked = b"?" in b
         self._within(lambda: self._session.write_raw(b) and b"")
         return len(b)

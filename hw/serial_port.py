@@ -134,7 +134,7 @@ class MarkedPort:
         return int(self._port.in_waiting)
 
     def read(self, size: int = 1, /) -> bytes:
-        """Bytes without marks. Raises DamagedCharacter, OSError."""
+        """Return bytes without marks. Raises DamagedCharacter, OSError."""
         try:
             came: bytes = self._half + self._port.read(size)
         except TypeError as e:  # so pyserial fails where another thread has closed the port meanwhile
@@ -182,7 +182,8 @@ WINDOWS_WORDS = (
 
 
 def why_not_opened(port: str, error: Exception) -> str:
-    """Why a port cannot be opened and what to do about it, in one line, for the names of Linux, macOS and Windows."""
+    """Return why a port cannot be opened and what to do about it, in one line, for the names of Linux, macOS and
+    Windows."""
     number = _number(error)
     if number in TAKEN:
         return "another program has the port open: end that program, or log out its session"
@@ -207,7 +208,7 @@ def _where_to_look(port: str) -> str:
 
 
 def _number(error: Exception) -> int | None:
-    """The number of an error; pyserial's errors of Windows and of the lock hold it in their words only."""
+    """Return the number of an error; pyserial's errors of Windows and of the lock hold it in their words only."""
     number = getattr(error, "errno", None)
     if number is None:
         number = next((n for words, n in WINDOWS_WORDS if words in str(error)), None)
@@ -215,6 +216,6 @@ def _number(error: Exception) -> int | None:
 
 
 def cause(error: Exception) -> str:
-    """In few words: pyserial puts the port and the number of the error into its own."""
+    """Return the cause in few words: pyserial puts the port and the number of the error into its own."""
     number = getattr(error, "errno", None)
     return os.strerror(number) if number else str(error) or type(error).__name__

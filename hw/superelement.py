@@ -19,8 +19,8 @@ MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 M
 
 
 def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
-    """Superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it (the
-    files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
+    """Return superelement from a .mat file, or from `NAME_K.CSV` with `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside
+    it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with `NAME_out_nodes_3D.txt` too).
 
     Raises ModelError naming the file: missing, unreadable, or matrices of no free body."""
     K, M, xyz = _mat(path) if path.suffix.lower() == ".mat" else _ansys(path)
@@ -28,7 +28,7 @@ def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES) -> Superelement:
 
 
 def matrices_of(spec: ModelSpec) -> Superelement | None:
-    """The superelement that a model file names, read and checked; None where it names none. Raises ModelError."""
+    """Return the superelement that a model file names, read and checked; None if it names none. Raises ModelError."""
     return None if spec.apa_file is None else read_superelement(spec.apa_file, file_nodes(spec))
 
 
@@ -56,7 +56,7 @@ def _real(path: Path, values: object) -> Array:
 
 
 def files_of(path: Path) -> list[Path]:
-    """Every file that `read_superelement` reads for this one."""
+    """Return every file that `read_superelement` reads for this one."""
     if path.suffix.lower() == ".mat":
         return [path]
     stem = path.stem.removesuffix("_K").removesuffix("_M")
@@ -79,7 +79,8 @@ def _table(path: Path) -> Array:
 
 
 def _interface_nodes(path: Path) -> Array:
-    """(p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by number."""
+    """Return (p, 3) [m] coordinates of the nodes that the list `NODE DOF` keeps, out of the list `NODE X Y Z`, by
+    number."""
     try:
         lines = iter(read_bounded(path, MAX_BYTES).decode("utf-8", "replace").splitlines())
     except OSError as e:
@@ -101,7 +102,7 @@ def _interface_nodes(path: Path) -> Array:
 
 
 def _numbered(lines: Iterator[str], path: Path, width: int) -> Iterator[list[str]]:
-    """Rows of a list, each beginning with a node's number, up to the first line that does not."""
+    """Yield rows of a list, each beginning with a node's number, up to the first line that does not."""
     for line in lines:
         row = line.split()
         if not row or not row[0].isdigit():

@@ -13,7 +13,7 @@ os.umask(_UMASK)
 
 
 def check_place(path: Path) -> None:
-    """Raises, before long work, the OSError that would keep `path` from being written after it."""
+    """Raise, before long work, the OSError that would keep `path` from being written after it."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     there = next(folder for folder in path.absolute().parents if folder.exists())
@@ -24,7 +24,7 @@ def check_place(path: Path) -> None:
 
 
 def check_places(*paths: Path | None) -> None:
-    """`check_place` of those that are wanted."""
+    """Check the places that are wanted: see `check_place`."""
     for path in filter(None, paths):
         check_place(path)
 
@@ -38,7 +38,7 @@ def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 @contextmanager
 def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
-    """A file to be written bit by bit, which replaces `path` at the end and not where an error is raised."""
+    """Yield a file to be written bit by bit, which replaces `path` at the end and not where an error is raised."""
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
@@ -61,7 +61,7 @@ def writing_atomic(path: Path, mode: int = 0o666) -> Iterator[IO[bytes]]:
 
 
 def _sync_folder(folder: Path) -> None:
-    """The rename itself survives a power cut only when the folder is synced too. Windows cannot open a folder."""
+    """Sync a folder, so that a rename survives a power cut. Windows cannot open a folder."""
     if os.name == "nt":
         return
     handle = os.open(folder, os.O_RDONLY)

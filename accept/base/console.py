@@ -27,7 +27,7 @@ class PlainConsole(Console):
     name can write a line that looks like an answer; its own colours stay."""
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """As rich prints."""
+        """Print as rich does."""
         super().print(*map(_on_one_line, objects), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
@@ -43,19 +43,19 @@ stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None
 
 
 def say(words: str) -> None:
-    """Talk goes to stderr, so that stdout stays data. What has several lines goes on indented: a line break in a name
+    """Write talk to stderr, so that stdout stays data. What has several lines goes on indented: a line break in a name
     begins no line that looks like the program's."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 
 def tell(*words: str) -> None:
-    """Lines of an answer on stdout, without markup and of any length, each one line."""
+    """Write lines of an answer to stdout, without markup and of any length, each one line."""
     print("\n".join(map(one_line, words)), flush=True)
 
 
 def _on_one_line(shown: Any) -> Any:
-    """A text, or a table's cells, without line breaks; column titles may have some, they are the program's own. On a
-    narrow terminal a long word goes on in the next line of its cell: rich would put dots for its end."""
+    """Return a text, or a table's cells, without line breaks; column titles may have some, they are the program's own.
+    On a narrow terminal a long word goes on in the next line of its cell: rich would put dots for its end."""
     if isinstance(shown, Table):
         shown.columns = [
             replace(c, _cells=[_on_one_line(cell) for cell in c.cells], overflow=_unless_dots(c.overflow))
@@ -69,7 +69,8 @@ def _unless_dots(overflow: OverflowMethod) -> OverflowMethod:
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:
-    """A command whose bad input, unwritable folder or unusable store ends in its message and exit 6, no traceback."""
+    """Return a command whose bad input, unwritable folder or unusable store ends in its message and exit 6, no
+    traceback."""
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> Exit:

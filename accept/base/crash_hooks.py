@@ -6,7 +6,7 @@ from types import TracebackType
 
 
 def log_crashes() -> None:
-    """From now on, in any thread. An interrupt is no crash."""
+    """Log crashes from now on, in any thread. An interrupt is no crash."""
     shown, thread_shown = sys.excepthook, threading.excepthook
 
     def crashed(kind: type[BaseException], fault: BaseException, trace: TracebackType | None) -> None:

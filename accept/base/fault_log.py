@@ -21,7 +21,7 @@ _FORMAT = "%(asctime)s %(process)d accept %(version)s: %(message)s"
 
 
 def log_file() -> Path:
-    """Where faults are written. Raises HomeError."""
+    """Return where faults are written. Raises HomeError."""
     return home() / "log" / NAME
 
 
@@ -40,7 +40,7 @@ def log_fault(doing: str, fault: BaseException) -> None:
 
 
 def _append(record: logging.LogRecord, formatter: logging.Formatter) -> None:
-    """Raises OSError, of which a lock's timeout is one, and HomeError, a RuntimeError."""
+    """Raise OSError, of which a lock's timeout is one, and HomeError, a RuntimeError."""
     path = log_file()
     path.parent.mkdir(mode=0o700, exist_ok=True)
     with FileLock(path.with_suffix(".lock"), timeout=LOCK_S):
@@ -66,5 +66,5 @@ class _Plain(logging.Formatter):
 
 class _RotatingFile(RotatingFileHandler):
     def handleError(self, _: logging.LogRecord) -> None:
-        """A full disk is raised to `log_fault`, which has another place."""
+        """Raise a full disk to `log_fault`, which has another place."""
         raise

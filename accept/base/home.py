@@ -13,7 +13,7 @@ class HomeError(AcceptError, RuntimeError):
 
 
 def home() -> Path:
-    """Folder of the bench: `ACCEPT_HOME`, else the platform's place for application data. Made when absent."""
+    """Return folder of the bench: `ACCEPT_HOME`, else the platform's place for application data. Made when absent."""
     chosen = os.environ.get("ACCEPT_HOME")
     path = Path(chosen) if chosen else platformdirs.user_data_path("accept", appauthor=False)
     try:

@@ -8,12 +8,12 @@ _LOADING = (500_000, *_USUAL[1:])  # objects made until it looks: more than any 
 
 
 def begin() -> None:
-    """The program starts: it will load, hardly anything of it is garbage."""
+    """Hold the garbage collector while the program loads: hardly anything of it is garbage."""
     gc.set_threshold(*_LOADING)
 
 
 def done() -> None:
-    """The command is loaded and begins: from here on as usual, without what was loaded. Nothing where `begin` was not
+    """Let the garbage collector run again, without what was loaded. Do nothing if `begin` was not
     called, in a program that only borrows a command."""
     if gc.get_threshold() == _LOADING:
         gc.freeze()

@@ -4,7 +4,8 @@ import getpass
 
 
 def operator_name(given: str | None) -> str:
-    """The operator named, else the login name; a machine without one is `unknown`, which the certificate then shows."""
+    """Return the operator named, else the login name; a machine without one is `unknown`, which the certificate then
+    shows."""
     if given:
         return given
     try:

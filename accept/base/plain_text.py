@@ -2,11 +2,11 @@
 
 
 def one_line(text: str) -> str:
-    """Text on one line, without anything that moves the cursor or writes from right to left; what cannot be shown is
-    escaped."""
+    """Return text on one line, without anything that moves the cursor or writes from right to left; what cannot be
+    shown is escaped."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def lines(text: str) -> str:
-    """The same of several lines."""
+    """Return the same of several lines."""
     return "\n".join(one_line(line) for line in text.split("\n"))

@@ -22,7 +22,7 @@ _bars: Progress | None = None  # of this process; a terminal has one bottom
 
 
 def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
-    """The items as they come, beside a bar. of: how many there will be, where they do not know it themselves."""
+    """Yield the items as they come, beside a bar. of: how many there will be, where they do not know it themselves."""
     known = len(items) if of is None and hasattr(items, "__len__") else of  # type: ignore[arg-type]
     with _bar(words, known if known != 1 else None) as advance:
         for item in items:
@@ -32,7 +32,7 @@ def steps(items: Iterable[T], words: str, of: int | None = None) -> Iterator[T]:
 
 @contextmanager
 def busy(words: str) -> Iterator[None]:
-    """A bar that only moves: nobody knows how much there is to do."""
+    """Yield a bar that only moves: nobody knows how much there is to do."""
     with _bar(words, None):
         yield
 

@@ -26,7 +26,7 @@ def judging_s() -> float:
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Stop what runs inside after so many seconds, with TimeLimitExceeded.
+    """Yield stop what runs inside after so many seconds, with TimeLimitExceeded.
 
     It takes a signal, which only the main thread receives, and which Windows does not know: elsewhere there is no
     limit, and the bounds on the size of what is read have to do."""

@@ -20,14 +20,14 @@ _LOST = 1  # exit code of a worker whose program is gone
 
 
 def begin() -> None:
-    """The initializer of a pool of processes."""
+    """Initialise a process of a pool."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
     limit_memory(memory_GB())
 
 
 def memory_GB() -> float:
-    """What a worker may take: the declared limit, or what ACCEPT_WORKER_GB says instead."""
+    """Return what a worker may take: the declared limit, or what ACCEPT_WORKER_GB says instead."""
     try:
         return max(0.5, float(os.environ.get(VARIABLE, MEMORY_GB)))
     except ValueError:
@@ -35,7 +35,7 @@ def memory_GB() -> float:
 
 
 def too_large() -> str:
-    """Of an item whose work ended in MemoryError."""
+    """Return the words for an item whose work ended in MemoryError."""
     return f"it takes more than the {memory_GB():g} GB of memory that a worker may take ({VARIABLE})"
 
 
@@ -56,7 +56,7 @@ def limit_memory(gigabytes: float) -> None:
 
 
 def _mapped() -> int:
-    """Bytes of address space in use, where Linux tells."""
+    """Return bytes of address space in use, where Linux tells."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     except (OSError, ValueError):

@@ -54,7 +54,7 @@ class Fleet:
 
     @property
     def outliers(self) -> dict[str, list[str]]:
-        """Serial -> names in which it stands out."""
+        """Return serial -> names in which it stands out."""
         odd: dict[str, list[str]] = {}
         for c in self.compared:
             for m in c.members:
@@ -64,7 +64,7 @@ class Fleet:
 
 
 def compare(results: Sequence[UnitResult]) -> Fleet:
-    """Comparison of units of one kind."""
+    """Return comparison of units of one kind."""
     values = _values(results)
     curves = _curves(results, (PanelKind.RESPONSE,))  # compared in dB over a logarithmic axis
     enough = {name: per for name, per in values.items() if len(per) >= MIN_UNITS}
@@ -75,7 +75,7 @@ def compare(results: Sequence[UnitResult]) -> Fleet:
 
 
 def _values(results: Sequence[UnitResult]) -> dict[str, dict[str, tuple[float, float | None]]]:
-    """Quantity -> serial -> (value, U), judged or not."""
+    """Return quantity -> serial -> (value, U), judged or not."""
     found: dict[str, dict[str, tuple[float, float | None]]] = {}
     for r in results:
         judged = [(f.quantity, f.value, f.U) for f in r.findings if f.value is not None]
@@ -100,7 +100,7 @@ def _comparison(
 
 
 def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict[str, dict[str, Line]]:
-    """Panel of one of these kinds -> serial -> the measured curve of it."""
+    """Return panel of one of these kinds -> serial -> the measured curve of it."""
     found: dict[str, dict[str, Line]] = {}
     for r in results:
         for name, panel in r.panels.items():
@@ -110,14 +110,16 @@ def _curves(results: Sequence[UnitResult], kinds: tuple[PanelKind, ...]) -> dict
 
 
 def measured_line(panel: Panel) -> Line | None:
-    """The curve that was measured: the one drawn as data, else the last of a series (the largest of the loops)."""
+    """Return the curve that was measured: the one drawn as data, else the last of a series (the largest of the
+    loops)."""
     lines = [i for i in panel.items if isinstance(i, Line) and i.style == "solid" and i.x.size > 1]
     data = [line for line in lines if line.role == "data"]
     return data[0] if data else lines[-1] if lines else None
 
 
 def _curve(name: str, per: dict[str, Line]) -> Comparison:
-    """Each curve's rms distance in dB from the fleet's median; odd are those that are too far, never too near."""
+    """Return each curve's rms distance in dB from the fleet's median; odd are those that are too far, never too
+    near."""
     distance = distances([(line.x, line.y) for line in per.values()])
     # A sum of squares to the power 1/3 is nearly normal [WH31], as the test asks.
     even = distance ** (2 / 3)
@@ -127,7 +129,7 @@ def _curve(name: str, per: dict[str, Line]) -> Comparison:
 
 
 def distances(curves: Sequence[tuple[Array, Array]]) -> Array:
-    """(n,) rms over log f of 20 log10 of each |H| over the median of all, in the band that all have [dB]."""
+    """Return (n,) rms over log f of 20 log10 of each |H| over the median of all, in the band that all have [dB]."""
     lo = max(COMPARED_HZ[0], *(float(x[0]) for x, _ in curves))
     hi = min(COMPARED_HZ[1], *(float(x[-1]) for x, _ in curves))
     f = np.geomspace(lo, hi, GRID)
@@ -137,7 +139,8 @@ def distances(curves: Sequence[tuple[Array, Array]]) -> Array:
 
 
 def pictures(results: Sequence[UnitResult], fleet: Fleet) -> list[Panel]:
-    """The quantities as scores, then overlays of the curves; units that stand out in a curve are drawn last, and named.
+    """Return the quantities as scores, then overlays of the curves; units that stand out in a curve are drawn last, and
+    named.
 
     Loops and steps are overlaid, not scored: their numbers are among the quantities.
     """
@@ -151,7 +154,7 @@ def pictures(results: Sequence[UnitResult], fleet: Fleet) -> list[Panel]:
 
 
 def overlay(name: str, template: Panel, per: dict[str, Line], odd: set[str]) -> Panel:
-    """Curves of all units in one panel."""
+    """Return curves of all units in one panel."""
     items: list[Item] = []
     for serial, line in sorted(per.items(), key=lambda pair: pair[0] in odd):
         items.append(Line(line.x, line.y, serial, role="bad" if serial in odd else "auto"))
@@ -160,7 +163,7 @@ def overlay(name: str, template: Panel, per: dict[str, Line], odd: set[str]) -> 
 
 
 def score_panel(fleet: Fleet) -> Panel:
-    """Score of every unit in every quantity and curve, by their number in the table."""
+    """Return score of every unit in every quantity and curve, by their number in the table."""
     items: list[Item] = []
     for outlier, role, label in ((False, "data", "within the fleet"), (True, "bad", "stands out")):
         points = [(n, m.score) for n, c in enumerate(fleet.compared, 1) for m in c.members if m.outlier is outlier]

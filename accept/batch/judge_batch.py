@@ -216,7 +216,7 @@ class _Batch:
                 self._settle_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
     def _settle_again(self, serial: str, because_of: str) -> None:
-        """Nothing is judged twice in one run: what was found of the unit stays, with what the store knows now."""
+        """Settle what was found of a unit with what the store knows now; nothing is judged twice in one run."""
         path = self.roster.folder(serial)
         if path is None:
             self.say(f"warning: {serial} was judged with {because_of}; its result is invalid; judge it again")

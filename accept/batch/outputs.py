@@ -20,7 +20,7 @@ JUNIT_END = b"</testsuites>\n"
 
 
 def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refused: list[dict[str, str]]) -> bytes:
-    """The document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
+    """Return the document scripts rely on. `spec` is the first spec used; with units of both kinds, `specs` has all."""
     spec = specs[0] if specs else None
     document = {"accept_version": version(), "spec": spec, "specs": specs, "units": units, "refused": refused}
     # sorted: an entry taken from the store and one just judged are then the same bytes
@@ -28,7 +28,7 @@ def results_json(specs: list[dict[str, str]], units: list[dict[str, Any]], refus
 
 
 def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """One row per finding of a unit's entry, by columns `COLUMNS`; what is known of the unit and of this judgement
+    """Return one row per finding of a unit's entry, by columns `COLUMNS`; unit and judgement
     stands in each."""
     known = {"serial": entry["serial"], "kind": entry["kind"], "unit_verdict": entry["verdict"], **judgement}
     gap = {"gap": one_line(entry["gap"])} if "gap" in entry else {}
@@ -38,14 +38,14 @@ def findings(entry: Mapping[str, Any], judgement: Mapping[str, Any]) -> list[dic
 def counts_json(
     specs: list[dict[str, str]], verdicts: dict[str, int], refused: list[dict[str, str]], datasets: dict[str, str]
 ) -> bytes:
-    """results.json where the units are too many to list: how many have which verdict, and the data sets."""
+    """Return results.json where the units are too many to list: how many have which verdict, and the data sets."""
     head = {"accept_version": version(), "spec": specs[0] if specs else None, "specs": specs}
     document = head | {"verdicts": verdicts, "datasets": datasets, "refused": refused}
     return json.dumps(document, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
 def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> bytes:
-    """A row per finding, the header where it is wanted; what is not known is empty."""
+    """Return a row per finding, the header where it is wanted; what is not known is empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator=os.linesep)
     if header:
@@ -55,7 +55,8 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
 
 
 def _cell(value: Any) -> Any:
-    """A text that a spreadsheet would take for a formula gets an apostrophe in front, and none moves the cursor."""
+    """Return a text that a spreadsheet would take for a formula gets an apostrophe in front, and none moves the
+    cursor."""
     if not isinstance(value, str):
         return value
     text = _clean(value)
@@ -63,13 +64,13 @@ def _cell(value: Any) -> Any:
 
 
 def junit_unit(unit: dict[str, Any]) -> bytes:
-    """A unit's suite, a case per finding: fail and conditional are failures, no result is an error. What the gap
+    """Return a unit's suite, a case per finding: fail and conditional are failures, no result is an error. What the gap
     workflow found is the suite's output: it passes and fails nothing."""
     return _element(_suite(unit))
 
 
 def junit_refused(refused: list[dict[str, str]]) -> bytes:
-    """A suite with an error for each refused folder."""
+    """Return a suite with an error for each refused folder."""
     suites = []
     for row in refused:
         suite = ET.Element("testsuite", name=_clean(row["path"]), tests="1", failures="0", errors="1")
@@ -102,5 +103,5 @@ def _suite(unit: dict[str, Any]) -> ET.Element:
 
 
 def _clean(text: str) -> str:
-    """XML 1.0 has no place for control characters; a damaged file's name or message may hold some."""
+    """Return XML 1.0 has no place for control characters; a damaged file's name or message may hold some."""
     return "".join(c if c in "\t\n" or (c.isprintable() and c <= "\U0010ffff") else "?" for c in text)

@@ -105,8 +105,8 @@ class Pipeline:
         return Known(before, self._reservations(unit, samples))
 
     def stands(self, unit: UnitFolder, known: Known, certificate: Path | None) -> bool:
-        """Whether the unit's last judgement stands: nothing that it depends on has changed, and what it left behind,
-        an improved model and the certificate if one is wanted, lies where it was put."""
+        """Return whether the unit's last judgement stands: nothing that it depends on has changed, and what it left
+        behind, an improved model and the certificate if one is wanted, lies where it was put."""
         before, spec = known.before, self.specs[unit.kind]
         if before is None or not before.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
             return False
@@ -207,7 +207,7 @@ class Pipeline:
         return provenance(spec, serial, before, self._head, self.home, self.credential)
 
     def _lacks_only_certificate(self, unit: UnitFolder, before: UnitState | None) -> bool:
-        """Whether the last judgement was made by the same person of the same inputs, spec and code, and has no
+        """Return whether the last judgement was made by the same person of the same inputs, spec and code, and has no
         certificate, which could be signed now."""
         if self.credential is None or before is None or before.certificate is not None or before.who != self.operator:
             return False
@@ -220,7 +220,7 @@ class Pipeline:
         return fold(e for e in self.store.events(last.serial) if e.seq < last.seq).units.get(last.serial)
 
     def _is_stored(self, seq: int, result: UnitResult) -> bool:
-        """Whether a result is that of an event, so that one certificate states both."""
+        """Return whether a result is that of an event, so that one certificate states both."""
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
         return canonical(stored.result.to_json()) == canonical(result.to_json())
 

@@ -33,7 +33,7 @@ class ResultsError(AcceptError, RuntimeError):
 
 
 def check_room(units: int, dataset: bool) -> None:
-    """Raises ResultsError, before the work, where the data sets are due and cannot be written."""
+    """Raise ResultsError, before the work, where the data sets are due and cannot be written."""
     if units <= WHOLE and not dataset:
         return
     try:
@@ -71,8 +71,8 @@ class Results:
         self._open.__exit__(kind, error, trace)
 
     def add(self, entry: dict[str, Any], *, attempt: int, time: str, operator: str) -> None:
-        """One unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom. These are not in
-        the entry: judged again, the same data give the same entry."""
+        """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom. These are not
+        in the entry: judged again, the same data give the same entry."""
         judgement = {"attempt": attempt, "time": time, "operator": operator}
         rows = outputs.findings(entry, judgement)
         self._csv.write(outputs.csv_rows(rows))
@@ -87,7 +87,7 @@ class Results:
                 self._put()
 
     def finish(self, specs: list[dict[str, str]], refused: list[dict[str, str]], verdicts: Mapping[str, int]) -> None:
-        """What is left, then results.json: whoever sees it sees the others too."""
+        """Write what is left, then results.json last, so that the others are there with it."""
         if self._dataset and (self._units or not self._parts):
             self._put()
         self._junit.write(outputs.junit_refused(refused) + outputs.JUNIT_END)
@@ -117,7 +117,7 @@ class Results:
         parquet.write_table(table, place / f"part-{self._parts:05d}.parquet")
 
     def _replace_datasets(self) -> None:
-        """Data sets of an earlier batch never stand beside results of this one."""
+        """Replace the data sets of an earlier batch: they never stand beside results of this one."""
         for name in (FINDINGS, UNITS):
             shutil.rmtree(self._out / name, ignore_errors=True)
             if self._dataset:
@@ -125,7 +125,7 @@ class Results:
 
 
 def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
-    """A row per finding, the columns of results.csv."""
+    """Return a row per finding, the columns of results.csv."""
     import pandas as pd
     import pyarrow as pa
 
@@ -137,7 +137,8 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
 
 
 def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
-    """A row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as JSON."""
+    """Return a row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as
+    JSON."""
     import pyarrow as pa
 
     kinds = {name: pa.string() for name in OF_UNIT} | _kinds_of_judgement() | {"entry": pa.string()}

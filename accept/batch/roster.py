@@ -39,14 +39,14 @@ class Roster:
         self._file.close()
 
     def add(self, unit: UnitFolder) -> None:
-        """A folder; named twice it is one."""
+        """Add a folder; named twice it is one."""
         if len(self._held) < HELD:
             self._held.setdefault(unit.path, unit)
         row = (str(unit.path.resolve()), str(unit.path), unit.serial, spelling_key(unit.serial))
         self._file.execute("INSERT OR IGNORE INTO unit (place, path, serial, key) VALUES (?, ?, ?, ?)", row)
 
     def clashes(self) -> Iterator[tuple[str, Path, list[str]]]:
-        """(serial, folder, the other folders) of each that shares a serial; they are refused from here on."""
+        """Yield (serial, folder, the other folders) of each that shares a serial; they are refused from here on."""
         twice = "SELECT key FROM unit GROUP BY key HAVING COUNT(*) > 1"
         rows = self._file.execute(f"SELECT serial, path, key FROM unit WHERE key IN ({twice}) ORDER BY serial, path")
         for serial, path, key in rows.fetchall():
@@ -55,16 +55,16 @@ class Roster:
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
 
     def folders(self) -> Iterator[Path]:
-        """Of the units that are not refused, by serial."""
+        """Return the folders of the units that are not refused, by serial."""
         rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
         return (Path(path) for (path,) in rows)
 
     def unit(self, path: Path) -> UnitFolder:
-        """A unit as it was read, or, where there are many, read again. Raises UnitError."""
+        """Return a unit as it was read, or, if there are many, read again. Raises UnitError."""
         return self._held.get(path) or unit_folder.read(path)
 
     def folder(self, serial: str) -> Path | None:
-        """Where a unit of this batch lies."""
+        """Return where a unit of this batch lies."""
         row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
         return None if row is None else Path(row[0])
 
@@ -77,7 +77,7 @@ class Roster:
         self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
 
     def judged(self, serial: str, seq: int | None, unchanged: bool = False) -> None:
-        """The event that holds the unit's result; a later one replaces an earlier one."""
+        """Note the event that holds the unit's result; a later one replaces an earlier one."""
         row = (seq, int(unchanged), serial)
         self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
 
@@ -93,16 +93,16 @@ class Roster:
         return result
 
     def known(self, serial: str, earlier: int, since: int) -> None:
-        """How many judgements of the serial were counted, in events before number `since`."""
+        """Note how many judgements of the serial were counted, in events before number `since`."""
         row = (earlier, since, serial)
         self._file.execute("UPDATE unit SET earlier = ?, since = ? WHERE serial = ? AND refused = 0", row)
 
     def results(self) -> Iterator[tuple[str, int, int, int]]:
-        """(serial, number of its event, and what `known` counted: earlier, since), by serial."""
+        """Return (serial, number of its event, and what `known` counted: earlier, since), by serial."""
         columns = "serial, seq, earlier, since"
         return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
 
     def count(self, which: str = "refused = 0") -> int:
-        """Units that are not refused, `seq IS NOT NULL`: judged, `unchanged`: as they were judged before."""
+        """Return units that are not refused, `seq IS NOT NULL`: judged, `unchanged`: as they were judged before."""
         found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
         return found[0]

@@ -19,7 +19,7 @@ SHORT = 30  # characters of a reason that is said again: no longer than to say w
 
 
 def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | None = None) -> Table:
-    """A row per unit with its judged values (where they are few) and its verdict.
+    """Return a row per unit with its judged values (where they are few) and its verdict.
 
     extra : column title -> serial -> text, put before the judged quantities.
     """
@@ -42,7 +42,7 @@ def units_table(units: list[dict[str, Any]], extra: dict[str, dict[str, str]] | 
 
 
 def reasons(units: list[dict[str, Any]]) -> list[str]:
-    """A line per finding that is not a pass: unit, quantity, verdict, reason."""
+    """Return a line per finding that is not a pass: unit, quantity, verdict, reason."""
     return [
         line
         for unit in units
@@ -51,12 +51,12 @@ def reasons(units: list[dict[str, Any]]) -> list[str]:
 
 
 def reasons_of(result: UnitResult) -> list[str]:
-    """The same for one unit that was just judged."""
+    """Return the same for one unit that was just judged."""
     return list(_reasons(result.serial, [(f.quantity, str(f.verdict), f.reason) for f in result.findings]))
 
 
 def _reasons(serial: str, findings: list[tuple[str, str, str | None]]) -> Iterator[str]:
-    """A long reason stands once; a finding further down with the same reason only names the first one."""
+    """Return the reasons; a long one stands once, and a later finding with the same reason names the first."""
     told: dict[str, str] = {}
     for quantity, verdict, reason in findings:
         if verdict == Verdict.PASS:
@@ -74,7 +74,7 @@ def actions(units: list[dict[str, Any]]) -> list[str]:
 
 
 def explanations(units: list[dict[str, Any]]) -> list[str]:
-    """A line per unit whose responses were compared with a model."""
+    """Return a line per unit whose responses were compared with a model."""
     return [f"{unit['serial']}: {one_line(unit['gap'])}" for unit in units if "gap" in unit]
 
 

@@ -57,7 +57,7 @@ class Journal:
         return reading
 
     def sync(self) -> None:
-        """All that was written is on the disk when this returns. Raises OSError."""
+        """Wait until all that was written is on the disk. Raises OSError."""
         self._file.flush()
         os.fsync(self._file.fileno())
 

@@ -45,7 +45,7 @@ class Watched:
         self.not_offered = sorted(path.name for path, _, _ in self._offered)
 
     def stable(self) -> list[Path]:
-        """Files that stopped changing, each once; one that changes later is offered again. Raises OSError."""
+        """Return files that stopped changing, each once; one that changes later is offered again. Raises OSError."""
         now, found = self._clock(), []
         there = list(self._files())
         for path, size, mtime in there:

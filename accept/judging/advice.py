@@ -81,7 +81,7 @@ IMPACT_ADVICE: Mapping[str, str] = {
 
 
 def advice(check: Check, finding: Finding) -> list[str]:
-    """What to do, a line each, about a finding; empty where its cause needs no words."""
+    """Return what to do, a line each, about a finding; empty if its cause needs no words."""
     return [] if finding.cause is None else lines(check, finding.cause)
 
 
@@ -98,7 +98,7 @@ def action(findings: Iterable[Finding]) -> str | None:
 
 
 def lines(check: Check, reason: Reason) -> list[str]:
-    """Advice on a reason and on what else is wrong, with the record that each names."""
+    """Return advice on a reason and on what else is wrong, with the record that each names."""
     return list(dict.fromkeys(line for one in reason.all() for line in _lines(check, one)))
 
 

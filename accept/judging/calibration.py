@@ -69,7 +69,8 @@ def _with_reference(row: Mapping[str, Any], day: datetime.date) -> dict[str, Any
 
 
 def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
-    """A statement held against a unit: the day that counts and the problem of every row, found anew from its dates.
+    """Return a statement held against a unit: the day that counts and the problem of every row, found anew from its
+    dates.
 
     measured : check -> day on which the unit was measured. Raises ValueError, KeyError or TypeError for no statement.
     """
@@ -98,7 +99,7 @@ def _problem(row: Mapping[str, Any], day: datetime.date, today: datetime.date) -
 
 
 def _reference_problem(row: Mapping[str, Any], who: str, day: datetime.date) -> str | None:
-    """Why the last comparison with the reference does not cover what was measured on a day, None if it does."""
+    """Return why the last comparison with the reference does not cover what was measured on a day, None if it does."""
     last, most = row.get("reference"), int(row["reference_days"])
     if last is None:
         return f"{who} was never compared with its reference before it measured on {day}"
@@ -128,13 +129,13 @@ def problems(given: Statement, checks: Iterable[str]) -> dict[str, str]:
 
 
 def downgraded(findings: Sequence[Finding], wrong: Mapping[str, str]) -> list[Finding]:
-    """Findings with every pass of a check whose calibration does not hold made conditional, and the reason added to
-    all that have a value."""
+    """Return findings with every pass of a check whose calibration does not hold made conditional, and the reason added
+    to all that have a value."""
     return [weakened(f, because(Cause.CALIBRATION, detail=wrong[f.check])) if f.check in wrong else f for f in findings]
 
 
 def weakened(finding: Finding, why: Reason) -> Finding:
-    """A finding that passes on a condition only, and says why; one without a result as it is."""
+    """Return a finding that passes on a condition only, and says why; one without a result as it is."""
     if finding.verdict is Verdict.NO_RESULT:
         return finding
     cause = together([*([] if finding.cause is None else [finding.cause]), why])
@@ -143,7 +144,7 @@ def weakened(finding: Finding, why: Reason) -> Finding:
 
 
 def notes(given: Statement) -> list[str]:
-    """A line for the certificate per instrument."""
+    """Return a line for the certificate per instrument."""
     lines = []
     for row in given["instruments"]:
         who = " ".join(word for word in (row["model"], row["serial"]) if word) or "no serial number"
@@ -154,7 +155,7 @@ def notes(given: Statement) -> list[str]:
 
 
 def same(one: Statement | None, other: Statement | None) -> bool:
-    """Whether two statements say the same, but for the day on which they were made."""
+    """Return whether two statements say the same, but for the day on which they were made."""
     if one is None or other is None:
         return one is other
     return _timeless(one) == _timeless(other)

@@ -15,7 +15,7 @@ Written by `accept spec checks` from the checks' own declarations.
 
 
 def all_checks() -> str:
-    """Markdown of every check: what it needs, what it measures, what a spec may set."""
+    """Return Markdown of every check: what it needs, what it measures, what a spec may set."""
     return "\n".join([HEAD, *(_check(check) for check in CHECKS.values()), _relations()])
 
 
@@ -42,7 +42,7 @@ def _check(check: Check) -> str:
 
 
 def _about(check: Check) -> str:
-    """The module's own words; a blank line ends what is of interest to a reader of the page."""
+    """Return the module's own words; a blank line ends what is of interest to a reader of the page."""
     text = inspect.getdoc(inspect.getmodule(check.measure)) or ""
     kinds = " and ".join(check.kinds)
     return f"{text}\n\nFor: {kinds}."

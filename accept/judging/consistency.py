@@ -12,7 +12,7 @@ _STRENGTH = {Verdict.NO_RESULT: 0, Verdict.FAIL: 0, Verdict.CONDITIONAL: 1, Verd
 
 
 def contradictions(entry: Mapping[str, Any], spec: Spec) -> list[str]:
-    """What a result of results.json says that its values, the limits of the spec and the decision rules do not.
+    """Return what a result of results.json says that its values, the limits of the spec and the decision rules do not.
 
     A finding may be weaker than its number alone would make it (an expired calibration, a failed gate), never stronger.
     Raises KeyError, TypeError or ValueError for what is no result.
@@ -43,7 +43,7 @@ def _again(finding: Mapping[str, Any], limit: Limit) -> Finding:
 
 
 def _missing(entry: Mapping[str, Any], spec: Spec) -> Iterator[str]:
-    """A required check cannot be left out: what is not judged does not pass."""
+    """Return what is missing: a required check cannot be left out."""
     there = {(f["check"], f["quantity"]) for f in entry["findings"]}
     for name, check in spec.checks.items():
         absent = [quantity for quantity in check.limits if check.required and (name, quantity) not in there]

@@ -39,8 +39,8 @@ class CopiesError(AcceptError, ValueError):
 
 
 def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -> list[Copy]:
-    """What in a unit's samples stands elsewhere too: in itself, or in any judgement of the store. folder: where the
-    unit was judged, None where it is not known: then its own serial is not looked at. Raises StoreError."""
+    """Return what in a unit's samples stands elsewhere too: in itself, or in any judgement of the store. folder: where
+    the unit was judged, None if it is not known: then its own serial is not looked at. Raises StoreError."""
     own: dict[str, dict[tuple[str, str], Channels]] = {name: {} for name in samples}
     for name, channels in samples.items():
         for other, theirs in samples.items():
@@ -55,7 +55,7 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
 
 
 def same_recording(one: Channels, other: Channels) -> bool:
-    """Whether two records share a channel, whatever it is called in each."""
+    """Return whether two records share a channel, whatever it is called in each."""
     if TABLE in one or TABLE in other:
         return one.get(TABLE) == other.get(TABLE)
     ours, theirs = ([Sketch.parse(text) for text in channels.values()] for channels in (one, other))
@@ -63,7 +63,7 @@ def same_recording(one: Channels, other: Channels) -> bool:
 
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:
-    """(own record, record of the event, its channels) of each pair that holds the same samples."""
+    """Return (own record, record of the event, its channels) of each pair that holds the same samples."""
     if event.what != UnitJudged.KIND or (event.subject == serial and folder is None):
         return []
     judged = UnitJudged.of(event)
@@ -81,8 +81,8 @@ def _recordings(samples: Samples) -> Samples:
 
 
 def _same_evidence(path: str, folder: str, pairs: Sequence[tuple[str, str, Channels]], ours: int, theirs: int) -> bool:
-    """Whether a unit's own earlier judgement was of what is judged now: its folder, or one moved or added to. Two
-    attempts of the workflow are never one."""
+    """Return whether a unit's own earlier judgement was of what is judged now: its folder, or one moved or added to.
+    Two attempts of the workflow are never one."""
     before, now = PurePath(path), PurePath(folder)
     if before == now:
         return True
@@ -108,7 +108,7 @@ def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str],
 
 
 def _party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
-    """Serial, record, and a hash of what it holds: another recording under the same name is another party."""
+    """Return serial, record, and a hash of what it holds: another recording under the same name is another party."""
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
@@ -196,7 +196,7 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, sig
 
 
 def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
-    """Of the others, with what each of their judgements held."""
+    """Return the other parties, with what each of their judgements held."""
     there = set()
     wanted = {(w["serial"], w["sample"]) for c in found for w in c["with"]}
     for other in {who for who, _ in wanted}:

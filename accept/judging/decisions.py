@@ -38,7 +38,7 @@ class Signer:
 
     @property
     def person(self) -> str:
-        """Name on the certificate."""
+        """Return name on the certificate."""
         return _attribute(self.certificate, NameOID.COMMON_NAME)
 
 

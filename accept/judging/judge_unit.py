@@ -36,7 +36,8 @@ DEFAULT_SPEC = {"apa": "apa", "strut": "strut"}
 
 
 def load_spec(name: str) -> Spec:
-    """Spec by name or file, also held against what the checks declare. Raises SpecError listing every problem."""
+    """Return spec by name or file, also held against what the checks declare. Raises SpecError listing every
+    problem."""
     spec = load(name)
     problems = [p for check, section in spec.checks.items() for p in spec_problems(spec.kind, check, section)]
     if problems:
@@ -45,7 +46,7 @@ def load_spec(name: str) -> Spec:
 
 
 def spec_problems(kind: str, name: str, section: CheckSpec) -> list[str]:
-    """What a spec asks of a check that the check does not know: quantities, settings, uncertainties."""
+    """Return what a spec asks of a check that the check does not know: quantities, settings, uncertainties."""
     where = f"[checks.{name}"
     if name not in CHECKS:
         return [f"{where}] unknown check (known: {', '.join(CHECKS)})"]
@@ -156,8 +157,8 @@ def _days(unit: UnitFolder, spec: Spec) -> dict[str, str]:
 
 
 def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -> Outcome:
-    """What a check says of a unit: every quantity that the spec limits, without a value where it has none; no quantity
-    where nothing was measured and nothing is required."""
+    """Return what a check says of a unit: every quantity that the spec limits, without a value where it has none; no
+    quantity where nothing was measured and nothing is required."""
     section = held.folder.sections.get(check.reads)
     if section is None or not section.entries:
         if not asked.required:
@@ -172,7 +173,7 @@ def _outcome(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
 
 
 def _completed(outcome: Outcome, asked: CheckSpec, reason: Reason) -> Outcome:
-    """With every quantity that the spec limits."""
+    """Return the outcome with every quantity that the spec limits."""
     found = {q.name for q in outcome.quantities}
     missing = [Quantity.missing(name, reason) for name in asked.limits if name not in found]
     return replace(outcome, quantities=(*outcome.quantities, *missing))
@@ -192,7 +193,7 @@ def _measure(held: LoadedUnit, check: Check, asked: CheckSpec, models: Models) -
 
 
 def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Model]":
-    """The model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
+    """Return the model that a spec's setting names, opened here: checks read no files. Raises NoResult."""
     if check.model is None:
         return {}
     default = next(s.default for s in check.settings if s.name == check.model)
@@ -204,7 +205,7 @@ def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Mode
 
 
 def _judged(name: str, asked: CheckSpec, outcome: Outcome) -> list[Finding]:
-    """Findings of all limited quantities, one each."""
+    """Return findings of all limited quantities, one each."""
     found = {q.name: q for q in outcome.quantities}
     return [judge(name, found[key], limit, asked.required) for key, limit in asked.limits.items() if key in found]
 
@@ -218,7 +219,7 @@ def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
 
 
 def serial_fits(unit: UnitFolder, spec: Spec) -> None:
-    """Raises UnitError when the serial is not of the form that the spec asks for."""
+    """Raise UnitError if the serial is not of the form that the spec asks for."""
     if not re.fullmatch(spec.serial_pattern, unit.serial):
         problem = f"serial = '{unit.serial}' does not fit the pattern {spec.serial_pattern} of spec {spec.name}"
         raise UnitError(unit.path / units.UNIT_FILE, [problem])

@@ -16,7 +16,7 @@ from checks.verdict import UnitVerdict
 
 
 def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
-    """What speaks against the parts of a strut, a sentence each. Raises StoreError."""
+    """Return what speaks against the parts of a strut, a sentence each. Raises StoreError."""
     return [words for name, part in sorted(parts.items()) for words in _doubts(store, serial, name, part)]
 
 
@@ -32,7 +32,7 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
 
 
 def _units_with(store: Store, part: str) -> list[str]:
-    """Serials of the units whose last judgement names the part, in whatever capitals."""
+    """Return serials of the units whose last judgement names the part, in whatever capitals."""
     latest = [store.latest(who, UnitJudged.KIND) for who in store.naming(part)]
     return [last.subject for last in latest if last and spelling_key(part) in _spelled(UnitJudged.of(last).result)]
 

@@ -58,16 +58,17 @@ class UnitResult:
 
     @property
     def spec(self) -> str:
-        """As events name it."""
+        """Return the spec as events name it."""
         return f"{self.spec_name}@{self.spec_sha256}"
 
     @property
     def action(self) -> str | None:
-        """What to put right at the bench before it is measured again, None if nothing is known to be wrong there."""
+        """Return what to put right at the bench before it is measured again, None if nothing is known to be wrong
+        there."""
         return action(self.findings)
 
     def __repr__(self) -> str:
-        """A line for the unit and one for each finding: what a notebook shows."""
+        """Return a line for the unit and one for each finding: what a notebook shows."""
         lines = [f"{self.serial} ({self.kind}): {self.verdict} by spec {self.spec_name}"]
         for f in self.findings:
             value = "" if f.value is None else f" {with_U(f.value, f.U) if f.U else rounded(f.value, None)}"
@@ -77,7 +78,7 @@ class UnitResult:
 
     @property
     def entry(self) -> UnitEntry:
-        """The unit's entry in results.json, without its certificate."""
+        """Return the unit's entry in results.json, without its certificate."""
         return UnitEntry(
             serial=self.serial,
             kind=self.kind,

@@ -39,13 +39,13 @@ class Models:
     _opened: "dict[str, Opened]" = field(default_factory=dict, init=False, repr=False)
 
     def hashes(self, spec: Spec) -> dict[str, dict[str, str]]:
-        """Name -> file name -> sha256 of every model file that a spec names."""
+        """Return name -> file name -> sha256 of every model file that a spec names."""
         if self.given is None:
             return hashes(evidence_of(named_models(spec)))
         return hashes(self.given)
 
     def open(self, name: str) -> "Model":
-        """Raises SpecError, ModelError, OSError."""
+        """Raise SpecError, ModelError, OSError."""
         if name not in self._opened:
             self._opened[name] = self._open(name)
         return self._opened[name].model
@@ -63,7 +63,7 @@ class Models:
 
 
 def _matrices_in(folder: Path, spec: ModelSpec) -> "Superelement | None":
-    """Matrices lie beside the TOML there, wherever it says that they are."""
+    """Return matrices lie beside the TOML there, wherever it says that they are."""
     if spec.apa_file is None:
         return None
     from checks.model.build import file_nodes
@@ -73,7 +73,7 @@ def _matrices_in(folder: Path, spec: ModelSpec) -> "Superelement | None":
 
 
 def named_models(spec: Spec) -> list[str]:
-    """Models that a spec asks for, by built-in name or file: its checks' and the one that explains responses."""
+    """Return models that a spec asks for, by built-in name or file: its checks' and the one that explains responses."""
     names = []
     for check, asked in spec.checks.items():
         declared = CHECKS[check]
@@ -86,8 +86,8 @@ def named_models(spec: Spec) -> list[str]:
 
 
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
-    """Name -> files of every model among these that is no built-in one. A model that cannot be read has no files: the
-    check that asks for it gives no result."""
+    """Return name -> files of every model among these that is no built-in one. A model that cannot be read has no
+    files: the check that asks for it gives no result."""
     found: dict[str, ModelFiles] = {}
     for name in names:
         if name not in builtin_models():
@@ -96,12 +96,12 @@ def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
 
 
 def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
-    """Name -> file name -> sha256: what a result keeps of its models."""
+    """Return name -> file name -> sha256: what a result keeps of its models."""
     return {name: sha256_of(files) for name, files in sorted(evidence.items())}
 
 
 def sha256_of(files: ModelFiles) -> dict[str, str]:
-    """File name -> sha256."""
+    """Return file name -> sha256."""
     return {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
 
 

@@ -57,15 +57,15 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """A model whose modes are uncertain has more of them, so it is tabulated with real modes, which is near enough.
-        Raises ModelError for a grid that is too small or a model without encoder or joints."""
+        """Return a model whose modes are uncertain has more of them, so it is tabulated with real modes, which is near
+        enough. Raises ModelError for a grid that is too small or a model without encoder or joints."""
         check_tabulated(model)
         quick = of_damping(model, "modal") if model.scatters else None
         return cls(quick or model, *grid(nx, ny), table_frequencies())
 
     @property
     def sha256(self) -> str:
-        """Of model, its values and the grid."""
+        """Return the hash of the model, its values and the grid."""
         values = json.dumps({n: repr(v) for n, v in sorted(self.model.values.items())})
         parts = [self.model.sha256.encode(), self.model.damping.encode(), values.encode()]
         parts += [a.tobytes() for a in (self.dx, self.dy, self.f)]
@@ -73,21 +73,21 @@ class Plan:
 
     @property
     def path(self) -> Path:
-        """Where its table lies."""
+        """Return where its table lies."""
         name = "".join(c if c.isalnum() or c in "._-" else "_" for c in self.model.name)
         return home() / "tables" / f"{name}-{self.sha256[:12]}.npz"
 
     @property
     def rows(self) -> Path:
-        """Folder of its finished rows."""
+        """Return folder of its finished rows."""
         return self.path.with_suffix(".rows")
 
     def row(self, i: int) -> Row:
-        """(Y, F) row of dx[i]."""
+        """Return (Y, F) row of dx[i]."""
         return ratios(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
-        """Whether a stored row is what this program computes, by its first entry."""
+        """Return whether a stored row is what this program computes, by its first entry."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
         first = ratios(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
@@ -95,7 +95,7 @@ class Plan:
 
 
 def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int | None = None) -> MisalignmentTable:
-    """The stored table of a model, built first where it is missing or stale. Raises ModelError, OSError."""
+    """Return the stored table of a model, built first where it is missing or stale. Raises ModelError, OSError."""
     plan = Plan.of(model, nx, ny)
     try:
         return read_table(plan)
@@ -134,8 +134,8 @@ def write_table(path: Path, table: MisalignmentTable) -> None:
 
 
 def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
-    """The stored table of a plan. Raises FileNotFoundError, or TableError for one that is damaged, of another model, or
-    not what this program computes any more."""
+    """Return the stored table of a plan. Raises FileNotFoundError, or TableError for one that is damaged, of another
+    model, or not what this program computes any more."""
     path = path or plan.path
     table = open_table(path)
     if table.sha256 != plan.sha256:
@@ -147,7 +147,7 @@ def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
 
 
 def open_table(path: Path) -> MisalignmentTable:
-    """A stored table, whosever. Raises FileNotFoundError, or TableError for a damaged one."""
+    """Return a stored table, whosever. Raises FileNotFoundError, or TableError for a damaged one."""
     if not path.exists():
         raise FileNotFoundError(2, "no such table", str(path))
     try:
@@ -182,7 +182,7 @@ def _row_file(plan: Plan, i: int) -> Path:
 
 
 def _finished(plan: Plan) -> Iterator[tuple[int, Row]]:
-    """Rows of an earlier build that hold."""
+    """Yield rows of an earlier build that hold."""
     for i in range(plan.dx.size):
         path = _row_file(plan, i)
         if not path.exists():
@@ -225,7 +225,7 @@ _PLAN: list[Plan] = []
 
 
 def _hold(plan: Plan) -> None:
-    """In a worker: the plan stays here, so that a task is a number."""
+    """Keep the plan in a worker, so that a task is a number."""
     worker_process.begin()
     _PLAN[:] = [plan]
 

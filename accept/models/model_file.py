@@ -47,12 +47,12 @@ _OPENED: dict[tuple[str, str], Opened] = {}
 
 
 def open_model(name: str | Path) -> Model:
-    """Model by built-in name or TOML file, its [[effects]] built in. Raises SpecError or ModelError."""
+    """Return model by built-in name or TOML file, its [[effects]] built in. Raises SpecError or ModelError."""
     return opened(name).model
 
 
 def opened(name: str | Path) -> Opened:
-    """The same with its description. A model that its one file describes whole is built once for the same bytes,
+    """Return the same with its description. A model that its one file describes whole is built once for the same bytes,
     however often it is asked for: for its hash, by checks, by the gap workflow, by the next unit."""
     spec = load_model(name)
     if spec.apa_file is not None:
@@ -66,7 +66,8 @@ def opened(name: str | Path) -> Opened:
 
 
 def opened_of(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | None] = matrices_of) -> Opened:
-    """The model of a description. matrices: reads the superelement that it names, from elsewhere where need be."""
+    """Return the model of a description. matrices: reads the superelement that it names, from elsewhere where need
+    be."""
     effects = effects_of(spec)
     held = [each for each in effects if effect_named(each[0]).in_model]
     left_out = tuple(name for name, _ in effects if not effect_named(name).in_model)
@@ -75,15 +76,15 @@ def opened_of(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement | No
 
 
 def as_weighed(given: Opened, serial: str, payload_kg: float | None) -> Opened:
-    """The model with the payload that a unit's folder states, if it does; as it is where it was fitted to this very
-    unit, because then it knows better."""
+    """Return the model with the payload that a unit's folder states, if it does; as it is where it was fitted to this
+    very unit, because then it knows better."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
     return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
-    """The file's effects by name, in order, without what has none (`elements_of`). Raises ModelError for a parameter
-    that is no number."""
+    """Return the file's effects by name, in order, without what has none (`elements_of`). Raises ModelError for a
+    parameter that is no number."""
     out = []
     for entry in (e for e in spec.effects if e.name != UNIDENTIFIED):
         for key, value in entry.parameters.items():
@@ -94,7 +95,7 @@ def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
 
 
 def elements_of(spec: ModelSpec) -> list[Element]:
-    """What the file adds without a name, one element for a channel. Raises ModelError."""
+    """Return what the file adds without a name, one element for a channel. Raises ModelError."""
     found: dict[str, Element] = {}
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
         one = element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
@@ -105,7 +106,7 @@ def elements_of(spec: ModelSpec) -> list[Element]:
 
 
 def with_elements(model: Model, elements: Sequence[Element]) -> Model:
-    """The model with channels multiplied by elements without a name."""
+    """Return the model with channels multiplied by elements without a name."""
     for one in elements:
         model = replace(model, values={**model.values, **one.values()})
     return model
@@ -185,8 +186,8 @@ def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: f
 
 
 def _listed(table: Any, key: str) -> tuple[str, int] | None:
-    """`com_x_mm` is number 0 of `com_mm`, where the file has such a list; `mode_stiffness_3` is number 2 of
-    `mode_stiffness`, which is made where there is none and filled up with ones."""
+    """Return `com_x_mm` is number 0 of `com_mm`, where the file has such a list; `mode_stiffness_3` is number 2 of
+    `mode_stiffness`, which is made if there is none and filled up with ones."""
     factors, _, number = key.rpartition("_")
     if factors in ("mode_stiffness", "mode_damping") and number.isdigit():
         if factors not in table:
@@ -208,7 +209,7 @@ def _section(document: TOMLDocument, names: Sequence[str]) -> Any:
 
 
 def _record_table(record: FitRecord | PopulationRecord) -> Any:
-    """The section of a record, a row of the covariance a line."""
+    """Return the section of a record, a row of the covariance a line."""
     table = tomlkit.table()
     table.update(record.model_dump(exclude_none=True, exclude={"covariance"}))
     rows = tomlkit.array()
@@ -218,7 +219,7 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
 
 
 def _put_element(document: TOMLDocument, fitted: Fitted) -> None:
-    """What has no name, in the place of an earlier element on the same channel."""
+    """Put an unidentified element in the place of an earlier one on the same channel."""
     one = fitted.element
     kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, one.channel)]
     if "effects" in document:
@@ -239,7 +240,7 @@ def _add_effect(document: TOMLDocument, name: str, parameters: Mapping[str, Any]
 
 
 def moved(text: bytes, old: Path, new: Path) -> bytes:
-    """A model file for another folder: what it names beside itself is named from there."""
+    """Return a model file for another folder: what it names beside itself is named from there."""
     document = tomlkit.parse(text.decode())
     file = document.get("apa", {}).get("file")
     if file is None:
@@ -249,7 +250,7 @@ def moved(text: bytes, old: Path, new: Path) -> bytes:
 
 
 def _from(folder: Path, file: Path) -> str:
-    """Path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
+    """Return path of a file as seen from a folder; absolute where no relative one exists (another drive)."""
     try:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
     except ValueError:

@@ -49,15 +49,15 @@ class Workbench:
         self.store.close()
 
     def known(self) -> list[KnownUnit]:
-        """Units of the kinds that are judged here. Raises StoreError."""
+        """Return units of the kinds that are judged here. Raises StoreError."""
         return [unit for unit in known_units(self.store) if unit.kind in self.specs]
 
     def known_one(self, serial: str) -> KnownUnit | None:
-        """Raises StoreError."""
+        """Raise StoreError."""
         return known_unit(self.store, serial)
 
     def problem(self, serial: str, kind: str) -> str | None:
-        """Why this cannot be the serial of a unit of this kind."""
+        """Return why this cannot be the serial of a unit of this kind."""
         return serial_problem(serial, self.specs[kind])
 
     def session(self, serial: str, kind: str, operator: str) -> Session:
@@ -65,7 +65,8 @@ class Workbench:
         return Session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
 
     def open_unit(self, begun: "Begun") -> tuple[Session, list[str]]:
-        """The unit with an attempt to work on, and what could not be taken from its folder. Raises as `session`."""
+        """Return the unit with an attempt to work on, and what could not be taken from its folder. Raises as
+        `session`."""
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             self.worker.warm()
@@ -103,7 +104,7 @@ class Begun:
 def open_bench(
     spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
 ) -> Workbench:
-    """The bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
+    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
     SettingsError, UnitError."""
     taken = unit_folder.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else [load_spec(name) for name in DEFAULT_SPEC.values()]
@@ -125,4 +126,4 @@ def open_bench(
 
 
 def _nothing() -> None:
-    """No instrument to let go of."""
+    """Do nothing: no instrument has to be released."""

@@ -22,8 +22,8 @@ from accept.workflow.state.unit_state import certificate_name
 
 
 def make_keys(home: Path, operator: str, passphrase: str) -> Path:
-    """The bench's authority and the operator's key; returns the file with the authority's passphrase, which belongs off
-    the bench. Raises KeysError, for keys that exist already too."""
+    """Return the bench's authority and the operator's key; returns the file with the authority's passphrase, which
+    belongs off the bench. Raises KeysError, for keys that exist already too."""
     return keys.init(home, passphrase, operator) / keys.AUTHORITY_PASSPHRASE
 
 
@@ -85,7 +85,7 @@ def _unlocked(session: Session, role: str, passphrase: str) -> Credential:
 
 
 def _keep_older(path: Path) -> None:
-    """A certificate of an earlier result of the same attempt was signed: it is set aside, never overwritten."""
+    """Set aside a signed certificate of an earlier result of the same attempt; it is never overwritten."""
     number = 1
     while path.exists():
         aside = path.with_name(f"{path.stem}_superseded-{number}.pdf")

@@ -15,7 +15,7 @@ class UnitLock:
     """Held from the first screen of a unit to its last."""
 
     def __init__(self, folder: Path) -> None:
-        """Raises UnitBusy, OSError."""
+        """Raise UnitBusy, OSError."""
         folder.mkdir(parents=True, exist_ok=True)
         self._lock = FileLock(folder / ".lock", mode=0o600, thread_local=False)
         try:

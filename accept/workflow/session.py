@@ -64,7 +64,7 @@ class Session:
     def __init__(
         self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: BenchFile | None = None
     ) -> None:
-        """stated: the bench file whose calibrations stand behind the findings, None where there is none.
+        """Open a unit. stated: the bench file whose calibrations stand behind the findings, None without one.
 
         Raises EntryError for a serial that cannot be, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(serial, spec):
@@ -91,21 +91,21 @@ class Session:
 
     @property
     def attempt(self) -> Attempt:
-        """The present attempt. Raises EntryError when none was begun."""
+        """Return the present attempt. Raises EntryError if none was begun."""
         if self.run.attempt is None:
             raise EntryError(f"{self.serial}: no attempt was started")
         return self.run.attempt
 
     @property
     def folder(self) -> Path:
-        """Folder of the present attempt."""
+        """Return folder of the present attempt."""
         return self.home / "units" / self.serial / folder_name(self.attempt.number)
 
     def step(self, name: str) -> WorkflowStep:
         return next(step for step in self.steps if step.name == name)
 
     def state(self, step: str) -> StepState:
-        """What was taken at a step; of a derived one what was taken at the step whose data it reads."""
+        """Return what was taken at a step; of a derived one what was taken at the step whose data it reads."""
         return _state_of(self.attempt, self.step(step))
 
     def status(self, step: WorkflowStep) -> Status:
@@ -113,7 +113,7 @@ class Session:
 
     @property
     def nonconformances(self) -> Sequence[str]:
-        """What was found wrong with the part and holds the unit, in this attempt or an earlier one. Raises
+        """Return what was found wrong with the part and holds the unit, in this attempt or an earlier one. Raises
         StoreError."""
         if self._held is None or self._held[0] != self.run.seq:
             notes = {step.name: note_lines(self.state(step.name)) for step in self.steps}
@@ -129,12 +129,12 @@ class Session:
         return next_step(others, states, self.spec_name, code_sha256())
 
     def judgement(self, step: str) -> StepJudgement | None:
-        """The stored judgement of a step where it still holds."""
+        """Return the stored judgement of a step where it still holds."""
         return judgement_of(self.state(step), self.spec_name, code_sha256())
 
     def panels(self, step: str) -> Mapping[str, Panel]:
-        """Pictures of the last judgement of a step made by this program, none before it; of a slow one also those of a
-        program before."""
+        """Return pictures of the last judgement of a step made by this program, none before it; of a slow one also
+        those of a program before."""
         key = (step, self.state(step).upto)
         if key not in self._panels and self.step(step).check.model is not None:
             self._panels[key] = panel_cache.load(self.folder, *key)
@@ -147,7 +147,7 @@ class Session:
         return self.append(AttemptStarted(number, self.spec.kind, dict(parts), reason, written))
 
     def resume(self) -> Event:
-        """Note that the present attempt is taken up again. Raises EntryError when it is one of another kind."""
+        """Return note that the present attempt is taken up again. Raises EntryError if it is one of another kind."""
         if self.attempt.kind != self.spec.kind:
             raise EntryError(f"{self.serial} is a {self.attempt.kind}, spec {self.spec.name} judges {self.spec.kind}")
         return self.append(RunOpened(self.attempt.number))
@@ -236,7 +236,7 @@ class Session:
         return self.append(EntryUndone(self.attempt.undoable[-1]))
 
     def ever_given(self) -> frozenset[tuple[str, str, int | None]]:
-        """(step, input, index) of all that was entered in the present attempt, undone or not."""
+        """Return (step, input, index) of all that was entered in the present attempt, undone or not."""
         given = (payload_of(e, ValueTaken, RecordLinked) for e in self._events if e.seq > self._begun)
         return frozenset(
             (p.step, p.input, p.index if isinstance(p, ValueTaken) else None)
@@ -245,16 +245,16 @@ class Session:
         )
 
     def before_attempt(self) -> list[Event]:
-        """What is stored of the unit from before the present attempt."""
+        """Return what is stored of the unit from before the present attempt."""
         return [e for e in self._events if e.seq < self._begun]
 
     @property
     def _begun(self) -> int:
-        """Number of the event that started the present attempt, 0 without one."""
+        """Return number of the event that started the present attempt, 0 without one."""
         return max((e.seq for e in self._events if e.what == AttemptStarted.KIND), default=0)
 
     def last_entry(self) -> Event | None:
-        """What `undo` would take back."""
+        """Return what `undo` would take back."""
         seqs = self.attempt.undoable
         return next((e for e in reversed(self._events) if seqs and e.seq == seqs[-1]), None)
 
@@ -277,12 +277,12 @@ class Session:
 
     @property
     def responses(self) -> StepState | None:
-        """The step whose records the gap workflow explains; None where the spec asks for none."""
+        """Return the step whose records the gap workflow explains; None if the spec asks for none."""
         return self.attempt.step("frf") if "frf" in {step.name for step in self.steps} else None
 
     @property
     def gap(self) -> Mapping[str, Any] | None:
-        """What the gap workflow said of the present responses, None before it."""
+        """Return what the gap workflow said of the present responses, None before it."""
         found, state = self.attempt.gap, self.responses
         return found[1] if found and state and found[0] == state.upto else None
 
@@ -317,7 +317,7 @@ class Session:
 
     @property
     def result(self) -> UnitResult | None:
-        """The last result of `judge`, None when what it was judged from is no longer all that is stored."""
+        """Return the last result of `judge`, None when what it was judged from is no longer all that is stored."""
         if self._result is None or self.attempt.verdict is None or self._result[0] != self.attempt.given:
             return None
         return self._result[1]
@@ -343,7 +343,7 @@ class Session:
         self.run = fold_run(self.serial, self._events)
 
     def _written(self) -> Attempt:
-        """The present attempt, with `unit.toml` in its folder as the state has it."""
+        """Return the present attempt, with `unit.toml` in its folder as the state has it."""
         with self._mutex:
             attempt = self.attempt
             attach.write_document(self.folder, section.document(self.serial, attempt, self.steps))

@@ -39,7 +39,7 @@ class Status(Enum):
 
     @property
     def role(self) -> str:
-        """Name of its style class."""
+        """Return name of its style class."""
         return self.name.lower().replace("_", "-")
 
 
@@ -47,19 +47,19 @@ _WORST_FIRST = (Status.FAIL, Status.NO_RESULT, Status.CONDITIONAL, Status.PASS)
 
 
 def of_findings(findings: Iterable[Finding]) -> Status:
-    """The worst of the findings; a step without any was taken and no more."""
+    """Return the worst of the findings; a step without any was taken and no more."""
     found = {Status[f.verdict.name] for f in findings}
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
 
 def judgement_of(state: StepState, spec: str, code: str) -> StepJudgement | None:
-    """The judgement that still holds: same entries, same spec, same program."""
+    """Return the judgement that still holds: same entries, same spec, same program."""
     last = state.judgements.get(state.upto)
     return last if last is not None and (last.spec, last.code) == (spec, code) else None
 
 
 def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Status:
-    """Where a step stands, by what was given and judged under this spec and program."""
+    """Return where a step stands, by what was given and judged under this spec and program."""
     if not state.entries:
         return Status.NOT_DONE
     judgement = judgement_of(state, spec, code)
@@ -71,7 +71,7 @@ def status_of(step: WorkflowStep, state: StepState, spec: str, code: str) -> Sta
 def next_step(
     steps: Iterable[WorkflowStep], states: Mapping[str, StepState], spec: str, code: str
 ) -> WorkflowStep | None:
-    """The first step that is not complete: where a restarted workflow stands.
+    """Return the first step that is not complete: where a restarted workflow stands.
 
     Complete is one that everything was given for, or that was judged without an input it can do without and still said
     something of every quantity; one without data of its own when it was judged.

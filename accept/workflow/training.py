@@ -64,8 +64,8 @@ class TrainingInstruments(BenchInstruments):
 
 
 def open_training(spec: str | None, seed: int | None) -> Workbench:
-    """A bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what `open_bench`
-    does, UnitRequestError, ModelError."""
+    """Return a bench with one new unit, its records in a folder, its instruments on pseudo-terminals. Raises what
+    `open_bench` does, UnitRequestError, ModelError."""
     chosen = load_spec(spec or DEFAULT_SPEC["apa"])
     place = home() / "training"
     seed = random.SystemRandom().randrange(10**6) if seed is None else seed
@@ -88,7 +88,7 @@ def open_training(spec: str | None, seed: int | None) -> Workbench:
 
 
 def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
-    """A unit with one of the faults that its kind can have, or with none, and the words that tell it."""
+    """Return a unit with one of the faults that its kind can have, or with none, and the words that tell it."""
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
@@ -98,7 +98,7 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
 
 
 def hidden_words(fault: str | None) -> str:
-    """What was wrong, and which findings had to show it."""
+    """Return what was wrong, and which findings had to show it."""
     if fault is None:
         return "Nothing was wrong with this unit: every finding had to pass."
     shows = ", ".join(f"{label_of(quantity)}: {verdict.replace('_', ' ')}" for quantity, verdict in FAULTS[fault].shows)

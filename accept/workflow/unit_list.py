@@ -26,7 +26,7 @@ class KnownUnit:
 
 
 def known_units(store: Store) -> list[KnownUnit]:
-    """Every unit with an attempt. Raises StoreError."""
+    """Return every unit with an attempt. Raises StoreError."""
     last = {event.subject: event.seq for event in store.events(what=AttemptStarted.KIND)}
     serials = sorted(last, key=lambda serial: -last[serial])
     found = (known_unit(store, serial) for serial in serials)
@@ -34,7 +34,7 @@ def known_units(store: Store) -> list[KnownUnit]:
 
 
 def known_unit(store: Store, serial: str) -> KnownUnit | None:
-    """What is known of one serial, None for a new one. Raises StoreError."""
+    """Return what is known of one serial, None for a new one. Raises StoreError."""
     attempt = fold_run(serial, store.events(serial)).attempt
     if attempt is None:
         return None

@@ -76,7 +76,7 @@ class Driver:
 def serial_driver(
     driver: Callable[..., Instrument], settings: type[Strict], *names: str, trials: tuple[Trial, ...] = ()
 ) -> Driver:
-    """A driver on a serial line: all of them are made alike."""
+    """Return a driver on a serial line: all of them are made alike."""
 
     def opened(name: str, entry: InstrumentEntry, _: Ask) -> Instrument:
         return driver(name, link_of(name, entry), settings_of(name, settings, entry), entry.model, entry.serial)
@@ -85,14 +85,14 @@ def serial_driver(
 
 
 def link_of(name: str, entry: InstrumentEntry) -> Link:
-    """The line that an entry describes. Raises SettingsError."""
+    """Return the line that an entry describes. Raises SettingsError."""
     if entry.link is None:
         raise SettingsError(f"{name}: [instruments.{name}.link] is missing: port, baud, data_bits, parity...")
     return Link(LineSettings(**entry.link.model_dump()))
 
 
 def settings_of(name: str, kind: type[S], entry: InstrumentEntry) -> S:
-    """An entry's settings, of the driver's own kind. Raises SettingsError."""
+    """Return an entry's settings, of the driver's own kind. Raises SettingsError."""
     try:
         return kind.model_validate(entry.settings)
     except ValidationError as e:

@@ -42,7 +42,7 @@ class HeidenhainSettings(LengthSettings):
 
     @property
     def series(self) -> str:
-        """The series status that a value may have."""
+        """Return the series status that a value may have."""
         return SERIES[self.axis]
 
 
@@ -56,7 +56,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
     """Position [m] of the probe. Nothing is set: the readout's own settings are the technician's."""
 
     def _identify(self, deadline: Deadline) -> Identity:
-        """The identification has no fixed fields: words are looked for, and the whole must stay as it is."""
+        """Look for words: the identification has no fixed fields, and the whole must stay as it is."""
         words = self._identification(deadline)
         wanted = self.settings.identification
         if wanted is not None and (words is None or _letters(wanted) not in _letters(words)):
@@ -65,7 +65,7 @@ class Heidenhain(LengthInstrument[HeidenhainSettings]):
         return Identity(identification=words or "not told")
 
     def _identification(self, deadline: Deadline) -> str | None:
-        """The three lines of A0000, joined by blanks; None where the readout refuses it. Raises InstrumentError."""
+        """Return the three lines of A0000, joined by blanks; None if the readout refuses it. Raises InstrumentError."""
         within = deadline.within(self.settings.timeout_s)
         self._say(ESC + b"A0000\r")
         first = b"\r"
@@ -97,7 +97,7 @@ def _letters(words: str) -> str:
 
 
 def parse_frame(who: str, line: bytes, settings: HeidenhainSettings) -> tuple[float, str]:
-    """Metres of a value's 15 characters, by the unit in them, and the series status. Raises Garbled, OverRange,
+    """Return metres of a value's 15 characters, by the unit in them, and the series status. Raises Garbled, OverRange,
     Implausible."""
     found = FRAME.fullmatch(line.decode("latin-1"))
     if not found or len(found["number"]) != NUMBER_LENGTH:

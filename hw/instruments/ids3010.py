@@ -50,7 +50,7 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         )
 
     def _start(self, deadline: Deadline) -> None:
-        """On a connection of its own: what was asked before an error answers nothing after it."""
+        """Start on a connection of its own, so that no answer to an earlier question is taken."""
         self.link.close()
         super()._start(deadline)
 
@@ -123,8 +123,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
             return replace(reading, settings=said)
 
     def _call(self, method: str, deadline: Deadline, *params: object) -> Any:
-        """The first value of a method's result. Raises InstrumentRefused for its errors, Garbled for what is no answer
-        to it."""
+        """Return the first value of a method's result. Raises InstrumentRefused for its errors, Garbled for what is no
+        answer to it."""
         number = next(self._numbers)
         request = {"jsonrpc": "2.0", "method": method, "params": list(params), "id": number, "api": 2}
         line = self._ask(json.dumps(request).encode("ascii") + b"\r\n", END, deadline).strip()

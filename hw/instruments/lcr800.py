@@ -73,7 +73,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
 
     @property
     def _choices(self) -> dict[str, str]:
-        """What it is set to, in the order in which it is set, but frequency and voltage."""
+        """Return what it is set to, in the order in which it is set, but frequency and voltage."""
         held = {"TRIG": "MANU", "DISP": "VALU", "MODE": "CD", "R.H.": "OFF."}
         return held | {"CIRC": self.settings.circuit, "SPEE": self.settings.speed}
 
@@ -113,8 +113,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._open(deadline)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Everything that a value depends on and the keys can change. Raises InstrumentRefused with a
-        bias on, Implausible."""
+        """Return everything that a value depends on and the keys can change. Raises InstrumentRefused with a bias on,
+        Implausible."""
         found = {}
         for header, choice in self._choices.items():
             found[header] = self._asked(header, deadline)
@@ -173,7 +173,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             raise InstrumentRefused(f"{self.name}: {message} was answered {said!r}, expected its echo: not set")
 
     def _command(self, message: str, deadline: Deadline, streamed: int = 0) -> str:
-        """Reply to a message. streamed: how many results of a meter that triggers itself may stand before it."""
+        """Return reply to a message. streamed: how many results of a meter that triggers itself may stand before it."""
         if streamed:
             self.link.drop()
             self.link.send(message.encode("ascii") + b"\n\r")
@@ -205,8 +205,8 @@ def _is_number(text: str, value: float) -> bool:
 
 
 def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Settings) -> tuple[float, float]:
-    """C [F] and D of the two result lines. Raises Garbled where widths, digits, point or unit are not as they must be,
-    Implausible outside the plausible range."""
+    """Return C [F] and D of the two result lines. Raises Garbled if widths, digits, point or unit are not as they must
+    be, Implausible outside the plausible range."""
     first = PRIMARY.fullmatch(text_of(who, primary))
     second = SECONDARY.fullmatch(text_of(who, secondary))
     if not first or not second:
@@ -223,7 +223,8 @@ def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Se
 
 
 def _number(who: str, line: bytes, field: str, width: int, digits: int) -> float:
-    """The number in a field of fixed width; the manual prints examples without the blank of the sign, so one less."""
+    """Return the number in a field of fixed width; the manual prints examples without the blank of the sign, so one
+    less."""
     if len(field) not in (width, width - 1) or sum(c.isdigit() for c in field) != digits:
         words = f"{width} characters with {digits} digits"
         raise Garbled(f"{who}: {line!r} has the number field {field!r}, expected {words}")

@@ -54,25 +54,25 @@ class Manual:
             raise SettingsError(f"{name}: unit = {settings.unit!r}, expected one of {words}")
 
     def connect(self) -> Identity:
-        """Nobody to ask."""
+        """Do nothing: no instrument is connected."""
         return Identity()
 
     def read(self) -> Reading:
-        """What is typed. Raises Garbled for no number with unit, Implausible outside the range."""
+        """Return what is typed. Raises Garbled for no number with unit, Implausible outside the range."""
         typed = self._ask(f"{self.name}: reading with its unit, such as 4.99 {self.settings.unit}: ")
         value = parse_typed(self.name, typed, self.settings, self.unit)
         return Reading(value, self.unit, time.time(), (typed.encode("utf-8"),))
 
     def confirm(self) -> Identity:
-        """Nobody to ask."""
+        """Do nothing: no instrument is connected."""
         return Identity()
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: no port is open."""
 
 
 def parse_typed(who: str, typed: str, settings: ManualSettings, unit: str) -> float:
-    """SI value of typed text. Raises Garbled, Implausible."""
+    """Return SI value of typed text. Raises Garbled, Implausible."""
     found = ENTRY.fullmatch(typed)
     if not found or not found["number"].isascii():
         words = "use a decimal point, not a comma" if "," in typed else "a number and its unit"

@@ -55,7 +55,7 @@ class MillimarSettings(LengthSettings):
 
 
 def check_error(who: str, line: bytes) -> None:
-    """Raises what an error reply says (sibling models; the C1216's own are not published)."""
+    """Raise what an error reply says (sibling models; the C1216's own are not published)."""
     if line.strip().startswith(b"OV"):
         raise OverRange(f"{who}: it is over range ({line!r})")
     if found := re.fullmatch(rb"\s*ERR ?(\d)\s*", line):
@@ -65,7 +65,7 @@ def check_error(who: str, line: bytes) -> None:
 
 
 def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[float, int]:
-    """Metres of `xxx.xxx<unit>` without its end, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
+    """Return metres of `xxx.xxx<unit>` without its end, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
     Implausible."""
     check_error(who, line)
     found = VALUE.fullmatch(line.decode("latin-1").rstrip(" "))
@@ -81,7 +81,8 @@ def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[floa
 
 
 def parse_bare(who: str, text: str, unit: str, settings: MillimarSettings) -> tuple[float, int]:
-    """Metres of a number without unit, in the unit that was set, and its decimals. Raises Garbled, Implausible."""
+    """Return metres of a number without unit, in the unit that was set, and its decimals. Raises Garbled,
+    Implausible."""
     line = text.encode("latin-1")
     found = BARE_VALUE.fullmatch(text)
     if not found:
@@ -109,7 +110,7 @@ class Millimar(LengthInstrument[M]):
     end: ClassVar[bytes]
 
     def _line(self, message: str, deadline: Deadline) -> bytes:
-        """The reply to a message, without its end. Raises InstrumentError; silence has a usual cause."""
+        """Return the reply to a message, without its end. Raises InstrumentError; silence has a usual cause."""
         try:
             reply = self._ask(message.encode("ascii") + b"\r", self.end, deadline)
         except NoReply as e:
@@ -118,7 +119,7 @@ class Millimar(LengthInstrument[M]):
         return reply.removesuffix(self.end).lstrip(b"\r\n")
 
     def _text(self, message: str, deadline: Deadline) -> str:
-        """The reply as text, when it is no error."""
+        """Return the reply as text, when it is no error."""
         line = self._line(message, deadline)
         check_error(self.name, line)
         return text_of(self.name, line)

@@ -52,7 +52,7 @@ class MillimarM1240(Millimar[M1240Settings]):
         return Identity(found["model"], None, found["version"])
 
     def _agreed(self, deadline: Deadline) -> Reading:
-        """In the bench file's unit, in another one, and again: the display is left in its own."""
+        """Read in the bench file's unit, in another one, and again, so that the display keeps its own."""
         ours = self.settings.unit
         other = OTHER_UNIT[ours]
         (first, step), (check, check_step) = self._in_unit(ours, deadline), self._in_unit(other, deadline)
@@ -72,7 +72,7 @@ class MillimarM1240(Millimar[M1240Settings]):
         return self._in_unit(self.settings.unit, deadline)[0]
 
     def _in_unit(self, unit: str, deadline: Deadline) -> tuple[Reading, float]:
-        """A reading in a unit, and its last digit [m]."""
+        """Return a reading in a unit, and its last digit [m]."""
         self._set_unit(unit, deadline)
         lines = [self._text("M", deadline)]
         while len(lines) < self.settings.features:

@@ -61,7 +61,7 @@ class MillimarOptors(Millimar[OptorsSettings]):
         return Identity(model.strip(), self._question("SER?", deadline))
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Unit and formula; `CHA-1-2` reads back as `-C1-C2`, where a leading + may be missing (assumed)."""
+        """Return unit and formula; `CHA-1-2` reads back as `-C1-C2`, where a leading + may be missing (assumed)."""
         if not self._duplex:
             return self._silence(deadline)
         spelled = self.settings.micrometre if self.settings.unit == "um" else self.settings.unit
@@ -77,13 +77,13 @@ class MillimarOptors(Millimar[OptorsSettings]):
         return {"unit": unit, "formula": said}
 
     def _silence(self, deadline: Deadline) -> Mapping[str, str]:
-        """Where nothing can be asked, nothing more may come either: an answer too many is one that was late."""
+        """Raise if more comes on a line that cannot be asked: one answer too many was late."""
         if came := self.link.drop_until_quiet(self.settings.quiet_s, deadline).strip(b"\r\n"):
             raise Garbled(f"{self.name}: {came[:40]!r} came unasked; is it sending by itself, or was DATA pressed?")
         return {}
 
     def _question(self, message: str, deadline: Deadline) -> str:
-        """The reply to `ID?` and its like, without blanks. Raises InstrumentError."""
+        """Return the reply to `ID?` and its like, without blanks. Raises InstrumentError."""
         return self._text(message, deadline).strip(" _")
 
     def _measure(self, deadline: Deadline) -> Reading:

@@ -43,7 +43,7 @@ class Identity:
 
 
 def check_identity(who: str, said: Identity, model: str | None, serial: str | None) -> None:
-    """Raises WrongInstrument where the instrument says another model or serial number than the bench file."""
+    """Raise WrongInstrument if the instrument says another model or serial number than the bench file."""
     for name, found, expected in (("model", said.model, model), ("serial number", said.serial, serial)):
         if found is not None and expected is not None and found != expected:
             words = "are two instruments swapped?"
@@ -51,7 +51,7 @@ def check_identity(who: str, said: Identity, model: str | None, serial: str | No
 
 
 def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str]) -> None:
-    """Raises Implausible where the instrument says other settings than before."""
+    """Raise Implausible if the instrument says other settings than before."""
     changed = [
         f"{key} was {before[key]!r} and is {now[key]!r}"
         for key in before.keys() & now.keys()
@@ -63,11 +63,11 @@ def check_unchanged(who: str, before: Mapping[str, str], now: Mapping[str, str])
 
 
 def agreed(who: str, readings: Sequence[Reading], within: float, more_within: float = 0.0) -> Reading:
-    """Their mean, at the time of the last. Raises Implausible when two of them differ by more than `within` [SI], when
-    what came with them differs by more than `more_within`, or when they came under different settings.
+    """Return the mean of readings, at the time of the last. Raises Implausible if two of them differ by more than
+    `within` [SI], when what came with them differs by more than `more_within`, or when they came under different
+    settings.
 
-    A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can.
-    """
+    A serial line without checksum cannot tell 12.3 from a damaged 18.3; two answers to two questions can."""
     last = readings[-1]
     columns = [(last.unit, [reading.value for reading in readings], within)]
     columns += [(key, [reading.more[key] for reading in readings], more_within) for key in last.more]
@@ -87,7 +87,7 @@ def agreed(who: str, readings: Sequence[Reading], within: float, more_within: fl
 
 
 def no_value(who: str, line: bytes, expected: str) -> InstrumentError:
-    """What to say of a reply that is no value, by its look."""
+    """Return what to say of a reply that is no value, by its look."""
     if re.search(rb"-{3,}|_{3,}|OVER|^\s*OV|\bOL\b", line):
         return OverRange(f"{who}: it is over range, or has no probe ({line!r})")
     if re.search(rb"\d,\d", line):

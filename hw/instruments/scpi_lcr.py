@@ -259,7 +259,7 @@ class ScpiLcr(SerialInstrument[ScpiLcrSettings]):
 
 
 def parse_measured(who: str, said: str, status: bool) -> tuple[float, float]:
-    """C [F] and D of `C,D` or `C,D,status`. Raises Garbled, OverRange, InstrumentRefused."""
+    """Return C [F] and D of `C,D` or `C,D,status`. Raises Garbled, OverRange, InstrumentRefused."""
     fields = [field.strip() for field in said.split(",")]
     if len(fields) != (3 if status else 2) or not all(NUMBER.fullmatch(field) for field in fields):
         raise Garbled(f"{who}: {said!r}, expected C, D{' and the status' if status else ''}")

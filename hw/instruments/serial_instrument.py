@@ -64,7 +64,7 @@ class SerialInstrument(ABC, Generic[S]):
             return self._state(deadline)[0]
 
     def read(self) -> Reading:
-        """One reading that two answers agree on. Raises InstrumentError."""
+        """Return one reading that two answers agree on. Raises InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -79,7 +79,8 @@ class SerialInstrument(ABC, Generic[S]):
             return replace(reading, settings=settings)
 
     def confirm(self) -> Identity:
-        """End a run: still the same instrument, set as it was; asked before anything is set. Raises InstrumentError."""
+        """Return end a run: still the same instrument, set as it was; asked before anything is set. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -113,14 +114,14 @@ class SerialInstrument(ABC, Generic[S]):
         self._session = self.link.opened
 
     def _state(self, deadline: Deadline) -> tuple[Identity, dict[str, str]]:
-        """Who answers, as the bench file wants it, and all that it says of itself."""
+        """Return what the instrument says of itself; it must be the one that the bench file names."""
         identity = self._identify(deadline)
         check_identity(self.name, identity, self.model, self.serial)
         said = {key: value for key, value in asdict(identity).items() if value is not None}
         return identity, said | dict(self._ask_settings(deadline))
 
     def _agreed(self, deadline: Deadline) -> Reading:
-        """As many answers as it takes to believe them, where they agree."""
+        """Return answers that agree, as many as it takes to believe them."""
         readings = [self._measure(deadline) for _ in range(self.answers)]
         return agreed(self.name, readings, self._within(readings[0]), self._more_within)
 
@@ -135,11 +136,11 @@ class SerialInstrument(ABC, Generic[S]):
 
     @abstractmethod
     def _within(self, first: Reading) -> float:
-        """How far two answers in a row may differ [SI]."""
+        """Return how far two answers in a row may differ [SI]."""
 
     @property
     def _more_within(self) -> float:
-        """How far what comes with them may differ."""
+        """Return how far what comes with them may differ."""
         return 0.0
 
     def _open(self, deadline: Deadline) -> None:
@@ -160,7 +161,7 @@ class SerialInstrument(ABC, Generic[S]):
         return Identity()
 
     def _ask_settings(self, _: Deadline) -> Mapping[str, str]:
-        """What it says it is set to, when that is as the bench file wants it; nothing where the protocol has no
+        """Return what it says it is set to, when that is as the bench file wants it; nothing if the protocol has no
         question. Raises InstrumentError."""
         return {}
 
@@ -184,7 +185,7 @@ class SerialInstrument(ABC, Generic[S]):
 
 
 def text_of(who: str, line: bytes) -> str:
-    """A reply as text. Raises Garbled for any byte that is not printable ASCII."""
+    """Return a reply as text. Raises Garbled for any byte that is not printable ASCII."""
     if b"\x13" in line or b"\x11" in line:
         raise Garbled(f"{who}: {line!r} holds XON or XOFF: the bench file needs handshake = 'xonxoff'")
     if any(not 0x20 <= byte < 0x7F for byte in line):

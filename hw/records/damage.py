@@ -33,7 +33,7 @@ DAMAGE = (
 
 @contextmanager
 def refused(file: str) -> Iterator[None]:
-    """Turns every failure of a parser inside the block into a RecordError that names the file.
+    """Turn every failure of a parser inside the block into a RecordError that names the file.
 
     Floating-point warnings are held back: a signalling NaN of a damaged file warns when it is cast, and the vetting of
     the values refuses it in words anyway.

@@ -120,7 +120,7 @@ def _variable(name: str, column: Column) -> Variable:
 
 
 def columns_of(source: Source) -> dict[str, Column]:
-    """Every vector of numbers that a file holds, by name; of structures as `outer.inner`. Raises RecordError."""
+    """Return every vector of numbers that a file holds, by name; of structures as `outer.inner`. Raises RecordError."""
     head = source.raw[:1024]
     try:
         if source.suffix in (".csv", ".txt", ".dat"):
@@ -141,8 +141,8 @@ def columns_of(source: Source) -> dict[str, Column]:
 
 
 def _text(source: Source) -> dict[str, Column]:
-    """A table with one header line, and maybe a line of units below it; fields apart by `;`, tab or comma; with `;` or
-    tab also decimal commas."""
+    """Return a table with one header line, and maybe a line of units below it; fields apart by `;`, tab or comma; with
+    `;` or tab also decimal commas."""
     if b"\0" in source.raw:
         raise Unreadable(f"{source.file}: is not text")
     lines = [line for line in _decoded(source.raw).splitlines() if line.strip()]
@@ -165,7 +165,7 @@ def _text(source: Source) -> dict[str, Column]:
 
 
 def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> None:
-    """fields: their number in each row. Raises RecordError."""
+    """Raise RecordError if rows differ in length. fields: their number in each row."""
     if not fields:
         raise RecordError(f"{file}: holds no numbers below its header")
     if twice := next((h for h in heads if heads.count(h) > 1), None):
@@ -178,7 +178,7 @@ def _vet_table(file: str, heads: list[str], fields: list[int], apart: str) -> No
 
 
 def _decoded(raw: bytes) -> str:
-    """UTF-8, else as Windows writes text in western Europe."""
+    """Return UTF-8, else as Windows writes text in western Europe."""
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -218,7 +218,7 @@ def _hdf5(source: Source) -> dict[str, Column]:
 
 
 def _named(file: str, found: Iterable[tuple[str, Column]]) -> dict[str, Column]:
-    """By name. Raises RecordError for two vectors of one name: which is meant cannot be known."""
+    """Return vectors by name. Raises RecordError if two have one name: which is meant cannot be known."""
     out: dict[str, Column] = {}
     for name, column in found:
         if name in out and column.values.size > 1:
@@ -235,7 +235,7 @@ def _find(file: str, wanted: str, found: Mapping[str, Column]) -> str:
 
 
 def _hits(wanted: str, found: Mapping[str, Column]) -> list[str]:
-    """The vectors of that name: whole, else without its unit, else its last part."""
+    """Return the vectors of that name: whole, else without its unit, else its last part."""
     hits: list[str] = []
     for same in (
         lambda n: n == wanted,
@@ -247,12 +247,12 @@ def _hits(wanted: str, found: Mapping[str, Column]) -> list[str]:
 
 
 def _plain(name: str) -> str:
-    """Name without its unit and without the structures around it."""
+    """Return name without its unit and without the structures around it."""
     return parse_header(name)[0].rsplit(".", 1)[-1].rsplit("/", 1)[-1].strip("\"'")
 
 
 def _in_unit(file: str, name: str, column: Column, wanted: str) -> Array:
-    """(N,) in the unit that the name has here; a file that says none is taken to mean it."""
+    """Return (N,) in the unit that the name has here; a file that says none is taken to mean it."""
     if not column.unit or not wanted:
         return column.values.copy()
     try:

@@ -21,7 +21,8 @@ class Column:
 
 
 def vectors(name: str, value: Any, labels: Sequence[str] = (), depth: int = 0) -> Iterator[tuple[str, Column]]:
-    """Of structures as `outer.inner`, of a matrix by its labels, else as `name[1]`, `name[2]`. Single numbers too."""
+    """Return the vectors of structures as `outer.inner`, of a matrix by its labels, else as `name[1]`, `name[2]`.
+    Single numbers too."""
     if depth > _DEEPEST:
         return
     if isinstance(value, Mapping):
@@ -34,8 +35,8 @@ def vectors(name: str, value: Any, labels: Sequence[str] = (), depth: int = 0) -
 
 
 def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[tuple[str, Column]]:
-    """dSPACE: X and Y. timeseries: Time and Data. Simulink, structure with time: `signals` with `values` and `label`.
-    Speedgoat, file scope: `data` with `signalNames`. Else fields side by side."""
+    """Read a structure. dSPACE: X and Y. timeseries: Time and Data. Simulink, structure with time: `signals` with
+    `values` and `label`. Speedgoat, file scope: `data` with `signalNames`. Else fields side by side."""
     if {"X", "Y"} <= set(value):
         yield from _dspace(value)
         return
@@ -49,7 +50,8 @@ def _structure(name: str, value: Mapping[str, Any], depth: int) -> Iterator[tupl
 
 
 def _timeseries(name: str, value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:
-    """A timeseries as a structure, by `struct` or `get` of MATLAB: its data by its own name or that of the variable."""
+    """Yield a timeseries as a structure, by `struct` or `get` of MATLAB: its data by its own name or that of the
+    variable."""
     own = value.get("Name")
     label = own if isinstance(own, str) and own not in ("", "unnamed") else name
     yield f"{label}.Time", Column(_flat(value["Time"]), "s")
@@ -57,7 +59,7 @@ def _timeseries(name: str, value: Mapping[str, Any]) -> Iterator[tuple[str, Colu
 
 
 def _dspace(value: Mapping[str, Any]) -> Iterator[tuple[str, Column]]:
-    """The first time axis and what was sampled by it; signals of another axis have other instants."""
+    """Yield the first time axis and what was sampled by it; signals of another axis have other instants."""
     axes = _with_data(value["X"])
     if axes:
         yield "t", Column(_flat(axes[0]["Data"]), "s")
@@ -93,7 +95,7 @@ def _with_data(part: Any) -> list[Mapping[str, Any]]:
 
 
 def _words(value: Any) -> tuple[str, ...]:
-    """One label or several; none of anything else."""
+    """Return one label or several; none of anything else."""
     if isinstance(value, str):
         return (value,) if value else ()
     if isinstance(value, list | np.ndarray) and all(isinstance(v, str) and v for v in np.ravel(np.asarray(value))):

@@ -46,15 +46,16 @@ class MatElement:
 
 
 def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
-    """Variables of the bytes of a level 5 MAT-file. Raises RecordError and whatever `damage.refused` converts."""
+    """Return variables of the bytes of a level 5 MAT-file. Raises RecordError and whatever `damage.refused`
+    converts."""
     order = ">" if raw[126:128] == b"MI" else "<"
     found = [_variable(file, raw, e, order) for e in _elements(file, raw, order)]
     return unique(file, [v for v in found if v.name])  # unnamed: what MATLAB keeps behind its objects
 
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
-    """Raises RecordError where the compressed variables of a file unpack to more than `most` bytes: for readers that
-    unpack all of them. None of it is kept."""
+    """Raise RecordError if the compressed variables of a file unpack to more than `most` bytes: for readers that unpack
+    all of them. None of it is kept."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]

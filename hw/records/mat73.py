@@ -16,7 +16,7 @@ FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLE
 
 
 def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
-    """Variables of the bytes of an HDF5 file. Raises RecordError and whatever `damage.refused` converts.
+    """Return variables of the bytes of an HDF5 file. Raises RecordError and whatever `damage.refused` converts.
 
     Soft and external links are left out: what they name is not in this file, so its hash would not cover it.
     """
@@ -58,7 +58,7 @@ def _numbers(file: str, raw: bytes, name: str) -> Array:
 
 
 def vet_stored(file: str, found: h5py.Dataset, file_bytes: int) -> None:
-    """Raises RecordError for numbers that are not in the file: HDF5 reads a part that was never written as zeros, and
+    """Raise RecordError for numbers that are not in the file: HDF5 reads a part that was never written as zeros, and
     follows references into other files."""
     plan, where = found.id.get_create_plist(), f"{file}: variable '{found.name.lstrip('/')}'"
     if found.is_virtual or plan.get_external_count():

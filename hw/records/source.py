@@ -33,7 +33,8 @@ class Source:
         return hashlib.sha256(self.raw).hexdigest()
 
     def variables(self) -> dict[str, Variable]:
-        """By name, in the file's order. Raises RecordError and whatever `damage.refused` converts."""
+        """Return the variables by name, in the file's order. Raises RecordError and whatever `damage.refused`
+        converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
             from hw.records.mat73 import open_mat73  # loads h5py: only when wanted
@@ -55,7 +56,7 @@ class Source:
 
 
 def load_bytes(path: Path, limits: ReadLimits) -> Source:
-    """All bytes of a file. Raises RecordError when it is missing, no file, empty, too large or not readable."""
+    """Return all bytes of a file. Raises RecordError if it is missing, no file, empty, too large or not readable."""
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):  # reading a pipe would wait for ever

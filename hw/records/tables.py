@@ -16,13 +16,13 @@ from hw.records.vet import loaded
 
 
 def read_table(path: Path, table: CsvTable) -> dict[str, Array]:
-    """Column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also where it cannot be read."""
+    """Return column -> (N,) of a CSV file: see `table_of`. Raises RecordError, also where it cannot be read."""
     return table_of(load_bytes(path, DEFAULT_LIMITS), table)
 
 
 def table_of(source: Source, table: CsvTable) -> dict[str, Array]:
-    """Column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError for a file that lacks a
-    column or rows, or holds anything but finite numbers."""
+    """Return column -> (N,) of the bytes of a CSV file with the declared columns. Raises RecordError for a file that
+    lacks a column or rows, or holds anything but finite numbers."""
     with refused(source.file):
         found = open_csv(source.file, source.raw)
         missing = [c for c in table.columns if c not in found]
@@ -43,7 +43,8 @@ def _vet(file: str, name: str, values: Array, min_rows: int) -> None:
 
 
 def list_channels(path: Path) -> dict[str, tuple[int, ...]]:
-    """Name -> shape of everything in a record file, for messages and pickers; no data are read. Raises RecordError."""
+    """Return name -> shape of everything in a record file, for messages and pickers; no data are read. Raises
+    RecordError."""
     source = load_bytes(path, DEFAULT_LIMITS)
     with refused(source.file):
         return {name: v.shape for name, v in source.variables().items()}

@@ -14,7 +14,7 @@ ROWS = "rows"  # kind of a column
 
 
 def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
-    """Columns of the bytes of a CSV file. Raises RecordError and whatever `damage.refused` converts.
+    """Return columns of the bytes of a CSV file. Raises RecordError and whatever `damage.refused` converts.
 
     Every column is read or the file is refused: a row with a field too many or too few would shift the columns.
     """
@@ -34,7 +34,7 @@ def open_csv(file: str, raw: bytes) -> dict[str, Variable]:
 
 
 def _lines(file: str, raw: bytes) -> list[str]:
-    """The header and every row; empty lines are left out."""
+    """Return the header and every row; empty lines are left out."""
     text = raw.decode("utf-8-sig")
     if "\x00" in text:
         raise RecordError(f"{file}: is not text: character {text.index(chr(0))} is zero")
@@ -63,7 +63,7 @@ def _is_number(text: str) -> bool:
 
 
 def _numbers(file: str, rows: list[str], names: list[str]) -> Array:
-    """(columns, rows) of the fields, all of which must be numbers."""
+    """Return (columns, rows) of the fields, all of which must be numbers."""
     try:
         table = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
     except ValueError as e:

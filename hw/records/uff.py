@@ -19,7 +19,7 @@ EVEN = 1e-4
 def frf_bytes(
     f: Array, H: NDArray[np.complex128], channels: Sequence[str], input_name: str, units: Mapping[str, str]
 ) -> bytes:
-    """H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
+    """Return H (F, C) over f (F,) [Hz] as text, one set a channel, with 13 digits in H and 7 in f.
 
     units : unit of every channel and of the input. Raises ValueError for what the format cannot hold.
     """

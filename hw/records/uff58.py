@@ -59,12 +59,12 @@ class UffFunction:
 
 
 def functions(file: str, raw: bytes) -> list[UffFunction]:
-    """Every data set 58 of the bytes of a file; sets of other numbers are passed over. Raises RecordError."""
+    """Return every data set 58 of the bytes of a file; sets of other numbers are passed over. Raises RecordError."""
     return list(_functions(file, raw))
 
 
 def abscissa(file: str, f: UffFunction) -> Array:
-    """(count,) time or frequency of a function, in the unit of its file."""
+    """Return (count,) time or frequency of a function, in the unit of its file."""
     return (
         f.start + f.step * np.arange(f.count, dtype=np.float64)
         if f.is_even
@@ -73,7 +73,7 @@ def abscissa(file: str, f: UffFunction) -> Array:
 
 
 def ordinate(file: str, f: UffFunction) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """(count,) values of a function, complex where its type is."""
+    """Return (count,) values of a function, complex where its type is."""
     table = _table(file, f)
     real = table["y0"].astype(np.float64)
     return real + 1j * table["y1"].astype(np.float64) if f.is_complex else real
@@ -140,7 +140,7 @@ def _dof(node: str, direction: str) -> str:
 
 
 def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.dtype[np.void], int, int]:
-    """Layout of the values that start at `at`, where they end and where the next set may begin."""
+    """Return layout of the values that start at `at`, where they end and where the next set may begin."""
     kind, count, even = int(form[:10]), int(form[10:20]), int(form[20:30]) == 1
     if kind not in (REAL_SINGLE, REAL_DOUBLE, COMPLEX_SINGLE, COMPLEX_DOUBLE) or count < 0:
         raise RecordError(f"{file}: a data set 58 declares {count} values of type {kind}")

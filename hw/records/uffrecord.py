@@ -10,7 +10,7 @@ from hw.records.variable import Variable, unique
 
 
 def open_uff(file: str, raw: bytes) -> dict[str, Variable]:
-    """Time records of the bytes of a universal file, with their common time as "t".
+    """Return time records of the bytes of a universal file, with their common time as "t".
 
     A channel is named by its response entity; without one by ID line 1, if that differs between the sets; else by its
     degree of freedom, such as "3+Z". Raises RecordError and whatever `damage.refused` converts.

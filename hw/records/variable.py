@@ -28,7 +28,8 @@ class Variable:
 
     @property
     def is_vector(self) -> bool:
-        """At most one dimension is longer than 1: (N,), (N, 1), (1, N) and (1, 1) are all written for vectors."""
+        """Return whether at most one dimension is longer than 1: vectors are written as (N,), (N, 1), (1, N), (1,
+        1)."""
         return sum(n != 1 for n in self.shape) <= 1
 
     def __str__(self) -> str:
@@ -40,7 +41,7 @@ OWN_RECORD = "accept_record"  # a variable of records that this program wrote: t
 
 
 def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:
-    """By name. Raises RecordError for a name that occurs twice: which of the two is meant cannot be known."""
+    """Return variables by name. Raises RecordError if a name occurs twice: which is meant cannot be known."""
     named = {v.name: v for v in variables}
     if len(named) < len(variables):
         names = [v.name for v in variables]
@@ -50,7 +51,7 @@ def unique(file: str, variables: list[Variable]) -> dict[str, Variable]:
 
 
 def listing(variables: Variables, most: int = 12) -> str:
-    """Names and shapes in words, for messages."""
+    """Return names and shapes in words, for messages."""
     shown = [str(v) for v in variables.values()]
     more = f" and {len(shown) - most} more" if len(shown) > most else ""
     return (", ".join(shown[:most]) or "nothing") + more

@@ -25,7 +25,7 @@ CLIPPED_RUN = 3
 
 
 def loaded(file: str, channel: str, v: Variable) -> Array:
-    """(N,) data of a variable that must be a vector of real numbers. Raises RecordError."""
+    """Return (N,) data of a variable that must be a vector of real numbers. Raises RecordError."""
     who = f"{file}: channel '{channel}'" + (f" ('{v.name}' in the file)" if v.name != channel else "")
     if v.load is None:
         raise RecordError(f"{who} is of kind {v.kind}, expected real numbers")
@@ -37,7 +37,7 @@ def loaded(file: str, channel: str, v: Variable) -> Array:
 
 
 def vet_time(file: str, t: Array, min_samples: int) -> None:
-    """Raises RecordError unless t (N,) [s] is long enough, finite and uniform to `JITTER` of its period."""
+    """Raise RecordError unless t (N,) [s] is long enough, finite and uniform to `JITTER` of its period."""
     if t.size < min_samples:
         raise RecordError(f"{file}: has {t.size} samples, at least {min_samples} are needed")
     _vet_numbers(file, "t", t, t, PLAUSIBLE_TIME)
@@ -58,7 +58,7 @@ def vet_time(file: str, t: Array, min_samples: int) -> None:
 
 
 def vet_step(file: str, name: str, values: Array) -> float:
-    """The sampling time [s] that a scalar holds; a CSV column repeats it in every row. Raises RecordError."""
+    """Return the sampling time [s] that a scalar holds; a CSV column repeats it in every row. Raises RecordError."""
     step = float(values[0])
     if not (values == step).all() or not 1.0 / PLAUSIBLE < step < PLAUSIBLE:
         raise RecordError(f"{file}: '{name}' holds {values[:3]}, expected one sampling time in seconds")
@@ -70,7 +70,7 @@ def _drift(usual: float) -> str:
 
 
 def vet_channel(file: str, name: str, unit: str, x: Array, t: Array) -> None:
-    """Raises RecordError unless x (N,) in `unit` is finite, plausible, not constant and not clipped."""
+    """Raise RecordError unless x (N,) in `unit` is finite, plausible, not constant and not clipped."""
     who = f"{file}: channel '{name}'"
     if x.size != t.size:
         raise RecordError(f"{who} has {x.size} samples, the time has {t.size}")
@@ -103,7 +103,7 @@ def _at(samples: NDArray[np.intp], t: Array) -> str:
 
 
 def _vet_range(file: str, channel: str, x: Array, t: Array, lo: float, hi: float) -> None:
-    """Refuses a voltage that stays at its own extreme, sample by sample the same, where a converter's range ends.
+    """Refuse a voltage that stays at its own extreme, sample by sample the same, where a converter's range ends.
 
     Away from the ends of the range a plateau is a signal: a stroke record waits at -20 V and at 150 V. At the end of
     the range a crest so flat and a clipped one cannot be told apart.

@@ -16,7 +16,8 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # what MATLAB loads as a varia
 
 
 def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
-    """MATLAB 5 file of name -> (N,) real numbers, as columns, or a number. No date: the same data give the same bytes.
+    """Return MATLAB 5 file of name -> (N,) real numbers, as columns, or a number. No date: the same data give the same
+    bytes.
 
     compact: compressed, which takes about ten times as long.
 
@@ -31,8 +32,8 @@ def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
 
 
 def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
-    """CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the shortest digits
-    that read back as the same double. Raises ValueError."""
+    """Return CSV file of name -> (N,) real numbers of one length: a header row, then a row per sample, in the shortest
+    digits that read back as the same double. Raises ValueError."""
     columns = [_real(name, values) for name, values in mapping.items()]
     lengths = {c.size for c in columns}
     if len(lengths) != 1:
@@ -43,12 +44,12 @@ def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
 
 
 def write_mat(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
-    """`mat_bytes` into a file. Raises ValueError, and OSError when it cannot be written."""
+    """Write `mat_bytes` into a file. Raises ValueError, and OSError if it cannot be written."""
     path.write_bytes(mat_bytes(mapping))
 
 
 def write_csv(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
-    """`csv_bytes` into a file. Raises ValueError, and OSError when it cannot be written."""
+    """Write `csv_bytes` into a file. Raises ValueError, and OSError if it cannot be written."""
     path.write_bytes(csv_bytes(mapping))
 
 

@@ -17,16 +17,16 @@ class Device(ABC):
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Replies to what came; bytes of an unfinished message wait for the rest."""
+        """Return replies to what came; bytes of an unfinished message wait for the rest."""
         self._buffer += data
         return [reply for message in self._messages() for reply in self._answers(message)]
 
     def unsolicited(self) -> list[bytes]:
-        """What it sends by itself now."""
+        """Return what it sends by itself now."""
         return []
 
     def unplugged(self) -> None:
-        """The line was cut: half a message is lost."""
+        """Forget half a message: the line was cut."""
         self._buffer.clear()
 
     def _answers(self, message: bytes) -> list[bytes]:
@@ -34,11 +34,11 @@ class Device(ABC):
 
     @abstractmethod
     def _messages(self) -> list[bytes]:
-        """Finished messages in the buffer, taken out of it, without their ends."""
+        """Return finished messages in the buffer, taken out of it, without their ends."""
 
     @abstractmethod
     def answer(self, message: bytes) -> list[bytes]:
-        """Replies to one message, with their ends."""
+        """Return replies to one message, with their ends."""
 
     def _lines(self, end: bytes) -> list[bytes]:
         *lines, rest = bytes(self._buffer).split(end)

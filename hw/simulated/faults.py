@@ -38,7 +38,8 @@ class LineFault:
 
 
 def damaged(reply: bytes, fault: LineFault) -> bytes:
-    """A reply with one to four bytes replaced, removed or added, anywhere, by any others: digits for digits, too."""
+    """Return a reply with one to four bytes replaced, removed or added, anywhere, by any others: digits for digits,
+    too."""
     rng = random.Random(fault.seed)
     data = bytearray(reply)
     for _ in range(rng.randint(1, 4)):

@@ -18,7 +18,7 @@ class HeidenhainDevice(Device):
         self.series, self._held, self._held_back = "A", False, list[bytes]()
 
     def _messages(self) -> list[bytes]:
-        """Control bytes stand alone; ESC runs to CR."""
+        """Return control bytes stand alone; ESC runs to CR."""
         found = []
         while self._buffer:
             if self._buffer[0] != ESC:
@@ -78,7 +78,7 @@ class HeidenhainDevice(Device):
         return f"{'-' if metres < 0 else '+'}{round(abs(metres) * 1e7):09d}".encode("ascii")
 
     def _frame(self) -> bytes:
-        """The value's 15 characters."""
+        """Return the value's 15 characters."""
         metres = self.source()
         if self.overrange or metres is None:
             return f"+{'0.0000':>10} ?={self.series}".encode("ascii")

@@ -92,7 +92,7 @@ def _scaled(farads: float) -> tuple[str, str]:
 
 
 def _digits(value: float, count: int) -> str:
-    """A number in so many digits: `32.705`, `.0045`."""
+    """Return a number in so many digits: `32.705`, `.0045`."""
     for decimals in range(count, -1, -1):
         text = f"{value:.{decimals}f}".removeprefix("0")
         if sum(c.isdigit() for c in text) <= count:

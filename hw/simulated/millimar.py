@@ -33,7 +33,7 @@ class MillimarDevice(Device):
         return self._lines(b"\r")
 
     def _value(self) -> bytes:
-        """What it answers when asked for its value."""
+        """Return what it answers when asked for its value."""
         if self.overrange:
             return b"ERR3"
         metres = self.source()
@@ -44,7 +44,7 @@ class MillimarDevice(Device):
 
     @abstractmethod
     def _of_number(self, number: str) -> str:
-        """The reply that holds a number."""
+        """Return the reply that holds a number."""
 
 
 class OptorsDevice(MillimarDevice):

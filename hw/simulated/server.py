@@ -88,7 +88,7 @@ class Server:
                 self.device.unplugged()
 
     def _stay_settable(self) -> None:
-        """A pseudo-terminal takes no parity, and setting it is an error when nothing else changes with it: so that the
+        """Keep the line settable: a pseudo-terminal takes no parity, and setting it alone is an error; so the
         same settings can be set again, its speed is always another one."""
         attributes = termios.tcgetattr(self._slave)
         if attributes[4] != termios.B50:
@@ -115,7 +115,7 @@ class Server:
                 self._cut(reply[:first], fault.seconds)
 
     def _due(self) -> LineFault | None:
-        """The fault that strikes this reply; the others come one reply nearer."""
+        """Return the fault that strikes this reply; the others come one reply nearer."""
         with self._lock:
             due = next((f for f in self._faults if f.after <= 0), None)
             if due is not None:

@@ -47,7 +47,7 @@ class StageFile:
         self.path = path
 
     def read(self) -> Stage:
-        """The stage; nothing connected when the file is not there. Raises ValueError for another file."""
+        """Return the stage; nothing connected when the file is not there. Raises ValueError for another file."""
         try:
             found = json.loads(self.path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -70,7 +70,7 @@ class Play:
         self._stroke, self._play = stroke_m / (1.0 - PLAY_WEIGHT * PLAY_RADIUS), 0.0
 
     def at(self, V: float) -> float:
-        """Displacement [m] at a voltage [V], after all voltages before."""
+        """Return displacement [m] at a voltage [V], after all voltages before."""
         x = (V - START_V) / (TOP_V - START_V)
         self._play = min(max(self._play, x - PLAY_RADIUS), x + PLAY_RADIUS)
         return self._stroke * ((1.0 - PLAY_WEIGHT) * x + PLAY_WEIGHT * self._play)
@@ -85,14 +85,14 @@ class Sources:
         self._play = Play(0.0)
 
     def height(self) -> float | None:
-        """Under the probe [m]."""
+        """Return the height under the probe [m]."""
         probe = self._stage.read().probe
         if probe is None or not 1 <= probe <= len(self._world.heights_m):
             return None
         return self._world.heights_m[probe - 1] + self._rng.gauss(0.0, self._world.height_noise_m)
 
     def capacitance(self) -> float | None:
-        """Between the leads [F]."""
+        """Return the capacitance between the leads [F]."""
         leads = self._stage.read().leads
         known = {"sensor": self._world.sensor_F, "actuator": self._world.actuator_F}
         if leads not in known:
@@ -100,7 +100,7 @@ class Sources:
         return known[leads] * (1.0 + self._rng.gauss(0.0, self._world.capacitance_noise))
 
     def displacement(self) -> float | None:
-        """Of the gauge on the APA [m]."""
+        """Return the displacement of the gauge on the APA [m]."""
         stage = self._stage.read()
         known = {"one_stack": self._world.one_stack_m, "two_stacks": self._world.two_stacks_m}
         if stage.stacks not in known:

@@ -9,8 +9,8 @@ from specs.distribution import install
 
 @contextmanager
 def connected(where: str | None, say: Callable[[str], None]) -> Iterator[Cluster | None]:
-    """The cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core (`local`),
-    which end with the work; None where none is asked for. Raises ClusterError where nobody answers."""
+    """Yield the cluster at the address of a scheduler (`tcp://HOST:8786`), or workers of this machine, one a core
+    (`local`), which end with the work; None if none is asked for. Raises ClusterError if nobody answers."""
     if where is None:
         yield None
         return

@@ -71,7 +71,7 @@ class _Pace:
         self.together = 1  # nothing is known yet
 
     def took(self, did: _Did) -> None:
-        """At most doubled: the next items may be slower."""
+        """Adapt the size, at most doubled: the next items may be slower."""
         each = did.seconds / len(did.found)
         self.together = max(1, min(2 * self.together, TOGETHER, int(TASK_S / max(each, 1e-6))))
 
@@ -108,7 +108,7 @@ class DaskWorkers:
         self._idle_since = time.monotonic()
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """As `Cluster.unordered`."""
+        """Yield results as `Cluster.unordered` does."""
         self._label()
         left, more, pace = iter(items), True, _Pace()
         doubtful: list[T] = []
@@ -158,7 +158,7 @@ class DaskWorkers:
             self._client.register_plugin(Labelled())
 
     def _workers(self) -> int:
-        """How many run our code. Raises ClusterError where there has been none for too long."""
+        """Return how many run our code. Raises ClusterError if there has been none for too long."""
         now = time.monotonic()
         if now - self._looked > LOOK_S:
             self._looked = now
@@ -203,7 +203,7 @@ class DaskWorkers:
 
 
 def _first(back: Back) -> Future[Any] | None:
-    """One that came back, or None where none did for a while."""
+    """Return one that came back, or None if none did for a while."""
     try:
         return back.get(timeout=LOOK_S)
     except queue.Empty:
@@ -211,13 +211,13 @@ def _first(back: Back) -> Future[Any] | None:
 
 
 def _done(work: Callable[[T], R], items: list[T]) -> _Did:
-    """In a worker."""
+    """Do the work, in a worker."""
     began = time.monotonic()
     return _Did([_guarded(work, item) for item in items], time.monotonic() - began)
 
 
 def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
-    """Dask sends errors home as objects and loses its way over some: words are enough."""
+    """Return Dask sends errors home as objects and loses its way over some: words are enough."""
     try:
         return work(item)
     except MemoryError:
@@ -227,7 +227,7 @@ def _guarded(work: Callable[[T], R], item: T) -> R | GivenUp | _Raised:
 
 
 def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
-    """What came back, None where the way to it is broken. Raises WorkFailed where it cannot be had at all."""
+    """Return what came back, None if the way to it is broken. Raises WorkFailed if it cannot be had at all."""
     if future.status == "error":
         error = future.exception()
         if isinstance(error, KilledWorker):
@@ -241,7 +241,7 @@ def _outcome(future: Future[Any]) -> _Did | GivenUp | None:
 
 
 def _sound(pairs: Iterable[tuple[T, R | GivenUp | _Raised]]) -> Iterator[tuple[T, R | GivenUp]]:
-    """Items and what came of them. Raises WorkFailed, after the others, for what the work raised."""
+    """Yield items and what came of them. Raises WorkFailed, after the others, for what the work raised."""
     raised: _Raised | None = None
     for item, found in pairs:
         if isinstance(found, _Raised):
@@ -254,7 +254,7 @@ def _sound(pairs: Iterable[tuple[T, R | GivenUp | _Raised]]) -> Iterator[tuple[T
 
 @contextmanager
 def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
-    """As `accept.base.cluster.connect.connected`."""
+    """Connect as `accept.base.cluster.connect.connected` does."""
     with dask.config.set({KEPT: KEPT_MESSAGES}), _local_workers() if where == LOCAL else nullcontext() as local:
         workers = DaskWorkers(where, local or where, say)
         try:
@@ -265,8 +265,8 @@ def connected(where: str, say: Say) -> Iterator[DaskWorkers]:
 
 @contextmanager
 def _local_workers() -> Iterator[LocalCluster]:
-    """One a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own, a share of this
-    machine's, would kill here what is judged there."""
+    """Start workers, one a core. Their limit of memory is `Labelled`'s, the one that local processes have: Dask's own,
+    a share of this machine's, would kill here what is judged there."""
     count, address = os.cpu_count(), "127.0.0.1:0"
     local = LocalCluster(n_workers=count, threads_per_worker=1, memory_limit=0, dashboard_address=address)
     try:

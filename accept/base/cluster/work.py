@@ -26,8 +26,8 @@ class Cluster(Protocol):
     """Workers somewhere, which have the same code."""
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Each item with what `work` makes of it, as they come back; `work` is a function of a module. Few items are
-        handed in at a time: they may be made while others are worked on. A MemoryError
-        comes back as GivenUp, anything else that `work` raises as WorkFailed.
+        """Yield each item with what `work` makes of it, as they come back; `work` is a function of a module. Few items
+        are handed in at a time: they may be made while others are worked on. A MemoryError comes back as GivenUp,
+        anything else that `work` raises as WorkFailed.
 
         Raises WorkFailed, ClusterError where the scheduler or every worker stays away."""

@@ -24,14 +24,14 @@ class EntryError(AcceptError, ValueError):
 
 
 def parse_scalar(text: str, declared: Scalar) -> Measured:
-    """Value, and U where it was typed, in the declared unit. Raises EntryError."""
+    """Return value, and U where it was typed, in the declared unit. Raises EntryError."""
     measured = parse_number(text, declared.unit)
     check_plausible(measured.value, declared)
     return measured
 
 
 def check_plausible(value: float, declared: Scalar) -> None:
-    """Raises EntryError for a value that cannot be."""
+    """Raise EntryError for a value that cannot be."""
     if not declared.lo <= value <= declared.hi:
         raise EntryError(
             f"{value:g} {declared.unit} is not plausible: expected {declared.lo:g} to {declared.hi:g} {declared.unit}"
@@ -42,8 +42,8 @@ _POWERS = (1, -1, 2, -2, 3, -3, 6, -6)  # of ten: a slipped decimal point, or an
 
 
 def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple[float, float] | None:
-    """What a value commonly is: as declared, else a factor of two about the limits of the quantity of that name; None
-    where nobody says. A limit on one side reaches to three times itself."""
+    """Return what a value commonly is: as declared, else a factor of two about the limits of the quantity of that name;
+    None where nobody says. A limit on one side reaches to three times itself."""
     if declared.usual is not None:
         return declared.usual
     limit = limits.get(declared.name) or limits.get(declared.name.replace("k_", "k_closed_", 1))
@@ -56,8 +56,8 @@ def usual_range(declared: Scalar | Vector, limits: Mapping[str, Limit]) -> tuple
 
 
 def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
-    """What to ask before a value is stored that a mistyped point or another unit would explain, or that lies ten times
-    outside the usual; "" for none. A value that is simply bad is not doubted: a dead stack reads a third."""
+    """Return what to ask before a value is stored that a mistyped point or another unit would explain, or that lies ten
+    times outside the usual; "" for none. A value that is simply bad is not doubted: a dead stack reads a third."""
     if usual is None or usual[0] <= value <= usual[1]:
         return ""
     meant = next((value * 10.0**p for p in _POWERS if usual[0] <= value * 10.0**p <= usual[1]), None)
@@ -69,7 +69,8 @@ def doubt(value: float, unit: str, usual: tuple[float, float] | None) -> str:
 
 
 def parse_number(text: str, unit: str) -> Measured:
-    """Number in `unit`; another unit of the same kind is converted, none is taken for `unit`. Raises EntryError."""
+    """Return number in `unit`; another unit of the same kind is converted, none is taken for `unit`. Raises
+    EntryError."""
     if not text.strip():
         raise EntryError(f"enter a number in {unit}")
     found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None
@@ -87,7 +88,7 @@ def parse_number(text: str, unit: str) -> Measured:
 
 
 def parse_list(text: str, declared: Vector) -> list[float]:
-    """All values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
+    """Return all values of a vector at once, separated by spaces or semicolons. Raises EntryError."""
     words = text.replace(";", " ").split()
     if len(words) != declared.size:
         raise EntryError(f"{len(words)} values; enter {declared.size}, or one at a time")
@@ -99,7 +100,7 @@ def _number(text: str) -> float:
 
 
 def serial_problem(serial: str, spec: Spec) -> str | None:
-    """Why a serial cannot be that of a unit of this spec, None when it can."""
+    """Return why a serial cannot be that of a unit of this spec, None when it can."""
     if problem := unit_folder.serial_problem(serial):
         return problem
     if _ATTEMPT.search(serial):
@@ -110,7 +111,7 @@ def serial_problem(serial: str, spec: Spec) -> str | None:
 
 
 def plain_words(text: str, what: str) -> str:
-    """Text on one line. Raises EntryError for none, for too much, and for what cannot be printed."""
+    """Return text on one line. Raises EntryError for none, for too much, and for what cannot be printed."""
     words = " ".join(text.split())
     if not words:
         raise EntryError(f"{what} is empty")

@@ -35,11 +35,11 @@ class BenchInstrument:
 
     @property
     def name(self) -> str:
-        """With model and serial number, by which `accept recall` finds it."""
+        """Return the name with model and serial number, by which `accept recall` finds it."""
         return " ".join(word for word in (self.key, self.entry.model, self.entry.serial) if word)
 
     def read(self) -> tuple[float, str]:
-        """One reading in SI. Raises InstrumentError."""
+        """Return one reading in SI. Raises InstrumentError."""
         with self.mutex:
             self.set_up()
             reading = self.driver.read()
@@ -69,15 +69,15 @@ class BenchInstruments(NoInstruments):
     """Drivers by name; each opens its line when it is first read and stays open."""
 
     def __init__(self, bench: BenchFile) -> None:
-        """Raises SettingsError for an entry that no driver can take."""
+        """Raise SettingsError for an entry that no driver can take."""
         self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
         self._drivers = {name: open_instrument(name, entry, _no_operator) for name, entry in self._entries.items()}
         self._mutexes = {name: threading.Lock() for name in self._entries}
         self._hands = Staged(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
-        """The first instrument that measures this check, where the check's value is what an instrument shows: what is
-        derived from records, as a stroke is, no instrument reads."""
+        """Return the first instrument that measures this check, where the check's value is what an instrument shows:
+        what is derived from records, as a stroke is, no instrument reads."""
         if check not in CHECKS or is_derived(CHECKS[check]):
             return None
         found = next((n for n, entry in self._entries.items() if check in entry.measures), None)
@@ -95,7 +95,7 @@ class BenchInstruments(NoInstruments):
 
     @property
     def staged(self) -> Staged | None:
-        """Who acts at a simulated bench; None at a real one, where it is a person."""
+        """Return what acts at a simulated bench; None at a real one, where a person does."""
         return self._hands
 
     def close(self) -> None:
@@ -123,7 +123,7 @@ def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffi
 
 
 def is_derived(check: Check) -> bool:
-    """Whether a check's numbers come from records."""
+    """Return whether a check's numbers come from records."""
     return any(isinstance(i, Series) for form in check.forms for i in form.inputs)
 
 

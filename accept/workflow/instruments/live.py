@@ -62,7 +62,7 @@ class Watch:
 
 
 def look(instrument: InstrumentPort, unit: str) -> Look:
-    """What an instrument shows now."""
+    """Return what an instrument shows now."""
     try:
         return Look(reading(instrument, unit))
     except (InstrumentError, EntryError) as e:

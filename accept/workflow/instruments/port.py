@@ -17,15 +17,15 @@ class InstrumentPort(Protocol):
     def name(self) -> str: ...
 
     def read(self) -> tuple[float, str]:
-        """A settled value and its unit. Raises InstrumentError."""
+        """Return a settled value and its unit. Raises InstrumentError."""
         ...
 
     def uncertainty(self, value: float) -> float | None:
-        """Expanded uncertainty of a value, both in the input's unit; None where only the spec states one."""
+        """Return expanded uncertainty of a value, both in the input's unit; None if only the spec states one."""
         ...
 
     def evidence(self) -> Mapping[str, Any]:
-        """What goes into the store beside a reading: which instrument it was, and what went over its line."""
+        """Return what goes into the store beside a reading: which instrument it was, and what went over its line."""
         ...
 
 
@@ -42,7 +42,7 @@ class Instruments(Protocol):
 
     @property
     def staged(self) -> Any:
-        """Who acts at a simulated bench, None at a real one."""
+        """Return what acts at a simulated bench, None at a real one."""
         ...
 
 
@@ -62,7 +62,7 @@ class NoInstruments:
 
 
 def reading(instrument: InstrumentPort, unit: str) -> Measured:
-    """One reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
+    """Return one reading in `unit`. Raises InstrumentError, EntryError for a reading of another kind."""
     value, given = instrument.read()
     try:
         here = scaled(value, factor(given, unit))

@@ -88,27 +88,27 @@ class StepState:
 
     @property
     def upto(self) -> int:
-        """The last entry, 0 without any."""
+        """Return the last entry, 0 without any."""
         return self.entries[-1].seq if self.entries else 0
 
     @property
     def day(self) -> str | None:
-        """The last day on which something of it was measured, None without entries."""
+        """Return the last day on which something of it was measured, None without entries."""
         return max((entry.day for entry in self.entries), default=None)
 
     @property
     def form(self) -> str | None:
-        """The form of the last entry: a section holds one form only."""
+        """Return the form of the last entry: a section holds one form only."""
         return self.entries[-1].form if self.entries else None
 
     def readings(self, name: str, index: int | None = None) -> tuple[EnteredValue, ...]:
-        """The readings that make up a value: the last one that was no repeat, and the repeats after it."""
+        """Return the readings that make up a value: the last one that was no repeat, and the repeats after it."""
         mine = [e for e in self.entries if isinstance(e, EnteredValue) and (e.input, e.index) == (name, index)]
         first = max((i for i, reading in enumerate(mine) if not reading.repeat), default=0)
         return tuple(mine[first:])
 
     def link(self, name: str) -> FileLink | None:
-        """The file last given for an input."""
+        """Return the file last given for an input."""
         return next((e for e in reversed(self.entries) if isinstance(e, FileLink) and e.input == name), None)
 
 
@@ -142,7 +142,8 @@ class Attempt:
 
     @property
     def given(self) -> Given:
-        """What a verdict goes by: the entries that stand, and the responses that the gap workflow answered for."""
+        """Return what a verdict goes by: the entries that stand, and the responses that the gap workflow answered
+        for."""
         return self.undoable, None if self.gap is None else self.gap[0]
 
 
@@ -156,7 +157,7 @@ class UnitRun:
 
     @property
     def attempt(self) -> Attempt | None:
-        """The present attempt."""
+        """Return the present attempt."""
         return self.attempts[-1] if self.attempts else None
 
 
@@ -267,12 +268,12 @@ def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
 
 
 def folder_name(number: int) -> str:
-    """Name of an attempt's folder below that of its serial."""
+    """Return name of an attempt's folder below that of its serial."""
     return f"attempt-{number}"
 
 
 def certificate_name(serial: str, number: int) -> str:
-    """File name of an attempt's certificate."""
+    """Return file name of an attempt's certificate."""
     return f"{serial}.pdf" if number == 1 else f"{serial}_{folder_name(number)}.pdf"
 
 

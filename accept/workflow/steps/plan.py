@@ -27,7 +27,7 @@ class WorkflowStep:
 
     @property
     def short(self) -> str:
-        """Its name in a list."""
+        """Return its name in a list."""
         return self.check.short or self.check.title[:16].rstrip()
 
     @property
@@ -35,18 +35,18 @@ class WorkflowStep:
         return self.asked.required
 
     def form(self, name: str | None) -> Form:
-        """The form of that name, else the first that needs no file, else the first."""
+        """Return the form of that name, else the first that needs no file, else the first."""
         named = [form for form in self.check.forms if form.name == name]
         typed = [form for form in self.check.forms if not has_files(form)]
         return (named or typed or list(self.check.forms))[0]
 
     def form_with(self, declared: str) -> Form:
-        """The first form that holds an input of this name."""
+        """Return the first form that holds an input of this name."""
         return next(form for form in self.check.forms if any(i.name == declared for i in form.inputs))
 
 
 def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
-    """A step per check, in the order of the spec."""
+    """Return a step per check, in the order of the spec."""
     asked = [(CHECKS[name], section) for name, section in spec.checks.items()]
     return tuple(
         WorkflowStep(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
@@ -55,18 +55,18 @@ def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
 
 
 def has_files(form: Form) -> bool:
-    """Whether a form asks for a file."""
+    """Return whether a form asks for a file."""
     return any(isinstance(i, Series | CsvTable) for i in form.inputs)
 
 
 def is_needed(declared: Input) -> bool:
-    """Whether a form is incomplete without this input."""
+    """Return whether a form is incomplete without this input."""
     has_default = isinstance(declared, Scalar) and declared.default is not None
     return not declared.optional and not has_default
 
 
 def guide_of(check: Check) -> Guide:
-    """The guide of a check, made of its declaration where nobody wrote one."""
+    """Return the guide of a check, made of its declaration where nobody wrote one."""
     return check.guide or Guide(f"{check.title}. Needed: {_ways(check)}.")
 
 

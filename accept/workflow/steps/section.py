@@ -27,7 +27,7 @@ class Repeated:
 
 
 def repeated(readings: Sequence[EnteredValue], asked: CheckSpec, name: str) -> Repeated | None:
-    """What repeated readings say; None without any.
+    """Return what repeated readings say; None without any.
 
     The scatter of the mean adds in square to the stated uncertainty ([JCGM100] 4.2.3 and 5.1.2). Where none is stated
     it stays unknown: scatter says nothing about what all readings have in common.
@@ -50,19 +50,19 @@ def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
 
 
 def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
-    """Content of the step's section of `unit.toml`; empty when nothing was taken."""
+    """Return content of the step's section of `unit.toml`; empty when nothing was taken."""
     form = step.form(state.form)
     content = {i.name: _content(i, step, state) for i in form.inputs}
     return {name: value for name, value in content.items() if value is not None}
 
 
 def missing(step: WorkflowStep, state: StepState) -> list[Input]:
-    """Inputs of the step's form without which nothing can be judged."""
+    """Return inputs of the step's form without which nothing can be judged."""
     return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
 
 
 def missing_labels(step: WorkflowStep, state: StepState) -> list[str]:
-    """What is missing in words; of a list of values, which of them: `heights 2, 3, 5`."""
+    """Return what is missing in words; of a list of values, which of them: `heights 2, 3, 5`."""
     return [_missing_label(i, state) for i in missing(step, state)]
 
 
@@ -74,12 +74,12 @@ def _missing_label(declared: Input, state: StepState) -> str:
 
 
 def full(step: WorkflowStep, state: StepState) -> bool:
-    """Whether every input of the step's form was given, those that it can do without too."""
+    """Return whether every input of the step's form was given, those that it can do without too."""
     return all(_given(i, state) for i in step.form(state.form).inputs)
 
 
 def ready(step: WorkflowStep, state: StepState) -> bool:
-    """Whether judging the step says more than that something is missing."""
+    """Return whether judging the step says more than that something is missing."""
     return bool(state.entries) and not missing(step, state)
 
 
@@ -112,7 +112,7 @@ def _scalar(one: Repeated | None) -> Any:
 
 
 def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> dict[str, Any]:
-    """The whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
+    """Return the whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes."""
     states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
     sections = {name: section(step, state) for name, (step, state) in states.items()}
     days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}
@@ -124,6 +124,6 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep]) -> di
 
 
 def note_lines(state: StepState) -> list[str]:
-    """What the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
+    """Return what the certificate says of how a step went: measured anew and why, notes, what was found wrong."""
     again = [f"measured again: {reason}" for reason in state.reasons]
     return again + [f"{MARK if n.nonconformance else ''}{n.text} ({n.who})" for n in state.notes]

@@ -31,7 +31,7 @@ EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 
 def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
-    """Raises UnitError."""
+    """Raise UnitError."""
     return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)
 
 
@@ -44,11 +44,11 @@ class Elsewhere:
         self._work: Work[Any] | None = None
 
     def judge(self, folder: Path, spec: Spec, stated: Statement | None) -> UnitResult:
-        """As `judge_here`; raises NotDone."""
+        """Judge as `judge_here` does. Raises NotDone."""
         return self._run(Work(_judge, folder, spec, stated, expected=EXPECTED))
 
     def explain(self, folder: Path, spec: Spec) -> Explanation:
-        """The gap workflow from the spec's model. Raises NotDone."""
+        """Return the gap workflow from the spec's model. Raises NotDone."""
         return self._run(Work(_explain, folder, spec, expected=EXPECTED))
 
     def cancel(self) -> None:
@@ -65,7 +65,8 @@ def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRe
 
 
 def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
-    """What the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the folder."""
+    """Return what the gap workflow says, or why it says nothing; writes gap.json, gap.pdf and model.toml below the
+    folder."""
     name = spec.gap.model if spec.gap else DEFAULT_MODEL[spec.kind]
     start = StartModel.at(name)
     try:
@@ -78,7 +79,7 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
 
 
 def judgement_of_result(name: str, result: UnitResult, state: StepState, spec_name: str) -> StepJudgement:
-    """What is stored of a step's result; the technician's own notes are stored already."""
+    """Return what is stored of a step's result; the technician's own notes are stored already."""
     own = {f"{name}: {line}" for line in note_lines(state)}
     return StepJudgement(
         state.upto,

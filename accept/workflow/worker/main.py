@@ -42,7 +42,7 @@ def _send(answers: BinaryIO, kind: str, what: Any) -> None:
 
 
 def _listen(orders: "queue.Queue[Order]") -> None:
-    """stdin closes when the program that asks is gone, however it went: then nobody waits for an answer."""
+    """Listen until stdin closes: then the program that asks is gone, and no answer is waited for."""
     try:
         while True:
             orders.put(pickle.load(sys.stdin.buffer))

@@ -17,7 +17,7 @@ def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> Non
 
 
 def load(folder: Path, name: str, upto: int) -> dict[str, Panel]:
-    """The pictures that were kept; none where there are none or they cannot be used: they can be drawn again."""
+    """Return the pictures that were kept; none if there are none or they cannot be used: they can be drawn again."""
     try:
         return panels_from_json(json.loads(_file(folder, name, upto).read_bytes()))
     except (OSError, ValueError, KeyError, TypeError):

@@ -94,7 +94,7 @@ class WorkerProcess:
             return self._started()
 
     def _started(self) -> Process:
-        """The process that runs already, or a new one."""
+        """Return the process that runs already, or a new one."""
         if self._process is not None and self._process.poll() is not None:
             self._end()
         if self._process is None:
@@ -116,7 +116,7 @@ class WorkerProcess:
 
 
 def _answer(process: Process, work: Work[Any], say: Say) -> tuple[str, Any]:
-    """How it ended, and what came of it."""
+    """Return how it ended, and what came of it."""
     if process.stdin is None or process.stdout is None:
         raise RuntimeError("the worker process was started without pipes")
     try:
