@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from accept.base.cluster.work import Cluster, GivenUp
+from accept.base.documents.results import UnitEntry
 from accept.base.progress import steps
-from accept.documents.results import UnitEntry
 from accept.judging.judge_unit import judge_unit
 from accept.judging.reservations import Reservations
 from accept.store import Store, UnitState, fold

@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.fleet.errors import FleetError
 from accept.store import Event, Store
 from accept.store.payloads import UnitJudged

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
-from accept.documents.gap import (
+from accept.base.documents.gap import (
     AmbiguousEffects,
     CandidateEffect,
     EffectValue,

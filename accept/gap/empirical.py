@@ -12,7 +12,7 @@ from accept.models.model_file import Opened, open_model
 from checks.fitting.dataset import Dataset
 from checks.fitting.goodness import gaps
 from checks.gap.decision.result import Result
-from checks.gap.empirical import Fitted, fitted
+from checks.gap.empirical import FittedElement, fitted
 from checks.gap.preparation.inputs import Inputs
 from checks.model.model import Model
 from checks.model.unidentified import Element
@@ -25,7 +25,7 @@ class Added:
     """One channel: its element, or None with the reason; before, after: G on unseen records."""
 
     channel: str
-    fitted: Fitted | None
+    fitted: FittedElement | None
     before: float
     after: float
     reason: str = ""
@@ -67,7 +67,7 @@ def write_with_elements(
     return tuple(Added(c, elements.get(c), before[c], after[c], _reason(c, before[c], found, worse)) for c in before)
 
 
-def _reason(channel: str, before: float, found: dict[str, Fitted | None], worse: list[str]) -> str:
+def _reason(channel: str, before: float, found: dict[str, FittedElement | None], worse: list[str]) -> str:
     if before <= AGREES:
         return "agrees as it is"
     if found.get(channel) is None:

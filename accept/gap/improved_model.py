@@ -7,14 +7,14 @@ from accept.gap.responses import Responses
 from accept.models.model_file import Opened, write_model
 from checks.gap.decision.result import Result
 from checks.gap.effects import EFFECTS
-from checks.gap.empirical import Fitted
+from checks.gap.empirical import FittedElement
 from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"
 
 
 def write_improved(
-    path: Path, given: Opened, measured: Responses, result: Result, unidentified: Sequence[Fitted] = ()
+    path: Path, given: Opened, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
 ) -> None:
     """model.toml; unidentified: what is added without a name. What the checks before the search found is a fault of the
     records, not of the model, and is left out; only a turned sensor is an effect that a model can have."""

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.indexes import TABLE

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from accept.documents.results import Information
+from accept.base.documents.results import Information
 from accept.judging.decisions import Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.payloads import (

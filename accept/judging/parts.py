@@ -8,7 +8,7 @@ units of such serials (`accept.store.spelling`).
 
 from collections.abc import Mapping
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from accept.store.spelling import spelling_key

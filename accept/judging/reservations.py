@@ -9,7 +9,7 @@ Every judgement is given its reservations here: those of batch, report and workf
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.judging.calibration import weakened
 from accept.judging.copies import Copy, Samples, copies_of, sections_withheld, without_copies
 from accept.judging.nonconformance import in_notes, open_nonconformances

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from accept.documents.results import Information, UnitEntry
+from accept.base.documents.results import Information, UnitEntry
 from accept.judging.advice import action
 from checks.declare import Measured
 from checks.picture import Panel

@@ -13,7 +13,7 @@ from tomlkit import TOMLDocument
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
 from checks.gap.effects import effect_named, with_effects
-from checks.gap.empirical import Fitted
+from checks.gap.empirical import FittedElement
 from checks.misalignment.estimate import with_payload
 from checks.model.build import build
 from checks.model.model import Model
@@ -119,7 +119,7 @@ def write_model(
     sds: Mapping[str, float] = _NO_VALUES,
     *,
     effects: Effects = (),
-    unidentified: Sequence[Fitted] = (),
+    unidentified: Sequence[FittedElement] = (),
     damping: str | None = None,
     record: FitRecord | None = None,
     population: PopulationRecord | None = None,
@@ -218,7 +218,7 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
     return table
 
 
-def _put_element(document: TOMLDocument, fitted: Fitted) -> None:
+def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     """Put an unidentified element in the place of an earlier one on the same channel."""
     one = fitted.element
     kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, one.channel)]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.store.event import Event
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged, UnitRefused, payload_of
 

@@ -6,11 +6,11 @@ from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from accept.documents.document import Document
-from accept.documents.gap import GapDocument
-from accept.documents.manifest import Manifest
-from accept.documents.misalignment import MisalignmentDocument
-from accept.documents.results import ResultsDocument
+from accept.base.documents.document import Document
+from accept.base.documents.gap import GapDocument
+from accept.base.documents.manifest import Manifest
+from accept.base.documents.misalignment import MisalignmentDocument
+from accept.base.documents.results import ResultsDocument
 from accept.store.payloads import KINDS
 from checks.cause import Reason
 

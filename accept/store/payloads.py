@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Self
 
-from accept.documents.document import Document, DocumentError, Number, only_if
-from accept.documents.results import Information, UnitEntry
+from accept.base.documents.document import Document, DocumentError, Number, only_if
+from accept.base.documents.results import Information, UnitEntry
 from accept.store.errors import StoreError
 from accept.store.event import Event, NewEvent
 from checks.verdict import Finding

@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from accept.base.documents.results import Information
 from accept.base.version import code_sha256
 from accept.batch.job import Judgement, UnitJob
 from accept.batch.pipeline import Pipeline
-from accept.documents.results import Information
 from accept.gap.attach_to_result import with_explanation
 from accept.judging.nonconformance import open_nonconformances
 from accept.judging.result import UnitResult

@@ -21,14 +21,14 @@ LO, HI = 1e-4, 0.95  # damping ratios of poles
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedElement:
     """covariance: of gain, then of every pair: pole's frequency, its damping, zero's frequency, its damping."""
 
     element: Element
     covariance: Array
 
 
-def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> Fitted | None:
+def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: Complex) -> FittedElement | None:
     """Return the element by which a channel of the model (F,) should be multiplied; A: to fit, B: to judge. None
     where none explains more than chance."""
     best, x = None, np.array([0.0])
@@ -49,7 +49,7 @@ def fitted(channel: str, modelled: Complex, A: Dataset, B: Dataset, modelled_B: 
         return None
     slope = np.concatenate([[np.exp(x[0])], *([np.exp(f), 1.0, np.exp(g), 1.0] for f, _, g, _ in x[1:].reshape(-1, 4))])
     cov = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True) * np.outer(slope, slope)
-    return Fitted(_element(channel, x), cov)
+    return FittedElement(_element(channel, x), cov)
 
 
 def _element(channel: str, x: Array) -> Element:

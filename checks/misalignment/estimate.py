@@ -62,21 +62,21 @@ def estimate(
     RecordError for a missing channel."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
-    whole = _of_band(model, data, table, repeat, Search())
+    whole = _of_band(model, data, table, repeat, OffsetSearch())
     why = whole if isinstance(whole, Reason) else whole.reason
     if why is not None and why.cause in LESS_MAY_TELL:
-        part = _of_band(model, data, table, repeat, Search(f_hi=BELOW_HZ, skewed=True))
+        part = _of_band(model, data, table, repeat, OffsetSearch(f_hi=BELOW_HZ, skewed=True))
         if isinstance(part, MisalignmentEstimate) and part.reason is None:
             return replace(part, notes=(_left_out(part, why),))
     if why is not None and (isinstance(whole, MisalignmentEstimate) or why.cause is Cause.SEARCH_FAILED):
-        whole = _of_band(model, data, table, repeat, Search(thorough=True))
+        whole = _of_band(model, data, table, repeat, OffsetSearch(thorough=True))
     if isinstance(whole, Reason):
         raise NoResult(whole)
     return whole
 
 
 @dataclass(frozen=True)
-class Search:
+class OffsetSearch:
     """How an estimate is searched: with the data up to f_hi [Hz]; skewed: with the times by which channels were sampled
     apart among the unknowns; thorough: from more starts than the table gives."""
 
@@ -86,7 +86,7 @@ class Search:
 
 
 def _of_band(
-    model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: Search
+    model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | Reason:
     """The estimate from a band of the data, or why they cannot tell."""
     first = _prepared(data, model, RATIO, search.f_hi)
@@ -145,7 +145,7 @@ def free_parameters(
 
 
 def _found(
-    model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: Search
+    model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | None:
     """The estimate from these channels; None where every search breaks off."""
     real = of_damping(model, "modal") or model
@@ -170,7 +170,9 @@ def _found(
     return replace(result, reason=reason(result))
 
 
-def _fits(model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: Search) -> list[Calibration]:
+def _fits(
+    model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: OffsetSearch
+) -> list[Calibration]:
     """Fits from the starts that lead to different places, the best first, each with the form of damping that the data
     ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, with a mode
     in another place, and from draws of its parameters."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base import version
-from accept.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
 from accept.judging.result import UnitResult
 from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from cryptography import x509
 
+from accept.base.documents.document import DocumentError
+from accept.base.documents.results import UnitEntry
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.attachments import unpack
 from accept.certificate.verify.verification import Known, Verification, verify
-from accept.documents.document import DocumentError
-from accept.documents.results import UnitEntry
 from accept.judging import judge_unit
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions

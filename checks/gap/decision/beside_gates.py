@@ -25,7 +25,7 @@ from checks.gap.search.disagreement import (
     ROUNDS,
     STAND_IN,
     Beside,
-    Step,
+    ExplainingStep,
     left_by_cell,
     needed,
     one_more,
@@ -42,7 +42,7 @@ NEAR = 15.0  # of score: rivals of its step that are compared once more beside e
 
 
 def claims_beside(
-    search: Search, steps: Sequence[Step], final: Fit, slow: Slow | None
+    search: Search, steps: Sequence[ExplainingStep], final: Fit, slow: Slow | None
 ) -> tuple[tuple[Claim, ...], tuple[Ambiguous, ...]]:
     """Return every effect of an explanation beside its disagreement against its gates, and rivals of those that pass.
 
@@ -149,7 +149,7 @@ def _confirmed(search: Search, state: Beside, without: Beside) -> float:
 
 
 def _rivals(
-    search: Search, effect: Effect, state: Beside, without: Beside, step: Step
+    search: Search, effect: Effect, state: Beside, without: Beside, step: ExplainingStep
 ) -> tuple[list[Effect], list[str]]:
     """Return effects that do as well in the place of one, and why a member that does better takes its name."""
     own = score_of(effect, state)

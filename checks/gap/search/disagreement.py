@@ -102,7 +102,7 @@ class Beside:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class ExplainingStep:
     """One more effect in an explanation beside its disagreement. before: without it; after: with it; rivals: other
     members in its place, the best first."""
 
@@ -117,21 +117,21 @@ class Step:
         return self.after.lnL - self.before.lnL
 
 
-def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, tuple[Step, ...]]:
+def search_beside(search: Search, starts: Sequence[Candidate]) -> tuple[Beside, tuple[ExplainingStep, ...]]:
     """Return the model without effects beside its disagreement, and the effects that come out one after the other.
 
     starts: candidates with no member that counts, from whose calibrations the search begins."""
     search.say("looking beside what is left")
     begun = [_settled(search, c.response, at) for c in starts for at in (c.at, {})]
     state = base = max((b for b in begun if b is not None), key=lambda b: b.lnL)
-    steps: list[Step] = []
+    steps: list[ExplainingStep] = []
     while len(steps) < search.table.most_effects and not search.over:
         tried = one_more(search, state)
         effects = [(m, b) for m, b in tried if isinstance(m, Effect)]
         if not effects:
             break
         member, after = effects[0]
-        step = Step(member, state, after, tuple(t for t in tried if t[0] is not member))
+        step = ExplainingStep(member, state, after, tuple(t for t in tried if t[0] is not member))
         if not step.gain > needed(search.table, member):
             break
         steps.append(step)

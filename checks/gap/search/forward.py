@@ -8,7 +8,7 @@ from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, NO_RIVAL, Effort, Search
-from checks.gap.search.disagreement import Step, score_of, search_beside
+from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside
 
 BESIDE = 0.5  # of the work of an analysis: kept for the search beside a disagreement, however the first search ended
 RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
@@ -23,7 +23,7 @@ class SearchResult:
     best: Candidate
     rivals: tuple[Candidate, ...]
     tried: tuple[Candidate, ...]
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ExplainingStep, ...] = ()
 
 
 def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:

@@ -10,7 +10,7 @@ import scipy.io
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from accept.documents.results import UnitEntry
+from accept.base.documents.results import UnitEntry
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError

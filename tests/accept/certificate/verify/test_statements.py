@@ -15,6 +15,7 @@ import pytest
 from pypdf import PdfReader, PdfWriter
 from typer.testing import CliRunner, Result
 
+from accept.base.documents.results import UnitEntry
 from accept.base.home import home
 from accept.certificate import events
 from accept.certificate.contents import content as C
@@ -31,7 +32,6 @@ from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.statements import PAGE, STATEMENTS, statement_of, unlisted
 from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
-from accept.documents.results import UnitEntry
 from accept.pictures.pdf.assemble import assemble
 from accept.store import open_store
 from accept.store.seal import own_key

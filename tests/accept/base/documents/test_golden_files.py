@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from accept.documents.document import Document, DocumentError
-from accept.documents.gap import GapDocument
-from accept.documents.manifest import Manifest
-from accept.documents.misalignment import MisalignmentDocument
-from accept.documents.results import ListedUnit, ResultsDocument, UnitEntry
+from accept.base.documents.document import Document, DocumentError
+from accept.base.documents.gap import GapDocument
+from accept.base.documents.manifest import Manifest
+from accept.base.documents.misalignment import MisalignmentDocument
+from accept.base.documents.results import ListedUnit, ResultsDocument, UnitEntry
 from accept.models.model_file import effects_of, opened
 from accept.store import NewEvent, Store, StoreError, fold, open_store
 from accept.store.event import Event, sealed

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from accept.documents.document import Document
+from accept.base.documents.document import Document
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from accept.documents.document import Document, Number
+from accept.base.documents.document import Document, Number
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from accept.documents.document import Document, Number, only_if
+from accept.base.documents.document import Document, Number, only_if
 
 
 @dataclass(frozen=True)

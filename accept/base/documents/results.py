@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Self
 
-from accept.documents.document import Document, only_if
+from accept.base.documents.document import Document, only_if
 from checks.cause import Cause, because
 from checks.declare import Measured
 from checks.quantity import Contribution, Quantity
