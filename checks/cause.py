@@ -240,7 +240,7 @@ class Cause(Enum):
 
     @property
     def code(self) -> str:
-        """The name under which results.json holds it."""
+        """Return the name of this cause in results.json."""
         return self.name.lower()
 
 
@@ -250,7 +250,7 @@ def declare_record(name: str, label: str) -> None:
 
 
 def record_label(name: str) -> str:
-    """Return what people call an input of a check, its name if its declaration says no more."""
+    """Return the label of an input of a check, or its name if its declaration has no label."""
     return _RECORDS.get(name, name)
 
 
@@ -287,13 +287,13 @@ class Reason:
         return f"{where}: {words}" if where else words
 
     def all(self) -> Iterator["Reason"]:
-        """This one alone, then what else is wrong."""
+        """Yield this reason by itself, then the others that it carries."""
         yield replace(self, also=())
         for reason in self.also:
             yield from reason.all()
 
     def within(self, record: str, file: str = "") -> "Reason":
-        """The same of a record of the check."""
+        """Return the same reason for a record of the check."""
         return replace(self, record=self.record or record, file=self.file or file)
 
     def to_json(self) -> dict[str, Any]:
@@ -302,7 +302,7 @@ class Reason:
 
     @classmethod
     def from_json(cls, entry: Mapping[str, Any]) -> "Reason":
-        """Raises KeyError for a code or a parameter that is unknown here."""
+        """Return the reason of a JSON object. Raises KeyError if its code or a parameter is unknown here."""
         about = {key: entry.get(key, "") for key in ("record", "file")}
         parameters = {k: v for k, v in entry.items() if k not in ("code", "record", "file", "also")}
         return cls(
@@ -330,20 +330,20 @@ class Reason:
 
 
 def because(cause: Cause, *, record: str = "", file: str = "", **parameters: Any) -> Reason:
-    """Reason of a cause with its parameters, numbers as plain ones."""
+    """Return the reason with this cause and these parameters, numbers as plain Python numbers."""
     return Reason(cause, {k: v.item() if hasattr(v, "item") else v for k, v in parameters.items()}, record, file)
 
 
 def together(reasons: Sequence[Reason]) -> Reason:
-    """Several reasons as one, the first in front; each once."""
+    """Return several reasons as one, the first in front, without duplicates."""
     flat = [r for reason in reasons for r in reason.all()]
     first, *rest = (r for i, r in enumerate(flat) if r not in flat[:i])
     return replace(first, also=tuple(rest))
 
 
 class NoResult(Exception):
-    """The data do not carry an answer. Made from a reason, or from a cause and its parameters. panels: what can be seen
-    of the data all the same (checks.picture), by name."""
+    """Error for data that do not carry an answer. Made from a reason, or from a cause and its parameters. panels: what
+    can be seen of the data all the same (checks.picture), by name."""
 
     def __init__(self, reason: Reason | Cause, *, record: str = "", file: str = "", **parameters: Any) -> None:
         self.reason = reason if isinstance(reason, Reason) else because(reason, record=record, file=file, **parameters)

@@ -21,7 +21,7 @@ from specs.units import unit_of
 @dataclass(frozen=True)
 class Scalar:
     """One number in the unit that its name says. lo, hi: what is plausible at all; outside it the entry is refused.
-    usual: what is asked about outside it, since a power of ten or another unit is easily mistyped."""
+    usual: a value outside it is asked about, since a power of ten or another unit is easily mistyped."""
 
     name: str
     label: str
@@ -126,8 +126,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class Guide:
-    """What the technician is told at a check's step. words: two sentences; picture: lines of a drawing, at most 33
-    columns wide; drive: who starts it, and at which amplitude; "" for none."""
+    """Instructions for the technician at a check's step. words: two sentences; picture: lines of a drawing, at most 33
+    columns wide; drive: who starts it, and at which amplitude; "" if no drive is needed."""
 
     words: str
     picture: str = ""
@@ -139,14 +139,12 @@ class Check:
     """One acceptance check. `name` is its section in a spec, and in `unit.toml` unless `section` names another's.
 
     measure : (values, spec of this check) -> Outcome holding every name of `quantities` once (a quantity that could not
-    be measured is present with its reason); raises NoResult when nothing could be measured.
-    quantities : name -> label of what it measures; a name ends in its unit, a label stands in tables and sentences.
-    A name without a label gets its words from the name.
-    section : the check whose data this one reads too; its forms are then the other's.
-    model : the setting that names a model; the check finds it open among its values, as `model`.
-    guide : what the workflow shows at its step; made of the declaration where there is none.
-    short : its name in a list, at most 16 letters; the beginning of the title where there is none.
-    """
+    be measured is present with its reason); raises NoResult when nothing could be measured. quantities : name -> label
+    of what it measures; a name ends in its unit, a label stands in tables and sentences. A name without a label gets
+    its words from the name. section : the check whose data this one reads too; its forms are then the other's. model :
+    the setting that names a model; the check finds it open among its values, as `model`. guide : what the workflow
+    shows at its step; made from the declaration if the check gives none. short : its name in a list, at most 16
+    letters; the beginning of the title if the check gives none."""
 
     name: str
     title: str
@@ -169,7 +167,7 @@ class Check:
 
     @property
     def reads(self) -> str:
-        """Section of `unit.toml` that holds its data."""
+        """Return the section of `unit.toml` that holds its data."""
         return self.section or self.name
 
     @property

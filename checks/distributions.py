@@ -18,27 +18,27 @@ class chi2:
 
     @staticmethod
     def sf(x: Any, dof: Any) -> Any:
-        """Chance of more than x."""
+        """Return the probability of a value above x."""
         return special.chdtrc(dof, np.maximum(x, 0.0))
 
     @staticmethod
     def isf(p: Any, dof: Any) -> Any:
-        """What is exceeded with chance p."""
+        """Return the value that is exceeded with probability p."""
         return special.chdtri(dof, p)
 
     @staticmethod
     def ppf(p: Any, dof: Any) -> Any:
-        """What is not exceeded with chance p."""
+        """Return the value that is not exceeded with probability p."""
         return 2 * special.gammaincinv(np.asarray(dof) / 2, p)
 
     @staticmethod
     def median(dof: Any) -> Any:
-        """What is exceeded as often as not."""
+        """Return the median."""
         return chi2.ppf(0.5, dof)
 
     @staticmethod
     def logsf(x: Any, dof: Any) -> Array:
-        """Logarithm of `sf`, with all its digits also where that is nearly 1."""
+        """Return the logarithm of `sf`, with full precision even if `sf` is nearly 1."""
         with np.errstate(divide="ignore"):
             upper, lower = np.log(special.chdtrc(dof, x)), np.log1p(-special.chdtr(dof, x))
         return np.asarray(np.where(x > chi2.median(dof), upper, lower))
@@ -49,22 +49,22 @@ class norm:
 
     @staticmethod
     def pdf(x: Any) -> Any:
-        """Density at x."""
+        """Return the density at x."""
         return np.exp(-(np.asarray(x) ** 2) / 2.0) / math.sqrt(2 * math.pi)
 
     @staticmethod
     def sf(x: Any) -> Any:
-        """Chance of more than x."""
+        """Return the probability of a value above x."""
         return special.ndtr(np.negative(x))
 
     @staticmethod
     def ppf(p: Any) -> Any:
-        """What is not exceeded with chance p."""
+        """Return the value that is not exceeded with probability p."""
         return special.ndtri(p)
 
     @staticmethod
     def isf(p: Any) -> Any:
-        """What is exceeded with chance p."""
+        """Return the value that is exceeded with probability p."""
         return -special.ndtri(p)
 
 
@@ -73,12 +73,12 @@ class t:
 
     @staticmethod
     def sf(x: Any, dof: Any) -> Any:
-        """Chance of more than x."""
+        """Return the probability of a value above x."""
         return special.stdtr(dof, np.negative(x))
 
     @staticmethod
     def ppf(p: Any, dof: Any) -> Any:
-        """What is not exceeded with chance p."""
+        """Return the value that is not exceeded with probability p."""
         return np.where(np.equal(p, 0.0), -np.inf, special.stdtrit(dof, p))[()]
 
 
@@ -87,5 +87,5 @@ class f:
 
     @staticmethod
     def sf(x: Any, one: Any, other: Any) -> Any:
-        """Chance of more than x."""
+        """Return the probability of a value above x."""
         return special.fdtrc(one, other, np.maximum(x, 0.0))

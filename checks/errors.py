@@ -5,10 +5,10 @@ from specs.errors import AcceptError
 
 
 class RecordError(AcceptError, ValueError):
-    """A record that must not be used; the text names the file, the channel, what was found and what was expected.
+    """Error for a record that must not be used; the text names the file, the channel, what was found and what was
+    expected.
 
-    Made from a reason; from plain words where no advice hangs on the cause.
-    """
+    Made from a reason, or from plain words if no advice depends on the cause."""
 
     def __init__(self, reason: Reason | str) -> None:
         self.reason = because(Cause.IN_WORDS, detail=reason) if isinstance(reason, str) else reason
@@ -16,12 +16,12 @@ class RecordError(AcceptError, ValueError):
 
 
 class ModelError(AcceptError, ValueError):
-    """A model that cannot be built or evaluated; the text names the value and what was expected."""
+    """Error for a model that cannot be built or evaluated; the text names the value and what was expected."""
 
 
 class NotHeld(ModelError):
-    """Values with which the assembly falls over: wrong in a file, or where a search went after records that no strut
-    can have given."""
+    """Error for values with which the assembly falls over: wrong in a file, or reached by a search on records that no
+    strut can have given."""
 
     def __init__(self, lowest: float) -> None:
         held = f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}"

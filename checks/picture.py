@@ -84,7 +84,7 @@ Item = Line | Band | Span | Mark | Text | Heights | Image
 
 
 class PanelKind(StrEnum):
-    """What a panel shows, for those who choose among panels: fleets compare responses and overlay curves."""
+    """Kind of a panel, for code that chooses among panels: fleets compare responses and overlay curves."""
 
     RESPONSE = "response"
     PHASE = "phase"

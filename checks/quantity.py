@@ -45,7 +45,8 @@ class Quantity:
 
     @classmethod
     def of(cls, name: str, value: float, *budget: Contribution, note: str | None = None) -> "Quantity":
-        """Quantity whose U is twice the root of the sum of squares of its budget; no budget: U unknown."""
+        """Return the quantity whose U is twice the root of the sum of squares of its budget; U is unknown without a
+        budget."""
         U = COVERAGE_FACTOR * math.hypot(*(c.u for c in budget)) if budget else None
         return cls(name, float(value), U, budget, note=note)
 
@@ -54,14 +55,15 @@ class Quantity:
         return cls(name, math.nan, reason=because(reason) if isinstance(reason, Cause) else reason)
 
     def doubted(self, cause: Cause, **parameters: Any) -> "Quantity":
-        """The same value with an unknown uncertainty, so that it cannot pass; outside its limits it fails as before."""
+        """Return the same value with an unknown uncertainty, so that it cannot pass; outside its limits it fails as
+        before."""
         doubt = because(cause, **parameters)
         return replace(self, U=None, note=str(doubt), doubt=doubt)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """All that a check found: quantities, remarks in words, and pictures as data."""
+    """Result of a check: quantities, remarks in words, and pictures as data."""
 
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()

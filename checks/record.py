@@ -35,10 +35,10 @@ class Record:
 
     @property
     def fs(self) -> float:
-        """Sampling frequency [Hz], from the whole length so that one jittered sample does not matter."""
+        """Return the sampling frequency [Hz], from the whole length so that one jittered sample does not matter."""
         return float((self.t.size - 1) / (self.t[-1] - self.t[0]))
 
     @property
     def duration(self) -> float:
-        """Time from the first to the last sample [s]."""
+        """Return the time from the first to the last sample [s]."""
         return float(self.t[-1] - self.t[0])

@@ -8,22 +8,23 @@ LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 
 def decimals_of(U: float) -> int:
-    """Decimals that leave two digits of U ([JCGM100] 7.2.6), negative for tens and hundreds; U finite and above 0.
+    """Return the number of decimals that leave two digits of U ([JCGM100] 7.2.6), negative for tens and hundreds; U
+    finite and above 0.
 
-    From U as it is rounded: 0.0999 has two digits in 0.100.
-    """
+    The count is that of the rounded U: 0.0999 has two digits in 0.100."""
     return 1 - int(f"{U:.1e}".split("e")[1])
 
 
 def rounded(value: float, U: float | None) -> str:
-    """The value to the decimals of U; six digits where U is unknown, 0, or says nothing of such a value."""
+    """Return the value rounded to the decimals of U, to six digits if U is unknown, 0 or much larger than the value."""
     if U is None or not math.isfinite(U) or U <= 0.0 or decimals_of(U) > MOST_DECIMALS or abs(value) >= LARGE:
         return f"{value:.6g}"
     return fixed(value, decimals_of(U))
 
 
 def with_U(value: float, U: float) -> str:
-    """`93.918 ± 0.019`; `0.2957 ± less than 0.0001` where U, above 0, is under a ten thousandth of the value."""
+    """Return `93.918 ± 0.019`; or `0.2957 ± less than 0.0001` if U is above 0 but under a ten thousandth of the
+    value."""
     if not 0.0 < U < BELIEVED * abs(value) or not math.isfinite(value) or abs(value) >= LARGE:
         return f"{rounded(value, U)} ± {rounded_U(U)}"
     decimals = 3 - math.floor(math.log10(abs(value)))
@@ -31,10 +32,10 @@ def with_U(value: float, U: float) -> str:
 
 
 def rounded_U(U: float) -> str:
-    """U itself, to two digits; U finite and above 0."""
+    """Return U rounded to two digits; U finite and above 0."""
     return f"{U:.2g}" if decimals_of(U) > MOST_DECIMALS else fixed(U, decimals_of(U))
 
 
 def fixed(value: float, decimals: int) -> str:
-    """To so many decimals, and no "-0.0"."""
+    """Return the value with this number of decimals, never as "-0.0"."""
     return f"{round(value, decimals) + 0.0:.{max(0, decimals)}f}"

@@ -22,7 +22,7 @@ LARGEST_U = 1.0 / 3.0
 
 
 class Verdict(StrEnum):
-    """Of one finding."""
+    """Verdict of one finding."""
 
     PASS = "pass"
     CONDITIONAL = "conditional"
@@ -31,7 +31,7 @@ class Verdict(StrEnum):
 
 
 class UnitVerdict(StrEnum):
-    """Of a whole unit."""
+    """Verdict of a whole unit."""
 
     ACCEPTED = "accepted"
     CONDITIONAL = "conditional"
@@ -41,10 +41,9 @@ class UnitVerdict(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One judged quantity. value, U: None where unknown; p_false_accept: see `probability_of_false_acceptance`.
+    """One judged quantity. value, U: None if unknown; p_false_accept: see `probability_of_false_acceptance`.
 
-    cause: why it did not pass; reason: its sentence, as it was when judged.
-    """
+    cause: why it did not pass; reason: its sentence, as it was when judged."""
 
     check: str
     quantity: str
@@ -66,8 +65,8 @@ class Finding:
 
 
 def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -> Finding:
-    """Finding of a quantity against its limit. Anything that is not a finite value with the limit's unit is no result;
-    an unknown or infinite U never passes, whatever the rule."""
+    """Judge a quantity by its limit. A value that is not finite or not in the limit's unit gives no result; an unknown
+    or infinite U never passes, whatever the rule."""
     verdict, cause = _decide(quantity, limit)
     usable = verdict is not Verdict.NO_RESULT
     U = quantity.U if quantity.U is not None and math.isfinite(quantity.U) else None
@@ -94,7 +93,8 @@ def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -
 
 
 def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | None:
-    """What a value that is not larger than its own U says where only an upper limit asks: how large it is at most."""
+    """Return a note if the value is not larger than its own U and has an upper limit only: the value is then a
+    bound."""
     value, U = quantity.value, quantity.U
     if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
         return None
@@ -151,7 +151,7 @@ def largest_U(limit: Limit) -> float:
 
 
 def bounds(limit: Limit) -> tuple[float, float]:
-    """(lower, upper) of a limit, infinite where it has none."""
+    """Return (lower, upper) of a limit, infinite for a bound that it does not have."""
     return (
         -math.inf if limit.lower is None else limit.lower,
         math.inf if limit.upper is None else limit.upper,
@@ -159,7 +159,7 @@ def bounds(limit: Limit) -> tuple[float, float]:
 
 
 def outside_reason(value: float, limit: Limit) -> Reason:
-    """Which limit a value misses."""
+    """Return the reason that names the limit which the value misses."""
     lower, upper = bounds(limit)
     side, at = ("below the lower", lower) if value < lower else ("above the upper", upper)
     # %.6g can print a value just outside a limit like the limit itself: then show every digit.
@@ -168,7 +168,8 @@ def outside_reason(value: float, limit: Limit) -> Reason:
 
 
 def probability_outside(value: float, U: float, limit: Limit) -> float:
-    """P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 ([JCGM106] 7.4)."""
+    """Return P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 ([JCGM106]
+    7.4)."""
     lower, upper = bounds(limit)
     u = U / COVERAGE_FACTOR
     if u == 0.0:
@@ -177,10 +178,10 @@ def probability_outside(value: float, U: float, limit: Limit) -> float:
 
 
 def probability_of_false_acceptance(value: float, U: float | None, limit: Limit, verdict: Verdict) -> float | None:
-    """Specific consumer's risk ([JCGM106] 9.3.2): P(the true value is outside the limits) of what is accepted.
+    """Return the specific consumer's risk ([JCGM106] 9.3.2): P(the true value of an accepted finding is outside its
+    limits).
 
-    A failed finding is not accepted: 0. Unknown U: None.
-    """
+    0 for a failed finding, which is not accepted; None if U is unknown."""
     if verdict is Verdict.FAIL:
         return 0.0
     if U is None or not math.isfinite(U):
@@ -189,12 +190,13 @@ def probability_of_false_acceptance(value: float, U: float | None, limit: Limit,
 
 
 def _upper_tail(z: float) -> float:
-    """P(Z > z) of the standard normal; by erfc, so that a risk of 1e-12 is not rounded away."""
+    """Return P(Z > z) of the standard normal; by erfc, so that a risk of 1e-12 is not rounded away."""
     return 0.5 * math.erfc(z / math.sqrt(2.0))
 
 
 def unit_verdict(findings: Sequence[Finding]) -> UnitVerdict:
-    """Any failure rejects; any missing result leaves it incomplete; only passes of all that is required accept."""
+    """Return rejected if any finding failed, incomplete if any result is missing, and accepted only if all that is
+    required passed."""
     verdicts = [f.verdict for f in findings]
     required = [f.verdict for f in findings if f.required]
     if Verdict.FAIL in verdicts:

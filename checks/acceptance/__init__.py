@@ -22,7 +22,7 @@ _OWN = frozenset(module.name for module in iter_modules(__path__) if not module.
 
 @dataclass(frozen=True)
 class Guarded:
-    """The measurement of another package's check: what it hands back is looked at before it is judged."""
+    """The measurement of another package's check: its outcome is checked before it is judged."""
 
     check: Check
 
@@ -37,8 +37,8 @@ class Guarded:
 
 
 class Checks(Mapping[str, Check]):
-    """Check by its name. The program's own are loaded one by one, when they are asked for: what judges by a spec of
-    two checks waits for two. Names are known from the start."""
+    """Checks by name. The program's own are loaded one by one, on first use: judging by a spec of two checks loads two.
+    Names are known from the start."""
 
     def __init__(self) -> None:
         self._loaded: dict[str, Check] = {}
@@ -65,11 +65,11 @@ class Checks(Mapping[str, Check]):
 
     @property
     def loaded(self) -> tuple[Check, ...]:
-        """Checks that were asked for already, and those of other packages."""
+        """Return the checks that are loaded already, and those of other packages."""
         return tuple(self._loaded.values())
 
     def add(self, more: Mapping[str, Check]) -> None:
-        """Checks of other packages, by names that are not taken."""
+        """Add checks of other packages under names that are not taken."""
         self._loaded |= {name: replace(check, measure=Guarded(check)) for name, check in more.items()}
 
 
@@ -77,9 +77,9 @@ CHECKS = Checks()
 
 
 def label_of(quantity: str) -> str:
-    """Return what people call a quantity, as its check declares it, else words from its name.
+    """Return the label of a quantity, as its check declares it, else words made from its name.
 
-    Checks that are loaded are asked first: who judged by two checks waits for no other."""
+    Loaded checks are searched first, so that judging by two checks loads no other."""
     for check in chain(CHECKS.loaded, CHECKS.values()):
         if quantity in check.quantities:
             return check.labels[quantity]
@@ -87,7 +87,7 @@ def label_of(quantity: str) -> str:
 
 
 def check_problem(check: Any) -> str:
-    """What is wrong with a check of another package, "" for nothing."""
+    """Return what is wrong with a check of another package, "" if nothing is."""
     if not isinstance(check, Check):
         return f"is a {type(check).__name__}, expected a Check"
     if not check.name.isidentifier() or check.name in RESERVED:

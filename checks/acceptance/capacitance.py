@@ -7,7 +7,7 @@ from specs.spec import CheckSpec
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """The two readings of the LCR meter [uF], small signal at 1 kHz, with their stated uncertainty."""
+    """Return the two readings of the LCR meter [uF], small signal at 1 kHz, with their stated uncertainty."""
     return Outcome(tuple(typed_quantity(values, spec, name) for name in CHECK.quantities))
 
 

@@ -35,12 +35,11 @@ class Zone:
 
 
 def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
-    """Exact minimum zone of N points (N,): min h subject to |z - a x - b y - c| <= h, as a linear programme.
+    """Return the exact minimum zone of N points (N,): min h subject to |z - a x - b y - c| <= h, as a linear programme.
 
     The programme minimises the width along z; the zone stands normal to its plane, so the width is multiplied by the
     cosine of the tilt (1 - 5e-6 at 3 mrad, far below any probe). Source: [ISO12781-1] 3.3 (MZPL reference plane); the
-    programme: Chebyshev approximation, [BV04] 6.1. Raises ValueError when the points do not span a plane.
-    """
+    programme: Chebyshev approximation, [BV04] 6.1. Raises ValueError if the points do not span a plane."""
     scale = float(max(np.ptp(x), np.ptp(y), 1e-300))
     design = np.column_stack([(x - x.mean()) / scale, (y - y.mean()) / scale, np.ones_like(x)])
     if np.linalg.matrix_rank(design, tol=1e-6) < 3:
@@ -64,14 +63,16 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
 
 
 def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
-    """Slope (2,) of the least-squares plane and its (2, 2) cofactor: times var(z) it is the slope's covariance."""
+    """Return the slope (2,) of the least-squares plane and its (2, 2) cofactor: times var(z), it is the slope's
+    covariance."""
     design = np.column_stack([x - x.mean(), y - y.mean()])
     cofactor = np.linalg.inv(design.T @ design)
     return cofactor @ design.T @ (z - z.mean()), cofactor
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Half-width of the minimum zone, its peak-to-valley and the least-squares one [um], tilt between interfaces."""
+    """Return the half-width of the minimum zone, its peak-to-valley and the least-squares one [um], tilt between
+    interfaces."""
     x, y, z = _points(values, spec)
     reading = spec.uncertainty.get("z_um")
     left, right = x < 0, x > 0
@@ -95,8 +96,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
-    """Raises NoResult for a position that is there twice, and for heights more alike than the probe can read: no part
-    lies so level on the table, so they were not read, or are in another unit than um."""
+    """Raise NoResult if a position occurs twice, or if the heights are more alike than the probe can read: no part lies
+    so level on the table, so they were not measured, or are in another unit than um."""
     distance = np.hypot(x[:, None] - x, y[:, None] - y) + np.diag(np.full(x.size, np.inf))
     first, second = np.unravel_index(int(np.argmin(distance)), distance.shape)
     if distance[first, second] < APART_MM * MM:
@@ -108,7 +109,7 @@ def _vet_points(x: Array, y: Array, z: Array, reading: StatedU | None) -> None:
 
 
 def _points(values: Values, spec: CheckSpec) -> tuple[Array, Array, Array]:
-    """(x, y, z) [m] from the table or from typed heights at the spec's positions."""
+    """Return (x, y, z) [m] from the table or from typed heights at the spec's positions."""
     if "points" in values:
         table = values["points"]
         return table["x_mm"] * MM, table["y_mm"] * MM, table["z_um"] * UM
@@ -128,7 +129,7 @@ def _plane_of(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
 
 
 def _scaled(name: str, value: float, sensitivity: float, reading: StatedU | None) -> Quantity:
-    """Quantity that is a weighted sum of heights; `sensitivity`: root of the sum of squares of the weights."""
+    """Return a quantity that is a weighted sum of heights; `sensitivity`: root of the sum of squares of the weights."""
     if reading is None or reading.U is None:  # a percentage of a height has no meaning: heights have no natural zero
         return Quantity(name, value)
     return Quantity.of(name, value, Contribution(reading.source, sensitivity * reading.U / COVERAGE_FACTOR))
@@ -142,7 +143,7 @@ def _least_squares_peak_to_valley(x: Array, y: Array, z: Array, reading: StatedU
 
 
 def _tilt(planes: list[tuple[Array, Array]], reading: StatedU | None) -> Quantity:
-    """Angle between the least-squares planes of the two interfaces [urad], small angles."""
+    """Return the angle between the least-squares planes of the two interfaces [urad], small angles."""
     (slope_1, cofactor_1), (slope_2, cofactor_2) = planes
     difference = slope_2 - slope_1
     tilt = math.hypot(*difference)

@@ -57,7 +57,7 @@ MERGE_HZ = 350.0  # both records have drive there: the low one to 400 Hz, the hi
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """H1 of both records, and merged."""
+    """H1 responses of both records, and merged."""
 
     low: Frf
     high: Frf
@@ -67,8 +67,8 @@ class Curves:
 
 @dataclass(frozen=True, eq=False)
 class ResponseFits:
-    """All that local fits found. axial: the resonance, beside: a second pole where two fit better than one, repeat: the
-    resonance of the second realisation; zero: or why there is none."""
+    """Results of the local fits. axial: the resonance, beside: a second pole where two fit better than one, repeat: the
+    resonance of the second realisation; zero: the zero of Vs, or why none was found."""
 
     axial: Resonance
     beside: Resonance | None
@@ -78,8 +78,8 @@ class ResponseFits:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Quantities of both records: see CHECK.quantities. Raises NoResult for data that fail a gate, with the responses
-    as they were measured where there are any: what is wrong is to be seen in them."""
+    """Return the quantities of both records: see CHECK.quantities. Raises NoResult if the data fail a gate, with the
+    measured responses if there are any: they show what is wrong."""
     rules = rules_of(spec)
     records = _records(values)
     vet_rates(records, spec)
@@ -96,7 +96,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 def _judged(
     values: Values, spec: CheckSpec, rules: ResponseSettings, records: Mapping[str, Record], curves: Curves
 ) -> Outcome:
-    """The quantities of responses that pass the gates for dead, turned, late and offset channels."""
+    """Return the quantities of responses that pass the gates for dead, reversed, late and offset channels."""
     delays = _vet_curves(records, curves, rules)
     _vet_repeats(records, curves, rules)
     found = _found(records, curves, rules)
@@ -129,7 +129,7 @@ def _judged(
 
 
 def _records(values: Values) -> dict[str, Record]:
-    """Every record given; both bands are needed."""
+    """Return every given record. Raises NoResult if one of the two bands is missing."""
     records: dict[str, Record] = {k: v for k, v in values.items() if isinstance(v, Record)}
     missing = [key for key in ("low", "high") if key not in records]
     if missing:
@@ -157,13 +157,14 @@ def _merged(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 
 
 def _curves(low: Record, high: Record, merge_Hz: float, rules: ResponseSettings) -> Curves:
-    """H1 of both."""
+    """Return the H1 responses of both records, and merged."""
     below, above = (_estimate(record, OUTPUTS, rules) for record in (low, high))
     return Curves(below, above, _merged(below, above, merge_Hz), merge_Hz)
 
 
 def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
-    """Delays behind the drive. Raises NoResult for a channel that is dead, turned, late or of another scale."""
+    """Return the delays of the channels behind the drive. Raises NoResult if a channel is dead, reversed, late or of
+    another scale."""
     low, high, merge_Hz = records["low"], records["high"], curves.merge_Hz
     vet_responses("low", low.name, curves.low.band(1.0, merge_Hz))
     vet_responses("high", high.name, curves.high.band(merge_Hz, 0.4 * high.fs))
@@ -174,7 +175,7 @@ def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSe
 
 
 def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> None:
-    """The second realisations are of the same thing, or tell nothing of it."""
+    """Raise NoResult if a second realisation is not of the same unit as the first."""
     for band, first in (("low", curves.low), ("high", curves.high)):
         key = f"{band}_repeat"
         if key in records:
@@ -196,7 +197,7 @@ def _found(records: Mapping[str, Record], curves: Curves, rules: ResponseSetting
 
 
 def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
-    """Frequency of the smallest |Vs| where its zero is searched."""
+    """Return the frequency of the smallest |Vs| in the band in which its zero is searched."""
     part = frf.select("Vs").band(*rules.zero_Hz)
     if part.f.size == 0:
         raise NoResult(Cause.BAND_NOT_MEASURED, channel="Vs", lo=rules.zero_Hz[0], hi=rules.zero_Hz[1])
@@ -204,8 +205,8 @@ def dip_Hz(frf: Frf, rules: ResponseSettings) -> float:
 
 
 def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
-    """The axial resonance of the second realisation, None where none was recorded. Raises NoResult where it shows none:
-    two records of one unit that contradict each other tell nothing."""
+    """Return the axial resonance of the second realisation, or None if no second one was recorded. Raises NoResult if
+    it shows no resonance: two records of one unit that contradict each other determine nothing."""
     if "low_repeat" not in records:
         return None
     try:
@@ -215,7 +216,8 @@ def _repeat(records: Mapping[str, Record], near_Hz: float) -> Resonance | None:
 
 
 def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
-    """The bending modes of a strut turn the encoder, not the payload: where da shows them more, the names are wrong."""
+    """Raise NoResult if da shows the bending modes more than de: they turn the encoder, not the payload, so the names
+    are exchanged."""
     seen = [m for m in modes.values() if isinstance(m, Resonance)]
     de, da = OUTPUTS.index("de"), OUTPUTS.index("da")
     if seen and all(m.amplitude[da] > m.amplitude[de] for m in seen):
@@ -224,7 +226,7 @@ def _refuse_exchanged(modes: Mapping[str, Resonance | Reason]) -> None:
 
 
 def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
-    """Of the local fits, but for the axial resonance itself."""
+    """Return the quantities of the local fits, except for the axial resonance itself."""
     quantities = [axial_damping(found.axial, found.repeat, spec), second_resonance(found.beside, spec)]
     if isinstance(found.zero, Zero):
         quantities.append(zero_quantity(found.zero, spec))
@@ -239,7 +241,8 @@ def _modal_quantities(found: ResponseFits, spec: CheckSpec) -> list[Quantity]:
 
 
 def _without(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Frf | str | None:
-    """Vs and da without the encoder, merged alike; why not; None when they were not recorded."""
+    """Return Vs and da without the encoder, merged in the same way; or why they are not used; None if they were not
+    recorded."""
     keys = [f"without_encoder_{band}" for band in ("low", "high")]
     given = [key for key in keys if key in records]
     if len(given) < 2:

@@ -43,12 +43,12 @@ class Loop:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Loop width of the displacement [percent] at the largest and the smallest amplitude; that of Vs where recorded.
+    """Return the loop width of the displacement [percent] at the largest and the smallest amplitude; that of Vs if
+    recorded.
 
     The width is the opening at mid-voltage relative to the peak to peak of the displacement, of the last period of each
     amplitude. A high-pass turns the loop of Vs into an ellipse at every amplitude alike, so its hysteresis is what the
-    width at the largest amplitude has above that at the smallest.
-    """
+    width at the largest amplitude has above that at the smallest."""
     if "record" not in values:
         raise NoResult(Cause.NOT_MEASURED, record="record")
     record: Record = values["record"]
@@ -86,15 +86,15 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_order(loop: Loop) -> None:
-    """Raises NoResult where de runs ahead of Va by more than the sample by which the two may have been stored apart:
-    a loop cannot open that way."""
+    """Raise NoResult if de runs ahead of Va by more than the sample by which the two may have been stored apart: a loop
+    cannot open that way."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel="de", percent=100 * ahead, amplitude=loop.amplitude)
 
 
 def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
-    """Raises NoResult for a loop that no piezo actuator makes: too exact or too narrow."""
+    """Raise NoResult if the loop is one that no piezo actuator makes: too exact or too narrow."""
     vet_noise("de", loop.misfit)
     least = float(spec.settings.get("loop_min_percent", LOOP_PERCENT))
     if least > 0.0:
@@ -102,8 +102,9 @@ def _check_actuator(loop: Loop, spec: CheckSpec) -> None:
 
 
 def _held_against_gain(width: Quantity, loop: Loop, spec: CheckSpec) -> Quantity:
-    """A width is a ratio, whatever its scale: where de moves by another amount per volt than an actuator does it cannot
-    pass. One above its limit fails as before: a wide loop moves more."""
+    """Return the width, of unknown uncertainty if de moves by another amount per volt than an actuator does, so that it
+    cannot pass: a width is a ratio, whatever its scale. A width above its limit fails as before: a wide loop moves
+    more."""
     lo, hi = (float(g) for g in spec.settings.get("gain_um_per_V", GAIN_UM_PER_V))
     gain = float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM
     return width if lo <= gain <= hi else width.doubted(Cause.WRONG_GAIN, channel="de", gain=gain, lo=lo, hi=hi)
@@ -114,7 +115,7 @@ def _falls(loop: Loop) -> bool:
 
 
 def _check_moving(record: Record, channel: str, cycle: Cycle) -> None:
-    """Raises NoResult where a channel repeats one value while Va runs on: it is held, or the end of its range."""
+    """Raise NoResult if a channel repeats one value while Va runs on: it is held, or at the end of its range."""
     at, passed = longest_stand(record["Va"][cycle.samples], record[channel][cycle.samples])
     if passed > STUCK * 2 * cycle.amplitude:
         raise NoResult(Cause.CHANNEL_STUCK, channel=channel, reference="Va", sample=cycle.start + at, span=passed)
@@ -129,13 +130,12 @@ def _loops(record: Record, channel: str, cycles: list[Cycle]) -> list[Loop]:
 
 
 def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response") -> Loop:
-    """Loop of one period, drive and response (n,).
+    """Return the loop of one period, drive and response (n,).
 
     response = centre line (a polynomial of the drive) + drift - opening/2 on the way up, + opening/2 on the way down.
     The opening closes at both ends: cos for a phase shift (an ellipse), cos |cos| for Rayleigh's parabolas, the latter
     also skewed and bulged. All is linear, so the width has its uncertainty from the scatter. Rayleigh's law:
-    [BERTOTTI98] 2.3. Raises NoResult when the response stands still.
-    """
+    [BERTOTTI98] 2.3. Raises NoResult if the response stands still."""
     v, angle = (drive - cycle.centre) / cycle.amplitude, cycle.angle
     up, sine = np.cos(angle), np.sin(angle)
     rayleigh = up * np.abs(up)
@@ -162,8 +162,9 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
 
 
 def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
-    """A response stored a sample beside its drive opens or closes the loop by that sample's angle; by which part of a
-    sample the two are apart no record of them shows, so all of it is equally likely ([JCGM100] 4.3.7)."""
+    """Return the width with its budget. A response stored a sample beside its drive opens or closes the loop by that
+    sample's angle; the record does not show by which part of a sample the two are apart, so every part is equally
+    likely ([JCGM100] 4.3.7)."""
     percent = 100 * abs(loop.width.value)
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),
@@ -174,7 +175,7 @@ def _width(name: str, loop: Loop, spec: CheckSpec) -> Quantity:
 
 
 def _unseen(width: Quantity) -> list[str]:
-    """A note where no loop is seen: 0.0004 percent is no property of a piezo actuator."""
+    """Return a note if no loop is seen: a width of 0.0004 percent is not a property of a piezo actuator."""
     if width.U is None or not width.value < width.U < USUAL_PERCENT:
         return []
     return [
@@ -195,7 +196,8 @@ def _amplitude(loops: list[Loop]) -> Quantity:
 
 
 def _gain(loop: Loop) -> Quantity:
-    """Slope from tip to tip of the largest loop; its accuracy is the encoder's, which this check does not state."""
+    """Return the slope from tip to tip of the largest loop; its accuracy is the encoder's, which this check does not
+    state."""
     return Quantity("hysteresis_gain_um_per_V", float(np.ptp(loop.response)) / (2 * loop.amplitude) / UM)
 
 

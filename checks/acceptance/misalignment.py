@@ -30,8 +30,8 @@ DIGITS = 2  # of um: far below U, far above what another processor's rounding do
 
 
 def measure(values: Values, _: CheckSpec) -> Outcome:
-    """dx_um and dy_um with U. Raises NoResult without both records or a model, or for records that no model can be
-    compared with."""
+    """Return the dx_um and dy_um with U. Raises NoResult if a record or the model is missing, or if no model can be
+    compared with the records."""
     model = values.get("model")
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)
@@ -60,7 +60,7 @@ def _at_the_payload(model: Model, values: Values) -> Model:
 
 
 def _dataset(values: Values, low: str, high: str) -> Dataset | None:
-    """Responses of one realisation, None where a band of it was not recorded. Raises RecordError."""
+    """Return the responses of one realisation, or None if a band of it was not recorded. Raises RecordError."""
     below, above = values.get(low), values.get(high)
     if not (isinstance(below, Record) and isinstance(above, Record)):
         return None
@@ -73,7 +73,8 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
 
 
 def _scan(model: Model) -> MisalignmentTable:
-    """A small table of the model, with real modes where it has them: a third of the time, and near enough to begin."""
+    """Return a small table of the model, with real modes if it has them: this takes a third of the time and is close
+    enough for a start."""
     quick = of_damping(model, "modal") or model
     f, (dx, dy) = table_frequencies(), grid(*PLACES)
     return MisalignmentTable(dx, dy, f, np.array([ratios(quick, float(x), dy, f) for x in dx]), model.name)

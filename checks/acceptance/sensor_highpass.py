@@ -28,11 +28,10 @@ SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Corner with the resistor [Hz], corner without it, and the capacitance [uF] that the first one implies.
+    """Return the corner with the resistor [Hz], corner without it, and the capacitance [uF] that the first one implies.
 
     The corner comes from a time-domain fit of s/(s + w) between Va and Vs below `top_Hz`, not from an FRF: with few
-    periods of the lowest frequencies every window leaks.
-    """
+    periods of the lowest frequencies every window leaks."""
     if "with_resistor" not in values:
         raise NoResult(Cause.NOT_MEASURED, record="with_resistor")
     vet_rates(values, spec)
@@ -53,7 +52,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
-    """High-pass of a record that describes it. Raises NoResult otherwise."""
+    """Return the fit of a high-pass to a record. Raises NoResult if it does not describe the record."""
     wrong = mismatches(record.channels, LOOKS) or overload("Vs", record["Vs"])
     if wrong:
         raise NoResult(together(wrong).within(name, record.name))
@@ -67,7 +66,7 @@ def _fit(record: Record, name: str, top_Hz: float) -> HighPass:
 
 
 def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
-    """Corner of a fit [Hz]. Raises NoResult when the record does not show one."""
+    """Return the corner of a fit [Hz]. Raises NoResult if the record does not show one."""
     f, u = fitted.corner.value, fitted.corner.u
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
         raise NoResult(Cause.NO_CORNER, record="with_resistor", f_Hz=f, u_Hz=u)
@@ -87,7 +86,8 @@ def _try_without(values: Values, top_Hz: float) -> HighPass | Quantity:
 
 
 def _corner_without(fitted: HighPass) -> Quantity:
-    """The corner left without the resistor: the input's own resistance. Mostly below what the record shows."""
+    """Return the corner without the resistor: the input's own resistance. It is mostly below the lowest frequency of
+    the record."""
     name, f, u = "sensor_highpass_without_Hz", fitted.corner.value, fitted.corner.u
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
         return Quantity.missing(name, because(Cause.NO_CORNER_WITHOUT, f_Hz=f + 2 * u))
@@ -95,7 +95,7 @@ def _corner_without(fitted: HighPass) -> Quantity:
 
 
 def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: CheckSpec) -> Quantity:
-    """C = 1/(2 pi R (f - f0)): what the input leaks without the resistor (f0) lies in parallel with it."""
+    """Return C = 1/(2 pi R (f - f0)): what the input leaks without the resistor (f0) lies in parallel with it."""
     name = "sensor_capacitance_implied_uF"
     R: Measured | None = values.get("resistor_ohm")
     if R is None:
@@ -117,9 +117,9 @@ def _capacitance(corner: Quantity, without: Quantity, values: Values, spec: Chec
 
 
 def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) -> Quantity:
-    """The limits of the corner are those of the spec's resistor: with another one a corner inside them shows another
-    capacitance. Its uncertainty is then unknown, so that it cannot pass; a corner outside them fails as before. A
-    resistor that nobody stated is the spec's, and the finding says so."""
+    """Return the corner, of unknown uncertainty if the resistor is not that of the limits, so that it cannot pass: a
+    corner inside them then shows another capacitance. A corner outside them fails as before. If the unit does not state
+    its resistor, the spec's is used, and the finding says so."""
     lo, hi = _expected(values, spec)
     ohm, stated_ohm = _resistor(values, spec)
     if not lo <= corner.value <= hi:
@@ -131,7 +131,7 @@ def _held_against_resistor(corner: Quantity, values: Values, spec: CheckSpec) ->
 
 
 def _resistor(values: Values, spec: CheckSpec) -> tuple[float, bool]:
-    """The resistor [ohm], and whether the unit states it."""
+    """Return the resistor [ohm], and whether the unit states it."""
     given: Measured | None = values.get("resistor_ohm")
     if given is not None:
         return given.value, True
@@ -139,7 +139,7 @@ def _resistor(values: Values, spec: CheckSpec) -> tuple[float, bool]:
 
 
 def _expected(values: Values, spec: CheckSpec) -> tuple[float, float]:
-    """Corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
+    """Return the corner [Hz] that the resistor makes with the largest and the smallest capacitance of a sound stack."""
     ohm, _ = _resistor(values, spec)
     lo, hi = sorted(float(c) for c in spec.settings.get("capacitance_uF", CAPACITANCE_UF))
     return 1 / (2 * math.pi * ohm * hi * UF), 1 / (2 * math.pi * ohm * lo * UF)
@@ -174,7 +174,7 @@ def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]
 
 
 def _frf(record: Record, top_Hz: float) -> tuple[Array, Array]:
-    """H1 of Vs over Va for the picture: f (F,) [Hz] and complex H (F,), long Hann windows."""
+    """Return the H1 of Vs over Va for the picture: f (F,) [Hz] and complex H (F,), long Hann windows."""
     n = record.t.size // SHOWN_SEGMENTS
     from scipy.signal import csd, welch  # loads slowly: only when wanted
 

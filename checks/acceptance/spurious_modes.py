@@ -29,7 +29,7 @@ CHANNELS = {"Track1": "N", "Track2": "rad"}
 
 @dataclass(frozen=True, eq=False)
 class HammerResponse:
-    """One record: its impacts, the FRF of the good ones and the modes in it."""
+    """Impacts of one record, the FRF of the good ones and its modes."""
 
     key: str
     record: Record
@@ -49,11 +49,11 @@ class SpuriousModesSettings:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Frequency [Hz] and damping [percent of critical] of the three modes, harmonics of the bending modes [Hz].
+    """Return the frequency [Hz] and damping [percent of critical] of the three modes, harmonics of the bending modes
+    [Hz].
 
-    Each record gives its own quantities; one that is absent or of too few good impacts leaves the others alone.
-    Torsion is the mode that the left impact shows and the top impact does not.
-    """
+    Each record gives its own quantities; a record that is missing or has too few good impacts does not affect the
+    others. Torsion is the mode that the left impact shows and the top impact does not."""
     vet_rates(values, spec)
     rules = _rules(spec)
     analysed = {key: _analyse(key, values[key], rules) for key in RECORDS if key in values}
@@ -96,14 +96,14 @@ def _analyse(key: str, record: Record, rules: SpuriousModesSettings) -> HammerTe
 
 
 def _band(record: Record, rules: SpuriousModesSettings) -> tuple[float, float]:
-    """The search band, below where the analyser's filter cuts."""
+    """Return the search band, below where the analyser's filter cuts."""
     return rules.band_Hz[0], min(rules.band_Hz[1], record.fs / 2.56)
 
 
 def _modes_of(
     key: str, values: Values, analysed: dict[str, HammerTest | Reason], rules: SpuriousModesSettings
 ) -> HammerResponse | Reason:
-    """What a record shows, or the reason why it shows nothing."""
+    """Return the impacts, FRF and modes of a record, or the reason why it shows none."""
     if key not in analysed:
         return because(Cause.NOT_MEASURED, record=key)
     test = analysed[key]
@@ -128,11 +128,10 @@ def _strongest(found: HammerResponse | Reason) -> Mode | Reason:
 
 
 def _torsion(found: dict[str, HammerResponse | Reason], rules: SpuriousModesSettings) -> Mode | Reason:
-    """The lowest mode that the left impact shows and the top impact leaves out, or the reason why none is told.
+    """Return the lowest mode that the left impact shows and the top impact leaves out, or the reason why none is found.
 
     A mode is left out when the top impact shows it weaker, by the stated contrast, than it shows the best seen of the
-    others: a softer hit or another lever makes all modes weaker alike.
-    """
+    others: a softer hit or another lever makes all modes weaker alike."""
     left, top = found["torsion_left"], found["torsion_top"]
     if isinstance(left, Reason):
         return left
@@ -156,7 +155,7 @@ def _same(a: Mode, b: Mode) -> bool:
 
 
 def _seen_by_top(frf: ImpactFrf, mode: Mode) -> float:
-    """Largest amplitude of the mode that the top impact's record allows."""
+    """Return the largest amplitude of the mode that the top impact's record allows."""
     amplitude, u = amplitude_at(frf, mode)
     return amplitude + 2.0 * u
 
@@ -180,7 +179,7 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
 
 
 def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:
-    """The mode nearest to a multiple of the first one, if it is within 5 % of it."""
+    """Return the mode nearest to a multiple of the first one, if it is within 5 % of it."""
     label = f"{name}_harmonic_{order}_Hz"
     if isinstance(found, Reason):
         return Quantity.missing(label, found)
@@ -213,7 +212,7 @@ def _notes(
 
 
 def _fates(key: str, test: HammerTest, record: Record) -> str:
-    """One line per fault, with the times and the detail of the first of them."""
+    """Return one line per fault, with the times of its impacts and the detail of the first."""
     bad = [i for i in test.impacts if not i.good]
     first = {i.fault: i for i in reversed(bad)}
     times = {f: ", ".join(f"{record.t[i.peak]:.2f}" for i in bad if i.fault == f) for f in first}

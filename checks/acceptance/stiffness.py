@@ -34,9 +34,9 @@ RECORDS = {"closed_circuit": "k_closed_N_per_um", "open_circuit": "k_open_N_per_
 
 @dataclass(frozen=True, eq=False)
 class Deflection:
-    """One record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; what the moment
-    of the steps leaves uncertain [m]; the windowed deflection of [STB] 3.1.7 [m] or why there is none; the fit behind
-    it."""
+    """Deflection in one record: deflection [m] 0.1 s after the step, mean of adding and removing, with its scatter; its
+    uncertainty from the moments of the steps [m]; the windowed deflection of [STB] 3.1.7 [m] or the reason why it is
+    missing; the fit."""
 
     value: ScalarEstimate
     u_moment: float
@@ -48,12 +48,11 @@ class Deflection:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
+    """Return the stiffness k = m g / deflection 0.1 s after the step [N/um], circuit closed and open, and their ratio.
 
     Beside it the windowed value of [STB] 3.1.7, taken seconds later and so softer by the creep. A piezo with open
     circuit is stiffer than with closed circuit, whatever its stiffness: a ratio below 1 by three standard uncertainties
-    shows that the records are exchanged.
-    """
+    shows that the records are exchanged."""
     if "k_N_per_um" in values:
         return _from_value(values, spec)
     if "mass_kg" not in values:
@@ -83,7 +82,7 @@ def _from_value(values: Values, spec: CheckSpec) -> Outcome:
 
 
 def _try_record(values: Values, key: str) -> Deflection | Reason:
-    """Deflection of a record, or the reason why it has none."""
+    """Return the deflection of a record, or the reason why it has none."""
     if key not in values:
         return because(Cause.NOT_MEASURED, record=key)
     try:
@@ -95,8 +94,8 @@ def _try_record(values: Values, key: str) -> Deflection | Reason:
 
 
 def deflection_of(record: Record) -> Deflection:
-    """Deflection in a record with channel de [m] in which a mass is added once and removed once (or the other way
-    round). Raises NoResult when it does not hold two such steps with enough record about them."""
+    """Return the deflection in a record with channel de [m] in which a mass is added once and removed once (or the
+    other way round). Raises NoResult if it does not hold two such steps with enough record about them."""
     t, de = record.t, record["de"]
     steps = _two_steps(t, find_steps(t, de))
     creep = fit_creep(t, de, steps)
@@ -135,7 +134,8 @@ def _check_fit(creep: CreepFit, deflection: float) -> None:
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
-    """As in [STB] 3.1.7: mean of half a second before the first step against half a second under load."""
+    """Return the deflection as in [STB] 3.1.7: mean of half a second before the first step minus that of half a second
+    under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
         return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))
@@ -170,7 +170,7 @@ def _windowed(name: str, found: Deflection | Reason, mass: Measured, spec: Check
 def _load_over(
     name: str, deflection: ScalarEstimate, relative: list[Contribution], mass: Measured, spec: CheckSpec
 ) -> Quantity:
-    """k = m g / deflection with its budget; `relative`: further contributions, as shares of the value."""
+    """Return k = m g / deflection with its budget; `relative`: further contributions, relative to the value."""
     gravity = float(spec.settings.get("gravity", GRAVITY))
     gravity_U = float(spec.settings.get("gravity_U", GRAVITY_U))
     k = mass.value * gravity / deflection.value / N_PER_UM
@@ -184,7 +184,8 @@ def _load_over(
 
 
 def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) -> list[Contribution]:
-    """Mass and encoder, each as stated; else the one figure that the spec states for the whole; else nothing."""
+    """Return the contributions of mass and encoder, each as stated; else the one figure that the spec states for both;
+    else nothing."""
     if mass.U is not None:
         weight: Contribution | None = Contribution("added mass, stated with it", mass.U / COVERAGE_FACTOR)
     else:
@@ -200,7 +201,7 @@ def _systematic(k: float, deflection: float, mass: Measured, spec: CheckSpec) ->
 
 
 def _ratio(closed: Deflection | Reason, opened: Deflection | Reason) -> Quantity:
-    """k_open / k_closed: mass, gravity and encoder are the same in both and fall out."""
+    """Return k_open / k_closed: mass, gravity and encoder are the same in both and cancel."""
     if isinstance(closed, Reason):
         return Quantity.missing("k_ratio", closed)
     if isinstance(opened, Reason):
@@ -215,7 +216,7 @@ def _ratio(closed: Deflection | Reason, opened: Deflection | Reason) -> Quantity
 
 
 def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
-    """Creep per decade of time [percent of the deflection], mean of the two steps."""
+    """Return the creep per decade of time [percent of the deflection], mean of the two steps."""
     if isinstance(found, Reason):
         return Quantity.missing(name, found)
     creep = found.creep
@@ -236,7 +237,7 @@ def _creep_rate(name: str, found: Deflection | Reason) -> Quantity:
 
 
 def _passage_s(found: Deflection, step: SignalStep) -> float:
-    """How long a step takes from a tenth to nine tenths of its height [s]."""
+    """Return how long a step takes from a tenth to nine tenths of its height [s]."""
     t, near = found.t, np.abs(found.t - step.t) < 0.3
     before = found.de[(t > step.t - 0.6) & (t < step.t - 0.1)]
     if not before.size:
@@ -246,8 +247,8 @@ def _passage_s(found: Deflection, step: SignalStep) -> float:
 
 
 def _slower(creep: CreepFit, t: Array) -> float:
-    """How much more the residual scatters over seconds, the time scale of creep, than its `colour` over some hundredths
-    of a second says: a floor's noise grows towards low frequencies."""
+    """Return how much more the residual scatters over seconds, the time scale of creep, than its `colour` over some
+    hundredths of a second says: a floor's noise grows towards low frequencies."""
     residual = creep.fit.residual
     n = max(1, round(SLOW_S * (t.size - 1) / (t[-1] - t[0])))
     parts = residual[: residual.size // n * n].reshape(-1, n)

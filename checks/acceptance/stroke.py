@@ -56,9 +56,9 @@ class Range:
 
 @dataclass(frozen=True, eq=False)
 class Stroke:
-    """One record: stroke [m], what the voltage lacks of the range as a displacement [m], how far the gauge may have
-    drifted [m], loop width at mid-voltage [m] or the reason why there is none; settled: that loop does not contain the
-    first rise; V, d : (N,) the record, d from its start."""
+    """Stroke in one record: stroke [m], the voltage missing from the range as a displacement [m], how far the gauge may
+    have drifted [m], loop width at mid-voltage [m] or the reason why it is missing; settled: whether that loop excludes
+    the first rise; V, d : (N,) the record, d from its start."""
 
     stroke: ScalarEstimate
     short: float
@@ -70,11 +70,10 @@ class Stroke:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Stroke [um] of one stack, of two and of all three; loop width at mid-voltage [percent of the stroke].
+    """Return the stroke [um] of one stack, of two and of all three; loop width at mid-voltage [percent of the stroke].
 
     Each stroke is max(d) minus d at the start, where the voltage is -20 V; both ends by a local fit, because the
-    highest of many noisy samples is too high. The gauge is one and the same, so its stated errors add linearly.
-    """
+    highest of many noisy samples is too high. The gauge is one and the same, so its stated errors add linearly."""
     if "stroke_um" in values:
         return _from_value(values, spec)
     found = {key: _try_record(values, key, _range(spec)) for key in RECORDS}
@@ -104,7 +103,7 @@ def _range(spec: CheckSpec) -> Range:
 
 
 def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
-    """Stroke of a record, or the reason why it has none."""
+    """Return the stroke of a record, or the reason why it has none."""
     if key not in values:
         return because(Cause.NOT_MEASURED, record=key)
     try:
@@ -118,15 +117,15 @@ def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
 
 
 def _check_plausible(stroke: float, share: float, wanted: Range) -> None:
-    """Raises NoResult for a stroke [m] that no such share of three alike stacks can make."""
+    """Raise NoResult if so many of three equal stacks cannot make this stroke [m]."""
     if stroke > share * wanted.stroke_max:
         total, most = stroke / share / UM, wanted.stroke_max / UM
         raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:
-    """Stroke of a record with channels V [V] and d [m]. Raises NoResult when the voltage does not run from the wanted
-    start to the wanted top or the displacement does not follow it."""
+    """Return the stroke of a record with channels V [V] and d [m]. Raises NoResult if the voltage does not run from the
+    wanted start to the wanted top or the displacement does not follow it."""
     V, d = record["V"], record["d"]
     short = _check_range(V, wanted)
     _check_moving(V, d, wanted)
@@ -155,7 +154,8 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
 
 
 def _check_range(V: Array, wanted: Range) -> float:
-    """What the ends of V are off the wanted ones, together [V]. Raises NoResult beyond the tolerance."""
+    """Return the sum of the distances of the ends of V from the wanted ones [V]. Raises NoResult if one is above the
+    tolerance."""
     first, highest = float(V[0]), float(V.max())
     if not abs(first - wanted.start) <= wanted.tolerance:
         raise NoResult(Cause.VOLTAGE_START, value=first, expected=wanted.start, within=wanted.tolerance)
@@ -165,7 +165,7 @@ def _check_range(V: Array, wanted: Range) -> float:
 
 
 def _check_moving(V: Array, d: Array, wanted: Range) -> None:
-    """Raises NoResult where d repeats one value while V runs on: the probe sticks, or the reading was held."""
+    """Raise NoResult if d repeats one value while V runs on: the probe sticks, or the reading was held."""
     at, passed = loops.longest_stand(V, d)
     if passed > STUCK * wanted.span:
         raise NoResult(Cause.CHANNEL_STUCK, channel="d", reference="V", sample=at, span=passed)
@@ -194,7 +194,8 @@ def _stroke_quantity(name: str, found: Stroke | Reason, spec: CheckSpec) -> Quan
 
 
 def _sum(parts: list[Quantity]) -> Quantity:
-    """Stroke of three stacks: scatter adds in square, what stands in both budgets under one stated source linearly."""
+    """Return the stroke of three stacks: scatter adds in square, contributions of one stated source in both budgets add
+    linearly."""
     reasons = [q.reason for q in parts if q.reason]
     if reasons:
         return Quantity.missing("stroke_um", together(reasons))
@@ -209,9 +210,8 @@ def _sum(parts: list[Quantity]) -> Quantity:
 
 
 def _held_against_each_other(total: Quantity, parts: list[Quantity], within: float) -> Quantity:
-    """Three alike stacks: where one moves another part than half of what two do, one is weak or another was driven, and
-    their sum says nothing of three sound ones. Its uncertainty is then unknown, so that it cannot pass; a sum outside
-    the limits fails as before."""
+    """Return the sum, of unknown uncertainty if one of the three equal stacks does not move half of what two do, so
+    that it cannot pass: one is weak or another was driven. A sum outside the limits fails as before."""
     one, two = (q.value for q in parts)
     if total.reason is not None or abs(two / 2 / one - 1) <= within:
         return total
@@ -223,8 +223,8 @@ def _joint(shares: list[Contribution]) -> float:
 
 
 def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:
-    """Loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three stacks.
-    The gauge's scale error falls out of the ratio, so the scatter is all of its uncertainty."""
+    """Return the loop width at mid-voltage [percent of the stroke] of one record, or of both added: the loop of three
+    stacks. The gauge's scale error cancels in the ratio, so the scatter is all of its uncertainty."""
     stroke = width = variance = 0.0
     for f in found:
         if isinstance(f, Reason):

@@ -15,7 +15,7 @@ from specs.labels import with_unit
 
 
 def held_together(findings: Sequence[Finding], known: Known) -> list[Finding]:
-    """The findings, those of contradicting measurements without a result."""
+    """Return the findings; those of measurements that contradict each other have no result."""
     found = list(findings)
     for relation in RELATIONS:
         if relation.contradicted(known):

@@ -19,8 +19,9 @@ Known = Mapping[str, Quantity]
 
 @dataclass(frozen=True)
 class Relation:
-    """one over other, times `scale`, lies within lo to hi. one, other: quantities; sections: of `unit.toml`, whose data
-    they come from; spared: quantities of these that are read by themselves; needs: what `scale` takes."""
+    """Plausible range of a ratio: one over other, times `scale`, lies within lo to hi. one, other: quantities;
+    sections: of `unit.toml`, whose data they come from; spared: quantities of these that are read by themselves; needs:
+    what `scale` takes."""
 
     title: str
     one: str
@@ -34,8 +35,8 @@ class Relation:
     spared: tuple[str, ...] = ()
 
     def ratio(self, known: Known) -> tuple[float, float] | None:
-        """The ratio and its expanded uncertainty; None where a quantity was not measured. An uncertainty that nobody
-        stated counts as none: the band is wide."""
+        """Return the ratio and its expanded uncertainty; None if a quantity was not measured. An unstated uncertainty
+        counts as 0: the band is wide."""
         if any(name not in known for name in (self.one, self.other, *self.needs)):
             return None
         one, other = known[self.one], known[self.other]
@@ -45,7 +46,7 @@ class Relation:
         return value, abs(value) * math.hypot(*(_relative_U(q) for q in (one, other)))
 
     def contradicted(self, known: Known) -> bool:
-        """Whether the two cannot both be right."""
+        """Return whether the two cannot both be right."""
         found = self.ratio(known)
         return found is not None and not self.lo - found[1] <= found[0] <= self.hi + found[1]
 
@@ -56,14 +57,16 @@ def _relative_U(quantity: Quantity) -> float:
 
 
 def _static(known: Known) -> float:
-    """10 to 20 Hz lie a little up the flank of the resonance: what a gain there is to be multiplied with."""
+    """Return the factor from a gain over 10 to 20 Hz to the static gain: that band lies a little up the flank of the
+    resonance."""
     f = known["axial_resonance_Hz"].value
     lo, hi = STATIC_HZ
     return 1.0 - (hi**3 - lo**3) / (hi - lo) / 3 / f**2
 
 
 def _static_over_stroke(known: Known) -> float:
-    """um per V at the DAC of two stacks, over um of three stacks over their whole range."""
+    """Return the gain of two stacks [um per V at the DAC] over the stroke of three stacks [um] over their whole
+    range."""
     return _static(known) / AMPLIFIER_GAIN / (2 / 3) * (STACK_V[1] - STACK_V[0])
 
 

@@ -55,11 +55,11 @@ OF_THE_METAL = "offset of the APA's metal from the axis of the joints; U include
 def estimate(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None = None
 ) -> MisalignmentEstimate:
-    """Misalignment from responses with the channels de and da, judged on a second realisation where there is one.
-    Where the modes of the model's APA are uncertain, Vs is used too if it is there, as long as the three agree.
+    """Return the misalignment from responses with the channels de and da, judged on a second realisation if there is
+    one. Where the modes of the model's APA are uncertain, Vs is used too if it is there, as long as the three agree.
 
-    The tolerance is the model's. Raises NoResult for data that cannot tell, ModelError for a model without encoder,
-    RecordError for a missing channel."""
+    The tolerance is the model's. Raises NoResult if the data do not determine it, ModelError if the model has no
+    encoder, RecordError if a channel is missing."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel 'de' to compare with")
     whole = _of_band(model, data, table, repeat, OffsetSearch())
@@ -77,7 +77,7 @@ def estimate(
 
 @dataclass(frozen=True)
 class OffsetSearch:
-    """How an estimate is searched: with the data up to f_hi [Hz]; skewed: with the times by which channels were sampled
+    """Settings of a search: the data up to f_hi [Hz] are used; skewed: with the times by which channels were sampled
     apart among the unknowns; thorough: from more starts than the table gives."""
 
     f_hi: float = F_HI
@@ -88,7 +88,7 @@ class OffsetSearch:
 def _of_band(
     model: Model, data: Dataset, table: MisalignmentTable, repeat: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | Reason:
-    """The estimate from a band of the data, or why they cannot tell."""
+    """Return the estimate from a band of the data, or the reason why they do not determine it."""
     first = _prepared(data, model, RATIO, search.f_hi)
     second = None if repeat is None else _prepared(repeat, model, RATIO, search.f_hi)
     for why in data_reasons(model, min(TO_HZ, BELOW_TOP * search.f_hi), first, second):
@@ -104,7 +104,7 @@ def _of_band(
 
 
 def _left_out(part: MisalignmentEstimate, why: Reason) -> str:
-    """In words: what an estimate does without."""
+    """Return notes on the effects that an estimate neglects."""
     at, sds = part.fit.at, part.fit.sds
     skew = f"encoder de is {at[SKEW_OF_DE]:.1f} ± {COVERAGE * sds[SKEW_OF_DE]:.1f} us behind interferometer da"
     return f"responses above {BELOW_HZ:g} Hz are left out, so U is wider: {why}; {skew}"
@@ -116,7 +116,7 @@ def _prepared(data: Dataset, model: Model, channels: tuple[str, ...], f_hi: floa
 
 
 def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> Model:
-    """The model with the payload that a unit states, if it does, and how well it is known, if it says so."""
+    """Return the model with the payload of the unit and its uncertainty, if the unit states them."""
     if kg is None:
         return model
     sds = model.sds if sd_kg is None else {**model.sds, "bench.payload_kg": sd_kg}
@@ -126,8 +126,8 @@ def with_payload(model: Model, kg: float | None, sd_kg: float | None = None) -> 
 def free_parameters(
     model: Model, dx: float, dy: float, channels: Sequence[str] = RATIO, skewed: bool = False
 ) -> list[Free]:
-    """What is fitted: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the sensor's gain;
-    skewed: how far the channels were sampled apart."""
+    """Return the free parameters: the misalignment from (dx, dy) [um] on, the uncertain mechanics, the drive, the
+    sensor's gain; skewed: how far the channels were sampled apart."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
         replace(p, lo=-most, hi=most, start=at, scale=most / 4)
@@ -147,7 +147,7 @@ def free_parameters(
 def _found(
     model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | None:
-    """The estimate from these channels; None where every search breaks off."""
+    """Return the estimate from these channels; None if every search breaks off."""
     real = of_damping(model, "modal") or model
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = _fits(real, first, starts, search)
@@ -173,9 +173,9 @@ def _found(
 def _fits(
     model: Model, data: Dataset, starts: Sequence[tuple[float, float]], search: OffsetSearch
 ) -> list[Calibration]:
-    """Fits from the starts that lead to different places, the best first, each with the form of damping that the data
-    ask for. Where none explains the strut's own modes, one may have been taken for another: then once more, with a mode
-    in another place, and from draws of its parameters."""
+    """Return fits from the starts that lead to different places, the best first, each with the form of damping that the
+    data ask for. If no fit explains the strut's own modes, one mode may have been taken for another: the search is then
+    repeated with a mode in another place, and from random draws of the parameters."""
     free = [free_parameters(model, dx, dy, data.channels, search.skewed) for dx, dy in starts]
     found = _all_finished(model, data, _places(_leads(model, data, free)))
     if search.thorough and not any(_another_bench(c.fit) for c in found):
@@ -187,8 +187,8 @@ def _fits(
 
 
 def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
-    """Where searches end that begin with a mode of the best fit in another place, there where most is left; the best
-    few."""
+    """Return the best few ends of searches that begin with a mode of the best fit in another place, where the residual
+    is largest."""
     if not found:
         return []
     best = min(found, key=lambda c: c.fit.cost)
@@ -203,7 +203,7 @@ def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
 def _leads(
     model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
 ) -> list[Led]:
-    """Where searches end, the best first; none where one comes to values that no strut has, or to no number."""
+    """Return the ends of the searches, the best first; none if one comes to values that no strut has, or to NaN."""
     found: list[Led] = []
     for each in free:
         try:
@@ -214,7 +214,7 @@ def _leads(
 
 
 def _all_finished(model: Model, data: Dataset, leads: Sequence[Led]) -> list[Calibration]:
-    """The fits that searches lead to, without those that come to values with which nothing stands."""
+    """Return the fits that searches lead to, without those that come to values with which the assembly falls over."""
     response, found = Driven(model), []
     for led in leads:
         try:
@@ -226,7 +226,7 @@ def _all_finished(model: Model, data: Dataset, leads: Sequence[Led]) -> list[Cal
 
 
 def _places(leads: Sequence[Led]) -> list[Led]:
-    """Those that lie apart and are not hopeless."""
+    """Return the ends of searches that lie apart and are not hopeless."""
     kept: list[Led] = []
     for led in leads:
         apart = all(max(abs(led.at[n] - other.at[n]) for n in (DX, DY)) > NEAR_UM for other in kept)
@@ -240,19 +240,21 @@ def _explains(found: Calibration) -> bool:
 
 
 def _another_bench(found: Fit) -> bool:
-    """Whether a search that ended somewhere does not explain the payload's resonance: no other start helps then."""
+    """Return whether a search that ended somewhere does not explain the payload's resonance: no other start helps
+    then."""
     low = found.datasets[0].f < PAYLOAD_HZ
     return found.converged and gaps([found.datasets[0].at(low)], [found.residuals[0][low]])["da"].G > LOST
 
 
 def _along(model: Model, found: Fit, name: str) -> Along:
-    """How lopsided the APA may be is not told apart from where it sits, so its variance adds."""
+    """Return the misalignment along one axis. The APA's own asymmetry cannot be distinguished from its position, so its
+    variance adds."""
     own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
     return Along(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 
 
 def _others(best: Fit, rest: Sequence[Fit]) -> tuple[tuple[float, float], ...]:
-    """Places of other fits that are no worse than the best beyond doubt, and are not the same place."""
+    """Return the places of other fits that are not significantly worse than the best and lie elsewhere."""
     i = [best.names.index(n) for n in (DX, DY)]
     inverse = np.linalg.inv(best.cov[np.ix_(i, i)])
     out = []

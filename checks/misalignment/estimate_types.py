@@ -23,10 +23,11 @@ class Along:
 
 @dataclass(frozen=True, eq=False)
 class MisalignmentEstimate:
-    """dx, dy: what fits best. reason: why that is no answer, or None. model: with the fitted damping; fit: of it, with
-    the drive's parameters; others: other places (dx, dy) [um] that explain the data alike; data:
-    what was fitted, repeat: what was not, or None; meaning: what dx and dy are, in words; notes: what the
-    estimate does without; unknown: "dx" or "dy" and why the data do not tell it, if they tell the other one."""
+    """Estimate of the misalignment. dx, dy: the best fit; reason: why it is not an answer, or None; model: with the
+    fitted damping; fit: its calibration, with the drive's parameters; others: other places (dx, dy) [um] that explain
+    the data alike; data: the fitted responses, repeat: the second realisation, not fitted, or None; meaning: what dx
+    and dy are, in words; notes: the effects that the estimate neglects; unknown: "dx" or "dy" and why the data do not
+    determine it, if they determine the other one."""
 
     dx: Along
     dy: Along
@@ -42,11 +43,11 @@ class MisalignmentEstimate:
 
     @property
     def why(self) -> Reason | None:
-        """Why dx or dy has no answer, None if both have one."""
+        """Return the reason why dx or dy is missing, None if both are known."""
         return self.reason or next(iter(self.unknown.values()), None)
 
     def answer(self, axis: str) -> Along | None:
-        """The misalignment along "dx" or "dy", None without an answer."""
+        """Return the misalignment along "dx" or "dy", None if it is unknown."""
         return None if self.reason is not None or axis in self.unknown else getattr(self, axis)
 
     def __repr__(self) -> str:

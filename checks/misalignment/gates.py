@@ -31,7 +31,7 @@ SIGNS_HZ = (10.0, 60.0)  # below the resonance, where de, da and the drive go to
 
 
 def reason(found: MisalignmentEstimate) -> Reason | None:
-    """Why the estimate is no answer; None when it is one."""
+    """Return the reason why the estimate is not an answer, or None if it is valid."""
     return next(_reasons(found), None)
 
 
@@ -49,7 +49,7 @@ def _reasons(found: MisalignmentEstimate) -> Iterator[Reason]:
 
 
 def data_reasons(model: Model, to_Hz: float, *given: Dataset | None) -> Iterator[Reason]:
-    """Why data up to to_Hz cannot tell, whatever the model's parameters."""
+    """Yield the reasons why data up to to_Hz do not determine the misalignment, whatever the model's parameters."""
     for data in given:
         if data is not None:
             yield from missing_bands(data, to_Hz)
@@ -57,7 +57,7 @@ def data_reasons(model: Model, to_Hz: float, *given: Dataset | None) -> Iterator
 
 
 def ratio_noise(data: Dataset) -> Array:
-    """(F,) noise of de - R da over the size of R da, R = de / da: channels de, da, correlated as they are."""
+    """Return (F,) noise of de - R da over the size of R da, R = de / da: channels de, da, correlated as they are."""
     de, da = data.H.T
     with np.errstate(divide="ignore", invalid="ignore"):
         R = de / da
@@ -67,7 +67,7 @@ def ratio_noise(data: Dataset) -> Array:
 
 
 def missing_bands(data: Dataset, to_Hz: float = TO_HZ) -> Iterator[Reason]:
-    """A reason when bins that tell something are too far apart anywhere."""
+    """Yield a reason if informative bins are too far apart anywhere."""
     f = data.f[ratio_noise(data) < KNOWN]
     f = np.concatenate([[FROM_HZ], f[(f > FROM_HZ) & (f < to_Hz)], [to_Hz]])
     wide = [f"{a:.4g} to {b:.4g} Hz" for a, b in pairwise(f) if b - a > max(GAP * a, GAP_HZ)]
@@ -89,7 +89,8 @@ def _turned(data: Dataset, model: Model) -> Iterator[Reason]:
 
 
 def sensor_tells(data: Dataset, model: Model) -> bool:
-    """Whether Vs is there, alive and of the model's sign: else a search with it takes long and ends nowhere."""
+    """Return whether Vs was recorded, is alive and has the model's sign; a search with it is long and in vain
+    otherwise."""
     if "Vs" not in data.channels:
         return False
     low = data.select(("Vs",)).band(*SENSOR_HZ)
@@ -103,7 +104,7 @@ def _apart(one: Complex, other: Complex) -> bool:
 
 
 def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """The worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
+    """Yield the worst band of a channel that noise, tolerance and what the fit leaves unknown do not explain."""
     worst = contradiction(Driven(found.model), found.fit, found.repeat)
     if worst is not None:
         what = "data that were not fitted" if found.repeat is not None else "the fitted data"
@@ -113,8 +114,8 @@ def _inadequate(found: MisalignmentEstimate) -> Iterator[Reason]:
 
 
 def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """An APA of uncertain modes can be softened until it rings with any payload where the measured one does. How far
-    its compliance along its axis is pulled off its prior, over how far chance would pull it."""
+    """Yield a reason if the compliance of the APA along its axis is further off its prior than chance explains: an APA
+    of uncertain modes can be softened until it rings with any payload at the measured frequency."""
     apa = found.model.apa
     if not isinstance(apa, ModalApa):
         return
@@ -135,7 +136,8 @@ def _softer(found: MisalignmentEstimate) -> Iterator[Reason]:
 
 
 def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
-    """(m,) relative change of the APA's compliance between its ends along z by the factors on its modes' stiffness."""
+    """Return (m,) relative change of the APA's compliance between its ends along z by the factors on its modes'
+    stiffness."""
     body = apa.body
     stretch = (body.top - body.bottom)[2, ELASTIC_FROM:] ** 2 / np.diag(body.K)[ELASTIC_FROM:]
     share = dict(zip(mode_names(apa.modes)[0], stretch / stretch.sum(), strict=True))
@@ -143,15 +145,15 @@ def _compliance_slope(apa: ModalApa, found: Fit, names: Sequence[str]) -> Array:
 
 
 def _at_the_edge(found: MisalignmentEstimate) -> Iterator[Reason]:
-    """Axes along which the answer reaches the edge of the table; not one that the data do not show at all, unless they
-    show neither."""
+    """Yield a reason for each axis along which the answer reaches the edge of the table, except for an axis that the
+    data do not determine at all, unless they determine neither."""
     edges = list(_edges(found))
     yield from (reason for axis, reason in edges if axis not in found.unknown)
 
 
 def unobservable(found: MisalignmentEstimate) -> dict[str, Reason]:
-    """The axis along which the data do not tell the misalignment, by its name: U alone is as wide as the table. The
-    other one is known all the same, whatever this one is. Empty if they tell both, or neither."""
+    """Return the axis along which the data do not determine the misalignment, with the reason: its U is as wide as the
+    table. The other axis is known whatever the value along this one. Empty if they determine both, or neither."""
     wide = {axis: reason for axis, reason in _edges(found) if getattr(found, axis).U > _MOST[axis]}
     inside = not {DX, DY} & set(found.fit.at_bound)
     return wide if len(wide) == 1 and inside else {}

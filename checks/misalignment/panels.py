@@ -14,7 +14,8 @@ IN_ELLIPSE = 2.4477  # radius that holds 95 % of a normal in two dimensions: sqr
 
 
 def panels(found: MisalignmentEstimate) -> dict[str, Panel]:
-    """Magnitude and phase of the ratio, and the map. Without a result no number stands, and there is no map."""
+    """Return the magnitude and phase of the ratio, and the map. Without a result the panels show no number and there is
+    no map."""
     data = found.data.select(("de", "da")).band(SHOWN_FROM, np.inf)
     known = ratio_noise(data) < 1.0
     f, R = data.f[known], data.H[known, 0] / data.H[known, 1]
@@ -50,8 +51,8 @@ def _aligned(found: MisalignmentEstimate) -> dict[str, float]:
 
 
 def _map(found: MisalignmentEstimate) -> Panel:
-    """How unlikely each place is beside the answer, everything else fitted again for it (the profile of the likelihood,
-    to second order about the answer), and the region that holds the truth."""
+    """Return the likelihood of each place relative to the answer, everything else fitted again for it (the profile of
+    the likelihood, to second order about the answer), and the region that holds the truth."""
     at, C = np.array([found.dx.value, found.dy.value]), _covariance(found)
     sd = np.sqrt(np.diag(C))
     x, y = (np.linspace(v - REACH * s, v + REACH * s, PLACES) for v, s in zip(at, sd, strict=True))
@@ -66,7 +67,7 @@ def _map(found: MisalignmentEstimate) -> Panel:
 
 
 def _covariance(found: MisalignmentEstimate) -> Array:
-    """(2, 2) [um2] of the fit, wider where U is."""
+    """Return the covariance (2, 2) [um2] of the fit, scaled up to U."""
     i = [found.fit.names.index(n) for n in (DX, DY)]
     C = found.fit.cov[np.ix_(i, i)]
     wider = np.array([along.U / 2.0 for along in (found.dx, found.dy)]) / np.sqrt(np.diag(C))

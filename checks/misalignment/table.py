@@ -27,20 +27,20 @@ RANK, SMALLEST = 12, 1e-4  # of the basis: shapes below this part of the first a
 
 
 def table_frequencies() -> Array:
-    """(F,) [Hz] rising by a constant ratio."""
+    """Return frequencies (F,) [Hz] that rise by a constant ratio."""
     f: Array = F_LO * np.exp(STEP * np.arange(int(np.log(F_HI / F_LO) / STEP) + 1))
     return f
 
 
 def grid(nx: int = 41, ny: int = 41) -> tuple[Array, Array]:
-    """dx (nx,) and dy (ny,) [um]. Raises ModelError for fewer than 3 each."""
+    """Return dx (nx,) and dy (ny,) [um]. Raises ModelError if there are fewer than 3 of one."""
     if nx < 3 or ny < 3:
         raise ModelError(f"a table of {nx} x {ny}; expected 3 x 3 or more")
     return np.linspace(-DX_MAX_UM, DX_MAX_UM, nx), np.linspace(-DY_MAX_UM, DY_MAX_UM, ny)
 
 
 def check_tabulated(model: Model) -> None:
-    """Raises ModelError for a model whose de / da does not depend on a misalignment: no encoder, no joints."""
+    """Raise ModelError if de / da of the model does not depend on a misalignment: no encoder or no joints."""
     if "de" not in model.channels:
         raise ModelError(f"model {model.name} has no encoder, so no channel de and nothing to tabulate")
     if not any(name.startswith("joint") for name in model.values):
@@ -48,7 +48,7 @@ def check_tabulated(model: Model) -> None:
 
 
 def ratios(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
-    """(Y, F) de / da of a row of the table. Raises ModelError for a model that has none."""
+    """Return de / da (Y, F) of a row of the table. Raises ModelError if the model has no such ratio."""
     check_tabulated(model)
     out = np.empty((len(dy_um), f.size), dtype=np.complex64)
     for i, dy in enumerate(dy_um):
@@ -66,7 +66,7 @@ class Likelihood:
     misfit: Array
 
     def minima(self, most: int = 3) -> list[tuple[float, float]]:
-        """(dx, dy) of the local minima, the lowest first."""
+        """Return (dx, dy) of the local minima, the lowest first."""
         padded = np.pad(self.misfit, 1, constant_values=np.inf)
         shape = self.misfit.shape
         around = [
@@ -92,7 +92,8 @@ class MisalignmentTable:
     sha256: str = ""
 
     def query(self, data: Dataset) -> Likelihood:
-        """Where responses with channels de and da lie. Raises ModelError when none of their bins is in the table."""
+        """Return the likelihood of each place for responses with channels de and da. Raises ModelError if none of their
+        bins is in the table."""
         low, high = self.f[0] * (1 + max(SHIFTS)), self.f[-1] * (1 + min(SHIFTS))
         bins = data.select(("de", "da")).band(low, high).thinned(BINS)
         if not bins.f.size:
@@ -103,20 +104,22 @@ class MisalignmentTable:
 
     @cached_property
     def _basis(self) -> Complex:
-        """(r, F) shapes of the ratio over its size at each frequency, orthonormal, from every fourth grid point."""
+        """Return (r, F) shapes of the ratio over its size at each frequency, orthonormal, from every fourth grid
+        point."""
         some = self.R[::4, ::4].reshape(-1, self.f.size)
         _, size, shapes = np.linalg.svd(some / self._size, full_matrices=False)
         return np.asarray(shapes[:RANK][size[:RANK] > SMALLEST * size[0]], dtype=np.complex128)
 
     @cached_property
     def _size(self) -> NDArray[np.float32]:
-        """(F,) of the ratio over the table; without it the peaks would take all shapes."""
+        """Return the size (F,) of the ratio over the table; without it the peaks would take all shapes."""
         size: NDArray[np.float32] = np.sqrt(np.mean(np.abs(self.R[::4, ::4]) ** 2, axis=(0, 1)))
         return size
 
     @cached_property
     def _features(self) -> Array:
-        """(X Y, r r + 2 r + 1) of the coefficients u on the basis: conj(u_j) u_k, u, 1, in real numbers."""
+        """Return features (X Y, r r + 2 r + 1) of the coefficients u on the basis: conj(u_j) u_k, u, 1, in real
+        numbers."""
         B = (self._basis.conj() / self._size).T.astype(np.complex64)
         u = (self.R.reshape(-1, self.f.size) @ B).astype(complex)
         pairs = np.einsum("gj,gk->gjk", u.conj(), u).reshape(len(u), -1)
@@ -124,7 +127,8 @@ class MisalignmentTable:
         return np.hstack([np.where(j <= k, pairs.real, pairs.imag), u.real, u.imag, np.ones((len(u), 1))])
 
     def _coefficients(self, bins: Dataset, shift: float) -> Array:
-        """(r r + 2 r + 1,) by which the features make half the weighted squared misfit of the bins."""
+        """Return the coefficients (r r + 2 r + 1,) by which the features make half the weighted squared misfit of the
+        bins."""
         de, da = bins.H.T
         weight = 1.0 / _variance(bins)
         A = self._shapes(bins.f * (1.0 + shift)) * da
@@ -140,7 +144,7 @@ class MisalignmentTable:
         return self._basis * self._size
 
     def _shapes(self, f: Array) -> Complex:
-        """(r, B) basis at f (B,) [Hz], linear between its points."""
+        """Return (r, B) basis at f (B,) [Hz], linear between its points."""
         place = np.log(f / self.f[0]) / STEP
         i = np.clip(place.astype(int), 0, self.f.size - 2)
         part = place - i
@@ -150,7 +154,7 @@ class MisalignmentTable:
 
 
 def _variance(bins: Dataset) -> Array:
-    """(B,) of de - R da: noise of both, and how wrong a table of the nominal model may be."""
+    """Return the variance (B,) of de - R da: noise of both, and the error of a table of the nominal model."""
     de, da = bins.H.T
     R, C = de / da, bins.cov
     noise = C[:, 0, 0].real + np.abs(R) ** 2 * C[:, 1, 1].real - 2.0 * (R.conj() * C[:, 0, 1]).real

@@ -28,8 +28,8 @@ class Hum:
 
 
 def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
-    """Channel -> the strongest line about the frequencies of the mains that the drive Va does not explain; without the
-    channels in which none stands out."""
+    """Return channel -> the strongest line about the frequencies of the mains that the drive Va does not explain;
+    without the channels in which none stands out."""
     window = hann(record.t.size)
     f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
     near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)
@@ -43,7 +43,7 @@ def _lines(x: Array, window: Array) -> Complex:
 
 
 def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
-    """Frequency and size of the line in Y at f (F,) that U does not explain; size 0 where none stands out."""
+    """Return the frequency and size of the line in Y at f (F,) that U does not explain; size 0 if none stands out."""
     best = (0.0, 0.0)
     for centre in MAINS_HZ:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
@@ -57,7 +57,7 @@ def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
 
 
 def _between(left: Array, k: int) -> float:
-    """How far a sine lies from the largest bin k of a spectrum with Hann's window, in bins ([GRANDKE83])."""
+    """Return how far a sine lies from the largest bin k of a spectrum with Hann's window, in bins ([GRANDKE83])."""
     if not 0 < k < left.size - 1:
         return 0.0
     side = 1 if left[k + 1] > left[k - 1] else -1
@@ -66,7 +66,7 @@ def _between(left: Array, k: int) -> float:
 
 
 def _unexplained(x: Array, U: Complex, Y: Complex) -> Complex:
-    """(B,) Y less the best parabola of U over x (B,), found without the lines that stand out of it."""
+    """Return (B,) Y less the best parabola of U over x (B,), found without the lines that stand out of it."""
     base = U[:, None] * np.column_stack([np.ones_like(x), x, x * x])
     use = np.ones(x.size, dtype=bool)
     for _ in range(3):

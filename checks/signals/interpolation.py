@@ -56,7 +56,7 @@ class _Left:
 
     @classmethod
     def of(cls, record: Record, channel: str, drive: str) -> "_Left | None":
-        """None for a record that has no such channel, is too short, or moves as no strut does."""
+        """Return none for a record that has no such channel, is too short, or moves as no strut does."""
         if channel not in record.channels or drive not in record.channels:
             return None
         part = DrivePart.of(record[drive]) if np.ptp(record[channel]) < LONGEST_M else None
@@ -80,7 +80,7 @@ class _Left:
         return float(1.0 / (k[top] + _between(size, top) * k[1])) if stands_out else None
 
     def fitted(self, errors: Errors) -> Errors:
-        """The same with the cosine and sine that explain most, and periods that do so too."""
+        """Return the same with the cosine and sine that explain most, and periods that do so too."""
         for turn in range(ROUNDS):
             root = np.sqrt(power(self._less(errors)))[:, None]
             place = self.x - _error(self.x, errors)
@@ -102,16 +102,16 @@ class _Left:
         return tuple(replace(e, period_m=1.0 / (1.0 / e.period_m + d)) for e, d in zip(errors, steps, strict=True))
 
     def cost(self, errors: Errors) -> float:
-        """Sum of squares of what is left, in standard deviations of it all."""
+        """Return the sum of squares of what is left, in standard deviations of it all."""
         return 2.0 * float(np.sum(np.abs(self._less(errors)) ** 2 / power(self.E)[:, None]))
 
     def _less(self, errors: Errors) -> Complex:
-        """(B, BINS) what neither the drive nor the errors explain."""
+        """Return (B, BINS) what neither the drive nor the errors explain."""
         return self.E - self.drive.off(blocks(_error(self.x, errors))) if errors else self.E
 
 
 def _between(size: Array, k: int) -> float:
-    """How far the top of a parabola through a peak and its neighbours lies from it, in steps."""
+    """Return how far the top of a parabola through a peak and its neighbours lies from it, in steps."""
     if not 0 < k < size.size - 1:
         return 0.0
     a, b, c = size[k - 1 : k + 2]
@@ -119,7 +119,7 @@ def _between(size: Array, k: int) -> float:
 
 
 def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
-    """The largest first; empty where nothing repeats over position, or where the record is too short to say."""
+    """Return the largest first; empty if nothing repeats over position, or where the record is too short to say."""
     left = _Left.of(record, channel, drive)
     found: Errors = ()
     while left is not None and len(found) < LINES:
@@ -131,8 +131,8 @@ def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va")
 
 
 def of_another_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
-    """The errors of the same encoder in another record: as they are, unless what comes out there explains far more (the
-    counter was set to zero in between). A motion of few periods cannot say so."""
+    """Return the errors of the same encoder in another record: as they are, unless what comes out there explains far
+    more (the counter was set to zero in between). A motion of few periods cannot say so."""
     left = _Left.of(record, channel, drive) if errors else None
     if left is None or np.ptp(left.x) < WHOLE * max(e.period_m for e in errors):
         return errors
@@ -149,7 +149,7 @@ def said_of(errors: Errors) -> tuple[str, ...]:
 
 
 def without_errors(record: Record, errors: Errors, channel: str = "de") -> Record:
-    """The record as an encoder without them would have read it."""
+    """Return the record as an encoder without them would have read it."""
     if not errors:
         return record
     x = record[channel]
@@ -157,7 +157,7 @@ def without_errors(record: Record, errors: Errors, channel: str = "de") -> Recor
 
 
 def _error(x: Array, errors: Errors) -> Array:
-    """(N,) of readings x (N,): the place is what is left without the error."""
+    """Return (N,) of readings x (N,): the place is what is left without the error."""
     off = np.zeros_like(x)
     for _ in range(2):
         off = _at(x - off, errors)
@@ -171,12 +171,12 @@ def _at(x: Array, errors: Errors) -> Array:
 
 
 def _waves(x: Array, errors: Errors) -> Array:
-    """(2 L, N) cosine and sine of every period."""
+    """Return (2 L, N) cosine and sine of every period."""
     angles = [2.0 * np.pi / e.period_m * x for e in errors]
     return np.array([wave(a) for a in angles for wave in (np.cos, np.sin)])
 
 
 def _slopes(x: Array, errors: Errors) -> Array:
-    """(L, N) derivatives of every error by 1 / period [m2]."""
+    """Return (L, N) derivatives of every error by 1 / period [m2]."""
     turned = [replace(e, cosine_m=e.sine_m, sine_m=-e.cosine_m) for e in errors]
     return np.array([2.0 * np.pi * x * _at(x, (t,)) for t in turned])

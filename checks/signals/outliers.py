@@ -35,13 +35,14 @@ class Scores:
 
 
 def robust_scale(x: Array) -> float:
-    """Standard deviation of x (n,) by the median deviation from the median, right on average for normal samples."""
+    """Return the standard deviation of x (n,) by the median deviation from the median, right on average for normal
+    samples."""
     factor = _SMALL.get(x.size, x.size / (x.size - 0.8)) if x.size > 1 else 1.0
     return MAD_TO_SD * factor * float(np.median(np.abs(x - np.median(x))))
 
 
 def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: bool = False) -> Scores:
-    """Scores of values x (n,) with standard uncertainties u (n,), default 0.
+    """Return scores of values x (n,) with standard uncertainties u (n,), default 0.
 
     A value's own uncertainty is added to the scale, so that values which differ by less than they are known are never
     flagged; so is the grid on which rounded values lie. only_high: small values are never odd.
@@ -61,7 +62,7 @@ def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: 
 
 
 def _grid(x: Array) -> float:
-    """Smallest difference between values that differ: how finely they were written, at best."""
+    """Return the smallest difference between values that differ: how finely they were written, at best."""
     steps = np.diff(np.unique(x))
     return float(steps.min()) if steps.size else 0.0
 
@@ -80,7 +81,7 @@ def _probabilities(x: Array, u: Array, median: float, only_high: bool) -> Array:
 
 
 def _against(value: float, u: float, rest: Array, only_high: bool) -> float:
-    """p of a new value against a sample (Student's t, both sides unless only_high)."""
+    """Return p of a new value against a sample (Student's t, both sides unless only_high)."""
     spread = math.hypot(float(np.std(rest, ddof=1)) * math.sqrt(1 + 1 / rest.size), u)
     apart = value - float(np.mean(rest))
     if spread == 0.0:

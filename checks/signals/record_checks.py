@@ -51,14 +51,14 @@ class Expected:
 
 
 def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> ChannelDelay:
-    """Delay of a channel behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs [Hz].
+    """Return the delay of a channel behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs
+    [Hz].
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
     degrees whatever lies between. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of
     +-50 samples, then by weighted least squares that give little weight to bins off the line (resonances).
     sd knows the noise and the spread about the line; a fraction of a sample may still be physics (an amplifier's pole,
-    damping of close modes), which is for a model to tell.
-    """
+    damping of close modes), which is for a model to tell."""
     part = frf.band(f_lo, f_hi).select(channel)
     part = part.independent()
     good = part.usable & _significant(part)[:, 0]
@@ -77,7 +77,7 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
 
 
 def _significant(frf: Frf) -> np.ndarray:
-    """(F, C) responses that chance does not explain: |H|^2/var is F(2, 2 nu) where there is none."""
+    """Return (F, C) responses that chance does not explain: |H|^2/var is F(2, 2 nu) if there is none."""
     limit = quantile(1 - CHANCE / max(1, frf.f.size), frf.nu)[:, None]
     finite = np.isfinite(frf.var) & (np.abs(frf.H) > 0)
     return finite & (np.abs(frf.H) ** 2 > limit * np.where(finite, frf.var, 0.0))
@@ -91,7 +91,7 @@ def _coarse(turns: Array, H: np.ndarray, sigma: Array) -> float:
 
 
 def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[float, float]:
-    """Weighted least squares of the phase about tau; Cauchy weights. The spread about the line widens sd."""
+    """Return the weighted least squares of the phase about tau; Cauchy weights. The spread about the line widens sd."""
     x = -2 * np.pi * turns
     for _ in range(20):
         left = np.angle((H * np.exp(-1j * x * tau)) ** 2) / 2
@@ -115,7 +115,7 @@ def _delay_words(channel: str, reference: str, tau: float, sd: float, polarity: 
 
 
 def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
-    """Why x (N,) measures nothing: it does not move by more than its finest step, or not with the drive where a
+    """Return why x (N,) measures nothing: it does not move by more than its finest step, or not with the drive where a
     response is given. Empty for a channel that is alive."""
     levels = np.unique(x)
     if not np.isfinite(levels).all() or levels.size == 0:
@@ -130,7 +130,8 @@ def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
 
 
 def responds(frf: Frf, channel: str) -> bool:
-    """Whether a channel follows the input of frf: in one bin clearly (Bonferroni), or in many a little (Fisher)."""
+    """Return whether a channel follows the input of frf: in one bin clearly (Bonferroni), or in many a little
+    (Fisher)."""
     part = frf.independent().select(channel)
     driven = part.usable & (part.var[:, 0] > 0)
     if (part.usable & (part.var[:, 0] == 0) & (np.abs(part.H[:, 0]) > 0)).any():
@@ -144,7 +145,7 @@ def responds(frf: Frf, channel: str) -> bool:
 
 
 def finest_step(x: Array) -> float | None:
-    """Step of the grid on which all values of x (N,) lie; None when there is none to be seen."""
+    """Return step of the grid on which all values of x (N,) lie; None if there is none to be seen."""
     steps = np.diff(np.unique(x))
     scale = float(np.max(np.abs(x), initial=0.0))
     steps = steps[steps > 1e-9 * scale]  # values that differ by rounding are one
@@ -157,7 +158,7 @@ def finest_step(x: Array) -> float | None:
 
 
 def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Reason, ...]:
-    """Channels that do not look like their names, a reason each; pairs that fit when exchanged have one."""
+    """Return the channels that do not look like their names, a reason each; pairs that fit when exchanged have one."""
     names = [n for n in expected if n in columns]
     seen = {n: _looks(columns[n]) for n in names}
     wrong = [n for n in names if not _fits(seen[n], expected[n])]
@@ -193,8 +194,8 @@ PILED_SAMPLES = 50  # below that a pile may be chance
 
 
 def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
-    """What says that x (N,) is clipped: its largest or smallest value comes far more often than the next one; empty
-    where neither does. Not for a channel that may wait at its extreme, as a triangle that is held does."""
+    """Return what says that x (N,) is clipped: its largest or smallest value comes far more often than the next one;
+    empty where neither does. Not for a channel that may wait at its extreme, as a triangle that is held does."""
     for end, ordered in (("largest", -x), ("smallest", x)):
         lowest = float(ordered.min())
         count = int(np.count_nonzero(ordered == lowest))

@@ -97,7 +97,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
 
 
 def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
-    """A channel that stays at one value while the drive moves: the longest such run; clipped, at its extreme."""
+    """Return a channel that stays at one value while the drive moves: the longest such run; clipped, at its extreme."""
     x, u = record[channel], record[drive]
     i, n, usual = _longest_run(x)
     if n < max(HELD_SAMPLES, HELD_BY * usual) or not np.std(u[i : i + n]) > MOVING * np.std(u):
@@ -108,7 +108,8 @@ def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
 
 
 def _longest_run(x: Array) -> tuple[int, int, int]:
-    """First sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000 keep."""
+    """Return the first sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000
+    keep."""
     first = np.concatenate([[0], np.flatnonzero(np.diff(x)) + 1])
     lengths = np.diff(np.concatenate([first, [x.size]]))
     at = int(np.argmax(lengths))
@@ -126,8 +127,8 @@ def _at(record: Record, sample: int) -> float:
 
 
 def _lost(look: _Look) -> tuple[Reason, ...]:
-    """Samples missing in all channels or in one, or a disturbed one: where what the drive does not explain bursts, or
-    where a channel jumps and is late or early from there on."""
+    """Return samples missing in all channels or in one, or a disturbed one: where what the drive does not explain
+    bursts, or where a channel jumps and is late or early from there on."""
     bursts = [sample for E in look.left.values() if (sample := _burst(look.part, E)) is not None]
     if not bursts:
         if not any(_unexplained_share(look, c) > UNEXPLAINED for c in look.left):
@@ -147,8 +148,8 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
 
 
 def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """A block that is missing in every channel: drive and outputs jump at once. Where the drive goes on, somebody may
-    have hit the bench."""
+    """Return a block that is missing in every channel: drive and outputs jump at once. Where the drive goes on,
+    somebody may have hit the bench."""
     at = cut.get(look.drive)
     together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
     if len(together) < 2 or at is None:
@@ -158,7 +159,7 @@ def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
 
 
 def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """The channels that come earlier or later from where they jump on."""
+    """Return the channels that come earlier or later from where they jump on."""
     shifts = [(c, at, _shift(look, c, at)) for c, at in cut.items()]
     return tuple(
         because(
@@ -185,14 +186,16 @@ def _disturbed(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason
 
 
 def _unexplained_share(look: _Look, channel: str) -> float:
-    """Part of a channel's power that the drive does not explain, of half of the blocks that hold power at all."""
+    """Return part of a channel's power that the drive does not explain, of half of the blocks that hold power at
+    all."""
     size = power(blocks(look.record[channel][: look.part.n]))
     strong = size >= np.quantile(size, 0.8)
     return float(np.median(power(look.left[channel])[strong] / size[strong])) * SHARE
 
 
 def _burst(part: DrivePart, E: Complex) -> int | None:
-    """First sample of the slot where most is left unexplained, each block over its own power; None if it is even."""
+    """Return the first sample of the slot where most is left unexplained, each block over its own power; None if it is
+    even."""
     left = part.in_time(E / np.sqrt(power(E))[:, None])
     whole = left.size // SLOT * SLOT
     size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
@@ -201,7 +204,8 @@ def _burst(part: DrivePart, E: Complex) -> int | None:
 
 
 def _off_foretold(x: Array) -> Array:
-    """(N,) errors of linear prediction over their standard deviation about there; 0 for the first AHEAD samples."""
+    """Return (N,) errors of linear prediction over their standard deviation about there; 0 for the first AHEAD
+    samples."""
     centred = (x - x.mean()) / (np.std(x) or 1.0)
     at = np.unique(np.linspace(AHEAD, x.size - 1, min(x.size, TRAINED_ON)).astype(np.intp))
     before = np.stack([centred[at - k] for k in range(1, AHEAD + 1)], axis=1)
@@ -224,7 +228,8 @@ def _off_foretold(x: Array) -> Array:
 
 
 def _shift(look: _Look, channel: str, at: int) -> int:
-    """Samples by which a channel comes earlier after a cut than before it; 0 if it does not, or the parts are short."""
+    """Return samples by which a channel comes earlier after a cut than before it; 0 if it does not, or the parts are
+    short."""
     u = look.record[look.drive]
     y = look.record[channel]
     if channel == look.drive:
@@ -258,14 +263,16 @@ def _cross_spectrum(u: Array, y: Array) -> Complex | None:
 
 
 def _jitter(look: _Look) -> tuple[Reason, ...]:
-    """Times of samples that scatter: the error of each is its velocity times that of its time, so the error grows with
-    the velocity, sample by sample. Two channels must say so: an encoder's interpolation alone looks alike."""
+    """Return times of samples that scatter: the error of each is its velocity times that of its time, so the error
+    grows with the velocity, sample by sample. Two channels must say so: an encoder's interpolation alone looks
+    alike."""
     found = [s for c, E in look.left.items() if (s := _time_error(look, c, E)) > JITTER_s]
     return (because(Cause.SAMPLING_JITTER, jitter_us=1e6 * max(found)),) if len(found) > 1 else ()
 
 
 def _time_error(look: _Look, channel: str, E: Complex) -> float:
-    """Standard deviation [s] of the times of a channel's samples; 0 if its error does not go with its velocity."""
+    """Return the standard deviation [s] of the times of a channel's samples; 0 if its error does not go with its
+    velocity."""
     y = look.record[channel][: look.part.n]
     velocity = np.gradient(y) * look.record.fs
     rough = np.diff(look.part.in_time(E), 2)  # differs from sample to sample, as nothing that drifts or creeps does

@@ -55,7 +55,7 @@ class Sketch:
 
     @classmethod
     def parse(cls, text: str) -> "Sketch":
-        """Inverse of `str`. Raises ValueError."""
+        """Return the inverse of `str`. Raises ValueError."""
         packed, colon, rest = text.partition(":")
         levels, _, swung = rest.partition(":")
         try:
@@ -68,7 +68,8 @@ class Sketch:
         return cls(values, levels, swings)
 
     def keys(self) -> list[int]:
-        """What an index finds it by, of 63 bits: two sketches of the same samples share one, others as good as none."""
+        """Return what an index finds it by, of 63 bits: two sketches of the same samples share one, others as good as
+        none."""
         found = [f"levels {self.levels}".encode()] if self.levels else []
         if self.values.size:
             steps = np.round(_normal(self.values) / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
@@ -107,12 +108,12 @@ class Sketch:
 
 
 def key_of(content: bytes) -> int:
-    """Key of anything that an index finds: 63 bits of its SHA-256."""
+    """Return the key of anything that an index finds: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
 def sketch(x: Array) -> Sketch | None:
-    """Sketch of a channel (N,); None for one that tells nothing, as a constant or a channel of a few levels."""
+    """Return sketch of a channel (N,); None for one that tells nothing, as a constant or a channel of a few levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
         return None
     picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
@@ -122,7 +123,8 @@ def sketch(x: Array) -> Sketch | None:
 
 
 def _swings(x: Array) -> NDArray[np.uint32]:
-    """Return hashes of three successive ratios of swings between turning points of a channel, the smallest in order.
+    """Return the hashes of three successive ratios of swings between turning points of a channel, the smallest in
+    order.
 
     How wide a turning point is seen is chosen by the channel, as that which gives most of them, and not by its length,
     which a cut changes."""
@@ -156,7 +158,7 @@ def _triples(x: Array, width: int) -> Array:
 
 
 def _vertex(before: Array, at: Array, after: Array) -> Array:
-    """Height of the parabola through three samples about a turning point: another sampling finds it too."""
+    """Return the height of the parabola through three samples about a turning point: another sampling finds it too."""
     curvature = before - 2.0 * at + after
     with np.errstate(divide="ignore", invalid="ignore"):
         height = at - (after - before) ** 2 / (8.0 * curvature)
@@ -164,7 +166,8 @@ def _vertex(before: Array, at: Array, after: Array) -> Array:
 
 
 def _levels(x: Array) -> str:
-    """Hash of the levels that a channel of coarse steps goes through, counted in its own steps, up or down."""
+    """Return the hash of the levels that a channel of coarse steps goes through, counted in its own steps, up or
+    down."""
     there = np.unique(x)
     gaps = np.diff(there)
     apart = gaps > 1e-6 * (there[-1] - there[0])  # what is nearer is rounding of one level

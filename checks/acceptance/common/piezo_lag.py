@@ -16,7 +16,7 @@ ALIKE = 1e-7  # of the height: below the step of a converter of 24 bits
 
 
 def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_percent: float) -> None:
-    """Raises NoResult where a response opens its loop by less than `least_percent` of its height, beyond the scatter.
+    """Raise NoResult if a response opens its loop by less than `least_percent` of its height, beyond the scatter.
 
     width, height: in one unit; the width positive where the response lags.
     """
@@ -26,8 +26,8 @@ def vet_lag(name: str, drive: str, width: ScalarEstimate, height: float, least_p
 
 
 def vet_bend(name: str, drive: Array, response: Array, height: float, least_percent: float) -> None:
-    """Raises NoResult where a response that only rises does so along a straight line. By Rayleigh's law a first rise
-    bows by as much as its loop would open; half of it is asked for."""
+    """Raise NoResult if a response that only rises does so along a straight line. By Rayleigh's law a first rise bows
+    by as much as its loop would open; half of it is required."""
     s = (drive - drive.min()) / np.ptp(drive)
     fit = least_squares(np.vander(s, 3, increasing=True), response)
     bow = ScalarEstimate(abs(float(fit.x[2])) / 4, fit.u(np.array([0.0, 0.0, 1.0])) / 4)
@@ -37,7 +37,7 @@ def vet_bend(name: str, drive: Array, response: Array, height: float, least_perc
 
 
 def vet_noise(name: str, misfit: float) -> None:
-    """Raises NoResult for a response that follows its loop more exactly than any converter could tell. misfit: rms of
-    what the loop's shape leaves, relative to half the height."""
+    """Raise NoResult if a response follows its loop more exactly than any converter can resolve. misfit: rms of what
+    the loop's shape leaves, relative to half the height."""
     if misfit < ALIKE:
         raise NoResult(Cause.CHANNEL_NOISELESS, channel=name)

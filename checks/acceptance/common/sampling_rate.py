@@ -23,8 +23,8 @@ SAMPLING = Setting(
 
 
 def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
-    """Raises NoResult for a record whose sampling rate is none of those that the spec states, and for two records whose
-    rates are next to each other."""
+    """Raise NoResult if the spec does not list the sampling rate of a record, or if the rates of two records are a few
+    percent apart."""
     stated = _stated(spec)
     for key, record in _records(values):
         if stated and not any(abs(record.fs / f - 1) <= WITHIN for f in stated):
@@ -34,7 +34,8 @@ def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
 
 
 def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
-    """A bench may sample one record twice as fast as another, but no clock has two rates a few percent apart."""
+    """Raise NoResult if the rates of two records are a few percent apart: one clock may sample a record twice as fast
+    as another, but does not have two such rates."""
     for (a, one), (b, other) in combinations(records, 2):
         ratio = max(one.fs, other.fs) / min(one.fs, other.fs)
         if 1 + WITHIN < ratio < NEIGHBOUR:
@@ -50,7 +51,7 @@ def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
 
 
 def remarks(values: Mapping[str, Any], spec: CheckSpec) -> Iterator[str]:
-    """A line for each record whose rate nobody stated and no clock is usually set to."""
+    """Yield a line for each record whose rate is not stated in the spec and unusual for a clock."""
     if _stated(spec):
         return
     for key, record in _records(values):
@@ -60,7 +61,8 @@ def remarks(values: Mapping[str, Any], spec: CheckSpec) -> Iterator[str]:
 
 
 def is_round(fs: float) -> bool:
-    """Whether a rate has three digits at most, or is a power of ten doubled several times, as 5120 and 32768 Hz."""
+    """Return whether a rate has three digits at most, or is a power of ten doubled several times, as 5120 and 32768
+    Hz."""
     return _digits(fs, 3) or any(_digits(fs / 2**k, 1) for k in range(1, DOUBLINGS + 1))
 
 

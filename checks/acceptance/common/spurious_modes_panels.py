@@ -21,7 +21,7 @@ def panels(
     modes: Mapping[str, tuple[Mode, ...]],
     band_Hz: tuple[float, float],
 ) -> dict[str, Panel]:
-    """Panels "<record>_impacts" for every record that could be read, "<record>_frf" for those with an FRF."""
+    """Return the panels "<record>_impacts" of every record that could be read, "<record>_frf" for those with an FRF."""
     out = {f"{key}_impacts": impacts_panel(key, values[key], test) for key, test in tests.items()}
     for key, test in tests.items():
         if test.frf is not None:
@@ -30,12 +30,13 @@ def panels(
 
 
 def _beside(key: str, tests: Mapping[str, HammerTest]) -> ImpactFrf | None:
-    """The top impact's FRF goes beside the left one's: the mode that only the left one has is torsion."""
+    """Return the top impact's FRF for the panel of the left one, else None: the mode that only the left one has is
+    torsion."""
     return tests["torsion_top"].frf if key == "torsion_left" and "torsion_top" in tests else None
 
 
 def impacts_panel(key: str, record: Record, test: HammerTest) -> Panel:
-    """Force over time, each impact marked good or bad, the bad ones with the reason."""
+    """Return the force over time, each impact marked good or bad, the bad ones with the reason."""
     items: list[Item] = [Line(*envelope(record.t, test.force), label="force", role="quiet")]
     for label, role in (("good", "good"), ("set aside", "bad")):
         which = [i for i in test.impacts if i.good == (role == "good")]
@@ -50,7 +51,8 @@ def _points(t: Array, impacts: list[Impact], label: str, role: str) -> Line:
 
 
 def envelope(t: Array, force: Array) -> tuple[Array, Array]:
-    """Largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned away."""
+    """Return the largest force in each of at most 2000 stretches of time: a peak of three samples must not be thinned
+    away."""
     step = -(-force.size // _POINTS)
     starts = np.arange(0, force.size, step)
     return t[starts], np.maximum.reduceat(force, starts)
@@ -59,7 +61,7 @@ def envelope(t: Array, force: Array) -> tuple[Array, Array]:
 def frf_panel(
     key: str, frf: ImpactFrf, modes: tuple[Mode, ...], band_Hz: tuple[float, float], beside: ImpactFrf | None = None
 ) -> Panel:
-    """Magnitude of the averaged FRF with its 95 % band, the local fits and the modes."""
+    """Return the magnitude of the averaged FRF with its 95 % band, the local fits and the modes."""
     s = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
     magnitude, u = np.abs(frf.H[s]), np.sqrt(frf.var[s])
     items: list[Item] = [

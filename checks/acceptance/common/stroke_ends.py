@@ -29,15 +29,15 @@ def drift(
     opening: float,
     settled: bool,
 ) -> float:
-    """How far the gauge may have drifted over the record [m], by what d reads each time V is back at its start.
+    """Return how far the gauge may have drifted over the record [m], from the values of d each time V is back at its
+    start.
 
     bottom: (N,) where V is within `reach` [V] of its start; opening: of the last loop at mid-voltage [m]; settled: that
     loop does not contain the first rise.
 
-    Settled loops close: what later returns differ by is drift. After one loop only, drift cannot be told from what the
-    first rise leaves behind; the top lies midway, so half of it counts. What the scatter explains does not count.
-    Raises NoResult where d does not come back.
-    """
+    Settled loops close: the difference between later returns is drift. After one loop only, drift cannot be
+    distinguished from the remanence of the first rise; the top lies midway, so half of it counts. Differences within
+    the scatter do not count. Raises NoResult if d does not come back."""
     returns = [
         (lo, level(V - V[lo:hi].min(), d, lo + int(np.argmin(V[lo:hi])), bottom, reach))
         for lo, hi in stays(bottom)
@@ -61,20 +61,20 @@ def _beyond_scatter(a: ScalarEstimate, b: ScalarEstimate) -> float:
 
 
 def stays(zone: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """(first, behind the last) sample of each unbroken stretch of `zone` that is long enough for a fit."""
+    """Return the (first, last + 1) samples of each unbroken stretch of `zone` that is long enough for a fit."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], zone, [False]]).astype(int)))
     return [(int(lo), int(hi)) for lo, hi in edges.reshape(-1, 2) if hi - lo >= MIN_SAMPLES]
 
 
 def running_mean(x: Array, n: int) -> Array:
-    """Mean over n samples about each one; the ends repeat the first and the last sample."""
+    """Return the mean over n samples about each one; the ends repeat the first and the last sample."""
     padded = np.pad(x, (n // 2, n - 1 - n // 2), mode="edge")
     return np.convolve(padded, np.full(n, 1.0 / n), mode="valid")
 
 
 def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Largest d over the stays of V in the zone at its top. Of those that only noise sets apart the mean is taken:
-    the largest of them would be too high."""
+    """Return the largest d over the stays of V in the zone at its top. If only noise separates some of them, their mean
+    is taken: the largest of them would be too high."""
     tops = stays(zone)
     if not tops:
         raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)
@@ -86,8 +86,9 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
 
 
 def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch, which
-    meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or hold."""
+    """Return d where the voltage v from the end of the range is 0, near sample `at`: a parabola in v on each branch,
+    which meet there, over the unbroken stretch of `zone`. In v, not in time, so that the drive may turn, break or
+    hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))

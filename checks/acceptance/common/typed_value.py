@@ -11,8 +11,8 @@ from specs.spec import CheckSpec
 def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | None = None) -> Quantity:
     """Return the quantity of a typed entry.
 
-    U: the larger one of that typed beside it and the spec's for this entry; unknown without both. Who types a value
-    does not choose its guard band: nothing behind a typed U says that the instrument is better than the spec knows."""
+    U is the larger of the typed one and the spec's for this entry, unknown without both. The operator does not choose
+    the guard band: a typed U is no evidence that the instrument is better than the spec states."""
     name = quantity or entry
     given: Measured | None = values.get(entry)
     if given is None:
@@ -30,7 +30,8 @@ def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | 
 
 
 def stated(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
-    """Contribution of the first of these names whose uncertainty the spec states, at this value; else None."""
+    """Return the contribution, at this value, of the first of these names whose uncertainty the spec states; else
+    None."""
     found = next((spec.uncertainty[name] for name in names if name in spec.uncertainty), None)
     return None if found is None else Contribution(found.source, found.at(value) / COVERAGE_FACTOR)
 
@@ -38,7 +39,7 @@ def stated(spec: CheckSpec, value: float, *names: str) -> Contribution | None:
 def with_stated(
     name: str, value: float, scatter: Sequence[Contribution], systematic: Contribution | None, note: str | None = None
 ) -> Quantity:
-    """Quantity of a record: scatter alone is no uncertainty, so without a stated accuracy U stays unknown."""
+    """Return the quantity of a record. Scatter alone is not an uncertainty: U is unknown without a stated accuracy."""
     if systematic is None:
         return Quantity(name, float(value), None, tuple(scatter), note=note or "accuracy of the instrument not stated")
     return Quantity.of(name, value, *scatter, systematic, note=note)

@@ -31,7 +31,7 @@ STANDS_OUT = 3.0
 
 
 def vet_copies(records: Mapping[str, Record]) -> None:
-    """Raises NoResult where one channel is another one times a number: each has its own noise and steps."""
+    """Raise NoResult if one channel is another one multiplied by a number: each has its own noise and steps."""
     for key, record in records.items():
         there = [c for c in ("Va", *OUTPUTS) if c in record.channels]
         centred = np.array([record[c] - record[c].mean() for c in there])
@@ -42,13 +42,13 @@ def vet_copies(records: Mapping[str, Record]) -> None:
 
 
 def _near(products: Array, a: int, b: int) -> bool:
-    """Whether all but a hundredth of what one channel does is the other one times a number: as precisely as products
-    tell it, which spares most pairs the look at their samples."""
+    """Return whether one channel is, within a hundredth, the other one multiplied by a number, as far as their products
+    show: so most pairs need not be compared sample by sample."""
     return bool(products[a, b] ** 2 >= 0.99 * products[a, a] * products[b, b])
 
 
 def _proportional(x: Array, y: Array) -> bool:
-    """Of channels without their mean."""
+    """Return whether one channel is the other one multiplied by a number; both without their mean."""
     size_x, size_y = float(x @ x), float(y @ y)
     if size_x == 0.0 or size_y == 0.0:
         return False
@@ -57,9 +57,9 @@ def _proportional(x: Array, y: Array) -> bool:
 
 
 def held_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) -> Quantity:
-    """The resonance, of unknown uncertainty where de or da moves by another amount per volt than two stacks behind the
-    amplifier make it move: a stack that is dead or not connected, or an amplifier of another gain, does not show in a
-    frequency, so that one inside its limits cannot pass. One outside them fails as before: a soft shell moves more."""
+    """Return the resonance, of unknown uncertainty if de or da moves by another amount per volt than two stacks behind
+    the amplifier make it move, so that it cannot pass: a frequency does not show a stack that is dead or not connected,
+    or an amplifier of another gain. A resonance outside its limits fails as before: a soft shell moves more."""
     low = frf.band(*STATIC_HZ)
     lo, hi = rules.gain_um_per_V
     for c in ("de", "da"):
@@ -71,14 +71,14 @@ def held_against_gain(resonance: Quantity, frf: Frf, rules: ResponseSettings) ->
 
 
 def vet_bands(low: Frf, high: Frf, merge_Hz: float, rules: ResponseSettings) -> None:
-    """Raises NoResult where the two bands, both coherent about the frequency at which they are merged, say different
-    things there: records of two units, two payloads, two gains or two time bases."""
+    """Raise NoResult if the two bands, both coherent about the frequency at which they are merged, contradict each
+    other there: records of two units, two payloads, two gains or two time bases."""
     span = merge_Hz / ABOUT_MERGE, merge_Hz * ABOUT_MERGE
     _vet_same(low.band(*span), high.band(*span), "the high record", f"the low one about {merge_Hz:g} Hz", rules)
 
 
 def vet_repeat(key: str, first: Frf, again: Frf, rules: ResponseSettings) -> None:
-    """Raises NoResult where a second realisation says different things than the first one."""
+    """Raise NoResult if a second realisation contradicts the first one."""
     _vet_same(first, again, key, "the first realisation", rules)
 
 
@@ -99,7 +99,7 @@ def _same_bins(f: Array, g: Array) -> NDArray[np.bool_]:
 
 
 def vet_pole(frf: Frf, resonance_Hz: float) -> None:
-    """Raises NoResult for a channel that does not show the resonance of the others: it is not of this structure."""
+    """Raise NoResult if a channel does not show the resonance of the others: it is not of this structure."""
     pole = frf.band((1 - AT_POLE) * resonance_Hz, (1 + AT_POLE) * resonance_Hz)
     beyond = frf.band(BEYOND_POLE[0] * resonance_Hz, BEYOND_POLE[1] * resonance_Hz)
     for c in frf.channels:

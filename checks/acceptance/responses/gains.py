@@ -41,14 +41,15 @@ CONSTANTS = ("ga_N_per_V", "gs_V_per_m")
 
 
 def excused(resonance_Hz: float, zero_Hz: float) -> dict[str, list[tuple[float, float]]]:
-    """Channel -> intervals [Hz] in which coherence may drop: the resonance, and for Vs its zero ([STB] 3.2.4)."""
+    """Return the intervals [Hz] of each channel in which coherence may drop: the resonance, and for Vs its zero ([STB]
+    3.2.4)."""
     pole = (1 - EXCUSED_POLE) * resonance_Hz, (1 + EXCUSED_POLE) * resonance_Hz
     zero = (1 - EXCUSED_ZERO) * zero_Hz, (1 + EXCUSED_ZERO) * zero_Hz
     return {c: [pole, zero] if c == "Vs" else [pole] for c in OUTPUTS}
 
 
 def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, float] | None:
-    """Mean of |H| over a band and its standard uncertainty; None when the band holds no bin that is known."""
+    """Return the mean of |H| over a band and its standard uncertainty; None if the band has no usable bin."""
     part = frf.select(channel).band(f_lo, f_hi)
     good = part.usable
     n = int(np.count_nonzero(good))
@@ -60,14 +61,14 @@ def mean_size(frf: Frf, channel: str, f_lo: float, f_hi: float) -> tuple[float, 
 
 
 def gain_quantities(frf: Frf, resonance_Hz: float, spec: CheckSpec) -> list[Quantity]:
-    """Static gain of de and da: their size over 10 to 20 Hz without what the axial resonance adds there; mean size of
-    Vs over 400 to 500 Hz."""
+    """Return the static gain of de and da: their size over 10 to 20 Hz without what the axial resonance adds there; and
+    the mean size of Vs over 400 to 500 Hz."""
     return [_gain(name, frf, c, band, unit, resonance_Hz, spec) for name, (c, band, unit) in GAINS.items()]
 
 
 def static_size(frf: Frf, channel: str, resonance_Hz: float) -> tuple[float, float] | None:
-    """Size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as large at
-    f, 1 to 5 percent from 10 to 20 Hz. None if the band holds no bin that is known."""
+    """Return the size of a motion at 0 Hz and its standard uncertainty: of one mode it is 1 / (1 - (f / f0)^2) times as
+    large at f, 1 to 5 percent from 10 to 20 Hz. None if the band has no usable bin."""
     factor = 1.0 - (frf.f / resonance_Hz) ** 2
     return mean_size(
         replace(frf, H=frf.H * factor[:, None], cov=frf.cov * (factor**2)[:, None, None]), channel, *STATIC_HZ
@@ -86,7 +87,7 @@ def _gain(
 
 
 def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) -> tuple[float, Contribution | None, str]:
-    """Payload [kg], its standard uncertainty where one is stated, and where it comes from."""
+    """Return the payload [kg], its standard uncertainty if one is stated, and its source."""
     if given is not None and given.U is not None:
         return given.value, Contribution("payload, stated with it", given.U / COVERAGE_FACTOR), "stated with the unit"
     mass, words = (given.value, "stated with the unit") if given is not None else (rules.payload_kg, "as the spec says")
@@ -96,9 +97,9 @@ def payload(given: Measured | None, rules: ResponseSettings, spec: CheckSpec) ->
 def held_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
-    """The limits of the resonance are those of the spec's payload: with another one a resonance inside them shows
-    another stiffness. Where the payload is far from that of the limits, or the resonance would leave them with it, the
-    uncertainty is unknown, so that it cannot pass; one outside them fails as before."""
+    """Return the resonance, of unknown uncertainty if the payload is far from that of the limits, or if the resonance
+    would leave them with it, so that it cannot pass: with another payload a resonance inside them shows another
+    stiffness. A resonance outside them fails as before."""
     if given is None or resonance.reason is not None:
         return resonance
     ratio = given.value / rules.payload_kg
@@ -112,7 +113,8 @@ def held_against_payload(
 
 
 def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, words: str) -> Quantity:
-    """k = m (2 pi f)^2 from the payload and the resonance ([STB] 3.1.7); the mass that moves with it is not counted."""
+    """Return k = m (2 pi f)^2 from the payload and the resonance ([STB] 3.1.7); the mass that moves with it is not
+    counted."""
     name = "k_resonance_N_per_um"
     if resonance.reason is not None:
         return Quantity.missing(name, resonance.reason)
@@ -123,11 +125,10 @@ def stiffness(resonance: Quantity, mass: float, u_mass: Contribution | None, wor
 
 
 def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> list[Quantity]:
-    """mass_line_um_per_V: what |da| falls to at 250 Hz were there only the payload, from 200 to 350 Hz; and the payload
+    """Return mass_line_um_per_V: |da| at 250 Hz if there were only the payload, from 200 to 350 Hz; and the payload
     that this line, the static gain and the resonance imply together ([STB] 3.2.3: the line of APA 7 is off).
 
-    One mode says |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness.
-    """
+    For one mode |da| (f^2 - f0^2) = g0 f0^2: the line measures force per volt over mass, whatever the stiffness."""
     names = "mass_line_um_per_V", "mass_line_kg"
     part = frf.select("da").band(*MASS_BAND_HZ)
     part = part.band(1.5 * resonance_Hz, math.inf)
@@ -157,7 +158,7 @@ def mass_line(frf: Frf, resonance_Hz: float, mass: float, spec: CheckSpec) -> li
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Highest frequency up to which each channel is coherent."""
+    """Return the highest frequency up to which each channel is coherent."""
     out = []
     for name, c in COHERENT.items():
         top = coherent_up_to(frf, c, allowed[c], rules)
@@ -170,7 +171,8 @@ def coherence_quantities(
 
 
 def constants(frf: Frf, mass: float, rules: ResponseSettings, spec: CheckSpec) -> list[Quantity]:
-    """ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; missing where it names none."""
+    """Return ga and gs in the bands of [STB] 4.2.3 on the model that the spec names; without a value if it names no
+    model."""
     if not rules.model:
         return [Quantity.missing(name, Cause.MODEL_NOT_SET) for name in CONSTANTS]
     try:

@@ -20,7 +20,7 @@ SPURIOUS = ("x_bending_Hz", "y_bending_Hz", "z_torsion_Hz")
 
 
 def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
-    """Frequency of the largest response of a band. Raises NoResult when the band was not measured."""
+    """Return the frequency of the largest response of a band. Raises NoResult if the band was not measured."""
     part = frf.band(f_lo, f_hi)
     if part.f.size < 3 or not part.usable.any():
         raise NoResult(Cause.BAND_NOT_MEASURED, channel=channel, lo=f_lo, hi=f_hi)
@@ -28,8 +28,8 @@ def peak_Hz(frf: Frf, channel: str, f_lo: float, f_hi: float) -> float:
 
 
 def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> tuple[Resonance, Resonance | None]:
-    """Axial resonance of a record from all channels, next to near_Hz, and the second one where two poles fit better
-    than one. Raises NoResult when none is seen."""
+    """Return the axial resonance of a record from all channels, next to near_Hz, and the second one if two poles fit
+    better than one. Raises NoResult if no resonance is seen."""
     lo, hi = WIDE[0] * near_Hz, WIDE[1] * near_Hz
     inner = lo + INNER * near_Hz, hi - INNER * near_Hz
     try:
@@ -41,7 +41,8 @@ def axial(low: Transforms, near_Hz: float, rules: ResponseSettings) -> tuple[Res
 
 
 def main_mode(low: Transforms, near_Hz: float) -> Resonance:
-    """The resonance at near_Hz by itself. Raises NoResult when none is seen, ValueError for an empty band."""
+    """Return the resonance at near_Hz by itself. Raises NoResult if no resonance is seen, ValueError if the band is
+    empty."""
     lo, hi = (1 - NARROW) * near_Hz, (1 + NARROW) * near_Hz
     found = find(low.window(lo, hi), lo + INNER * near_Hz, hi - INNER * near_Hz)
     if found is None:
@@ -50,13 +51,14 @@ def main_mode(low: Transforms, near_Hz: float) -> Resonance:
 
 
 def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
-    """axial_resonance_Hz; again: of the second realisation."""
+    """Return axial_resonance_Hz; again: the resonance of the second realisation."""
     spread_Hz = None if again is None else abs(again.f_Hz - first.f_Hz) / 2
     return resonance_quantity("axial_resonance_Hz", first, spec, spread_Hz)
 
 
 def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
-    """axial_damping_percent. One record tells it to parts in a million; how far it repeats is for the spec to state."""
+    """Return axial_damping_percent. One record determines it to parts in a million; its repeatability is stated by the
+    spec."""
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     value = 100 * first.damping_ratio
@@ -65,14 +67,14 @@ def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) ->
 
 
 def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:
-    """second_resonance_Hz."""
+    """Return second_resonance_Hz."""
     if second is None:
         return Quantity.missing("second_resonance_Hz", Cause.NO_SECOND_POLE)
     return resonance_quantity("second_resonance_Hz", second, spec)
 
 
 def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
-    """Frequency of a resonance with its budget."""
+    """Return the frequency of a resonance with its budget."""
     budget = _budget(found.u_Hz, found.u_Hz_model, repeat)
     instrument = stated(spec, found.f_Hz, name, "f_Hz")
     return Quantity.of(name, found.f_Hz, *budget, *([] if instrument is None else [instrument]))
@@ -87,7 +89,7 @@ def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contr
 
 
 def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
-    """Zero of Vs, or why there is none."""
+    """Return the zero of Vs, or the reason why none was found."""
     try:
         found = find_zero(low.window((1 - AROUND_ZERO) * near_Hz, (1 + AROUND_ZERO) * near_Hz, "Vs"))
     except ValueError as e:
@@ -96,7 +98,7 @@ def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
 
 
 def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
-    """vs_zero_Hz; the note says on which side of the imaginary axis it lies and what the coherence there is."""
+    """Return vs_zero_Hz; the note says on which side of the imaginary axis it lies and the coherence there."""
     instrument = stated(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
     note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
     budget = [
@@ -107,7 +109,7 @@ def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
 
 
 def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | Reason:
-    """The mode within a part of near_Hz, from all channels; the reason where none is seen.
+    """Return the mode within a share of near_Hz, from all channels, or the reason why none is seen.
 
     A mode that no channel shows cannot be measured: on a strut whose encoder sits on the axis, de is blind to it too.
     """

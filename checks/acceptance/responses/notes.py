@@ -12,7 +12,7 @@ LIKE = 0.95  # coherence of both, where responses with and without the encoder a
 
 
 def first_record(record: Record, f_Hz: float) -> str:
-    """What the first, small record says about the resonance ([STB] 3.1.1)."""
+    """Return a note on the resonance in the first, small record ([STB] 3.1.1)."""
     try:
         frf = h1_record(record, "Va", ("de",))
         at = peak_Hz(frf, "de", 0.5 * f_Hz, 1.5 * f_Hz)
@@ -22,7 +22,7 @@ def first_record(record: Record, f_Hz: float) -> str:
 
 
 def beside(whole: Frf, without: Frf) -> str:
-    """Median difference of the responses with and without the encoder ([STB] 5.1: very close)."""
+    """Return the median difference of the responses with and without the encoder ([STB] 5.1: very close)."""
     words = []
     for channel in BARE:
         a, b = whole.select(channel), without.select(channel)

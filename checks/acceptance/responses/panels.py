@@ -19,7 +19,7 @@ POINTS = 300  # of a coherence as it is drawn
 
 
 def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
-    """Magnitude of every channel, all phases in one panel, and coherence, from 1 Hz up."""
+    """Return the magnitude of every channel, all phases in one panel, and coherence, from 1 Hz up."""
     top = 0.4 * 2 * float(frf.f[-1])  # the converters' filters begin there
     panels = bode(frf.band(1.0, top), UNITS, merge_Hz=merge_Hz)
     phases = {name: panels.pop(f"{name} phase") for name in frf.channels}
@@ -30,7 +30,8 @@ def curves(frf: Frf, merge_Hz: float) -> dict[str, Panel]:
 
 
 def zoom(low: Record, first: Resonance, second: Resonance | None) -> dict[str, Panel]:
-    """de and da around the resonance, free of leakage, with the fit and the 95 % region of the measured response."""
+    """Return de and da around the resonance, free of leakage, with the fit and the 95 % region of the measured
+    response."""
     reach = SHOWN if second is None else max(SHOWN, 1.15 * abs(second.f_Hz / first.f_Hz - 1))
     part = _near(low, ("de", "da"), (1 - reach) * first.f_Hz, (1 + reach) * first.f_Hz)
     items: list[Item] = []
@@ -55,7 +56,7 @@ def _near(record: Record, channels: tuple[str, ...], f_lo: float, f_hi: float) -
 
 
 def zero(low: Record, found: Zero) -> dict[str, Panel]:
-    """Vs around its zero with the fitted polynomial."""
+    """Return Vs around its zero with the fitted polynomial."""
     part = _near(low, ("Vs",), found.f[0], found.f[-1])
     size, r = np.abs(part.H[:, 0]), part.radius()[:, 0]
     items: tuple[Item, ...] = (
@@ -72,7 +73,7 @@ def zero(low: Record, found: Zero) -> dict[str, Panel]:
 
 
 def beside(frf: Frf, without: Frf) -> dict[str, Panel]:
-    """Vs and da with and without the encoder ([STB] 5.1)."""
+    """Return Vs and da with and without the encoder ([STB] 5.1)."""
     out = {}
     for channel in ("Vs", "da"):
         lines = tuple(

@@ -59,7 +59,7 @@ class ResponseSettings:
 
 
 def rules_of(spec: CheckSpec) -> ResponseSettings:
-    """Rules by the settings of a spec."""
+    """Return the settings of the check in a spec."""
     get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
     return ResponseSettings(
         payload_kg=float(get["payload_kg"]),
@@ -89,7 +89,7 @@ def _pair(values: Iterable[float]) -> tuple[float, float]:
 
 
 def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
-    """Raises NoResult for a record that is too short, or whose channels are not what their names say."""
+    """Raise NoResult if a record is too short, or if its channels are not what their names say."""
     for key, record in records.items():
         seconds = record.t.size / record.fs
         if seconds < 0.999 * rules.duration_min_s:
@@ -101,7 +101,8 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
 
 
 def _wrong_channels(record: Record) -> list[Reason]:
-    """The first kind of fault that channels of a record show: dead, of another channel's size, faults of sampling."""
+    """Return the reasons of the first kind of fault that a record shows: dead channels, sizes of another channel,
+    faults of sampling."""
     columns = _looked_at(record)
     still = [n for n, x in columns.items() if dead(n, x)]  # the whole channel is sorted only where a part stands still
     return (
@@ -112,13 +113,13 @@ def _wrong_channels(record: Record) -> list[Reason]:
 
 
 def unusable(record: Record) -> list[Reason]:
-    """Why no model can be compared with a record: a motion in another unit, or faults of sampling. Channels that are
-    dead, reversed or exchanged are left to the comparison, which names them."""
+    """Return the reasons why no model can be compared with a record: a motion in another unit, or faults of sampling.
+    Channels that are dead, reversed or exchanged are left to the comparison, which names them."""
     return unusable_units(record) or list(sampling_faults(record))
 
 
 def unusable_units(record: Record) -> list[Reason]:
-    """Return the motions of a record that are plausible only in nm, um or mm."""
+    """Return a reason for each motion of a record that is plausible only in nm, um or mm."""
     return [r for r in _wrong_sizes(_looked_at(record)) if r.cause is Cause.CHANNEL_UNIT]
 
 
@@ -127,7 +128,8 @@ def _looked_at(record: Record) -> dict[str, Array]:
 
 
 def _wrong_sizes(columns: Mapping[str, Array]) -> Iterator[Reason]:
-    """Channels that do not look like their names; a motion that is plausible in nm, um or mm is said to be so."""
+    """Yield a reason for each channel whose size does not fit its name, with the unit in which it would be
+    plausible."""
     for reason in mismatches(columns, LOOKS):
         channel, value = reason.parameters["channel"], reason.parameters.get("value", 0.0)
         expected = LOOKS[channel]
@@ -140,7 +142,7 @@ def _wrong_sizes(columns: Mapping[str, Array]) -> Iterator[Reason]:
 
 
 def vet_responses(key: str, file: str, frf: Frf) -> None:
-    """Raises NoResult for a channel that does not follow the drive anywhere."""
+    """Raise NoResult if a channel does not follow the drive anywhere."""
     still = [c for c in frf.channels if not responds(frf, c)]
     if still:
         reasons = [because(Cause.CHANNEL_NOT_DRIVEN, channel=c, reference=frf.input) for c in still]
@@ -148,7 +150,7 @@ def vet_responses(key: str, file: str, frf: Frf) -> None:
 
 
 def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
-    """Raises NoResult for channels that are reversed: the sign of their static gain is not that of the bench."""
+    """Raise NoResult if channels are reversed: the sign of their static gain is not that of the bench."""
     reversed_ = []
     low = frf.band(*STATIC_HZ)
     for c in frf.channels:
@@ -166,8 +168,8 @@ def vet_signs(frf: Frf, rules: ResponseSettings) -> None:
 
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
-    """Raises NoResult where the static gains of de and da are apart: both measure one payload's motion, and what an
-    encoder's arm or its scale adds to that is percents."""
+    """Raise NoResult if the static gains of de and da are apart: both measure one payload's motion, and an encoder's
+    arm or scale adds percents only."""
     low = frf.band(*STATIC_HZ)
     de, da = (np.abs(low.H[:, low.index(c)]) for c in ("de", "da"))
     known = low.usable & (da > 0)
@@ -179,8 +181,8 @@ def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
 
 
 def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDelay]:
-    """Delays of the channels behind the input. Raises NoResult for one that comes before its cause or far too late, and
-    for channels stored with an offset between them."""
+    """Return the delays of the channels behind the input. Raises NoResult if a channel comes before its cause or far
+    too late, or if channels were stored with an offset between them."""
     seen = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
     for d in seen:
         if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_samples_max + 3 * d.sd:
@@ -209,10 +211,9 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
 
 
 def vet_coherence(frf: Frf, excused: Mapping[str, list[tuple[float, float]]], rules: ResponseSettings) -> None:
-    """Raises NoResult naming every third of an octave whose median coherence is below the gate.
+    """Raise NoResult if the median coherence of a third of an octave is below the gate, naming each.
 
-    The median, because a narrow dip at a zero says nothing about the record; `excused` intervals do not count.
-    """
+    The median, because a narrow dip at a zero says nothing about the record; `excused` intervals do not count."""
     bad = [words for c in frf.channels for words in _bad_bands(frf, c, excused[c], rules)]
     if bad:
         more = f" and {len(bad) - 4} more" if len(bad) > 4 else ""
@@ -235,7 +236,7 @@ def _bad_bands(frf: Frf, channel: str, excused: list[tuple[float, float]], rules
 
 
 def outside(f: Array, intervals: list[tuple[float, float]]) -> NDArray[np.bool_]:
-    """(F,) frequencies in none of the intervals."""
+    """Return (F,) frequencies in none of the intervals."""
     kept = np.ones(f.shape, dtype=bool)
     for lo, hi in intervals:
         kept &= (f < lo) | (f > hi)
@@ -243,10 +244,9 @@ def outside(f: Array, intervals: list[tuple[float, float]]) -> NDArray[np.bool_]
 
 
 def coherent_up_to(frf: Frf, channel: str, excused: list[tuple[float, float]], rules: ResponseSettings) -> float | None:
-    """Highest frequency [Hz] up to which the median coherence of a third of an octave stays above the gate.
+    """Return the highest frequency [Hz] up to which the median coherence of a third of an octave stays above the gate.
 
-    None when it is not there from the start.
-    """
+    None if it is below the gate from the start."""
     counts = outside(frf.f, excused)
     f, good = frf.f[counts], frf.coherence[counts, frf.index(channel)] >= rules.coherence_min
     centres = np.geomspace(rules.coherence_Hz[channel][0], frf.f[-1], STEPS)

@@ -59,7 +59,7 @@ class Excitation:
 
     @property
     def proper(self) -> Array:
-        """The excitation itself about its mean (stop - start,) [V]."""
+        """Return the excitation itself about its mean (stop - start,) [V]."""
         return self.Va[self.start : self.stop] - self.mean_V
 
 
@@ -73,7 +73,8 @@ def sweep(
     shape: AmplitudeShape | None = None,
     fade_s: float = 0.1,
 ) -> Excitation:
-    """Swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or "lin".
+    """Return swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
+    "lin".
 
     Phase: [STB] 7.4; it ends anywhere, so the amplitude is faded at both ends. Raises ExcitationError.
     """
@@ -87,7 +88,7 @@ def sweep(
 
 
 def _swept(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
-    """Phase [rad] and momentary frequency [Hz], its derivative over 2 pi."""
+    """Return the phase [rad] and momentary frequency [Hz], its derivative over 2 pi."""
     if law == "lin":
         rate = (f1 - f0) / duration
         return 2 * np.pi * (f0 + rate * t / 2) * t, f0 + rate * t
@@ -110,8 +111,8 @@ def noise(
     shape: AmplitudeShape | None = None,
     fade_s: float = 0.1,
 ) -> Excitation:
-    """Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC] before
-    the fades at its ends.
+    """Return Gaussian noise between two frequencies (f_start_Hz = 0: low-passed), of exactly this rms [V at the DAC]
+    before the fades at its ends.
 
     White in the band times the shape, nothing outside: shaped in the frequency domain, because a filter's skirt would
     drive what the band is meant to spare. Raises ExcitationError.
@@ -134,7 +135,7 @@ def noise(
 
 
 def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
-    """Sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
+    """Return sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
 
     Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow.
     """
@@ -166,8 +167,8 @@ def multisine(
     crest_iterations: int = 0,
     lead_in: bool = True,
 ) -> Excitation:
-    """Random-phase multisine: a line at every multiple of the resolution in the band, so many whole periods, one more
-    before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
+    """Return random-phase multisine: a line at every multiple of the resolution in the band, so many whole periods, one
+    more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
 
     The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and what
     differs between periods is noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError.
@@ -195,7 +196,7 @@ def multisine(
 
 
 def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> Excitation:
-    """Ramp, excitation about the mean, ramp back; refused where it leaves the limits."""
+    """Return ramp, excitation about the mean, ramp back; refused where it leaves the limits."""
     up = ramp(0.0, rig.mean_V, rig.ramp_s, rig.fs)
     down = ramp(rig.mean_V, 0.0, rig.ramp_s, rig.fs)
     Va = np.concatenate([up, rig.mean_V + core, down])
@@ -205,7 +206,7 @@ def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> E
 
 
 def check_limits(t: Array, Va: Array, rig: Rig) -> None:
-    """Raises ExcitationError at the first sample that leaves the range of the DAC, or that of the stacks behind the
+    """Raise ExcitationError at the first sample that leaves the range of the DAC, or that of the stacks behind the
     amplifier; t (N,) [s], Va (N,) [V at the DAC]."""
     if not np.isfinite(Va).all():
         k = int(np.flatnonzero(~np.isfinite(Va))[0])

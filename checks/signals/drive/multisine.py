@@ -22,13 +22,13 @@ class MultisinePeriod:
 
     @property
     def crest(self) -> float:
-        """Peak over rms."""
+        """Return the peak over rms."""
         return float(np.max(np.abs(self.x)) / np.sqrt(np.mean(self.x**2)))
 
 
 def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> NDArray[np.intp]:
-    """Lines of a period of n samples inside the band; "odd" leaves the even ones free to show even distortion ([PS12]
-    4.3). Raises ValueError where none is left."""
+    """Return the lines of a period of n samples inside the band; "odd" leaves the even ones free to show even
+    distortion ([PS12] 4.3). Raises ValueError if none is left."""
     if lines not in LINES:
         raise ValueError(f"lines '{lines}' are not known (known: {', '.join(LINES)})")
     first, last = int(np.ceil(band_Hz[0] * n / fs - 1e-9)), int(np.floor(band_Hz[1] * n / fs + 1e-9))
@@ -46,8 +46,8 @@ def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeSha
 
 
 def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
-    """The same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes ([OSR88]).
-    The best of all iterations; never worse than it was."""
+    """Return the same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes
+    ([OSR88]). The best of all iterations; never worse than it was."""
     n, lines = period.x.size, period.lines
     amplitude = np.abs(fft.rfft(period.x)[lines])
     best = current = period
@@ -61,7 +61,8 @@ def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
 
 
 def from_zero(period: MultisinePeriod) -> MultisinePeriod:
-    """The same period begun where it rises through zero most gently, so that it follows a constant without a step."""
+    """Return the same period begun where it rises through zero most gently, so that it follows a constant without a
+    step."""
     x, following = period.x, np.roll(period.x, -1)
     rising = np.flatnonzero((x <= 0) & (following > 0))
     cost = np.abs(x[rising]) + np.abs(following[rising] - x[rising])

@@ -56,13 +56,14 @@ class ImpactFrf:
 
     @property
     def driven(self) -> NDArray[np.bool_]:
-        """(M,) bins where the force has power, 30 dB down at most: a half sine of width T has none about 1.5/T."""
+        """Return (M,) bins where the force has power, 30 dB down at most: a half sine of width T has none about
+        1.5/T."""
         power = np.sum(np.abs(self.F) ** 2, axis=0)
         return np.asarray(power >= _DRIVEN * power.max())
 
     @property
     def coherence(self) -> Array:
-        """(M,) in 0..1."""
+        """Return (M,) in 0..1."""
         cross = np.abs(np.sum(self.Y * self.F.conj(), axis=0)) ** 2
         power = np.sum(np.abs(self.F) ** 2, axis=0) * np.sum(np.abs(self.Y) ** 2, axis=0)
         coherence: Array = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0)
@@ -89,11 +90,10 @@ def analyse(
     rules: ImpactRules | None = None,
     band_Hz: tuple[float, float] = (0.0, np.inf),
 ) -> HammerTest:
-    """Averaged FRF of a hammer test.
+    """Return the averaged FRF of a hammer test.
 
     force (N,) [N], response (N,), sampled together at fs [Hz]; band_Hz: where impacts must agree with one another.
-    Raises ValueError when the tracks differ in length, are not finite, or do not move at all.
-    """
+    Raises ValueError if the tracks differ in length, are not finite, or do not move at all."""
     _usable(force, response)
     rules = rules or ImpactRules()
     upward = upright(force)
@@ -125,7 +125,7 @@ def _usable(force: Array, response: Array) -> None:
 
 
 def _at_rest(response: Array, impacts: Sequence[Impact], fs: float, rules: ImpactRules) -> list[Impact]:
-    """Sets aside impacts on a structure that still moves, from the hit before or from its surroundings."""
+    """Set aside impacts on a structure that still moves, from the hit before or from its surroundings."""
     span = round(_BASELINE_s * fs)
     out = []
     for i in impacts:
@@ -139,7 +139,7 @@ def _at_rest(response: Array, impacts: Sequence[Impact], fs: float, rules: Impac
 
 
 def _clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
-    """Sets aside impacts whose response stands still at the track's largest or smallest value: beyond its range."""
+    """Set aside impacts whose response stands still at the track's largest or smallest value: beyond its range."""
     at_limit = (response == response.max()) | (response == response.min())
     runs = at_limit[:-2] & at_limit[1:-1] & at_limit[2:]
     ends = [*(i.start for i in impacts[1:]), response.size]
@@ -152,7 +152,8 @@ def _clipped(response: Array, impacts: Sequence[Impact]) -> list[Impact]:
 def _blocks(
     upward: Array, response: Array, impacts: Sequence[Impact], fs: float, rules: ImpactRules
 ) -> tuple[Array, Array, float]:
-    """Windowed blocks of the good impacts: force, response (K, n), and the decay [1/s] of the exponential window."""
+    """Return the windowed blocks of the good impacts: force, response (K, n), and the decay [1/s] of the exponential
+    window."""
     pre, span = round(_PRE_s * fs), round(_BASELINE_s * fs)
     have = available(impacts, upward.size, fs)
     n = min(round(rules.block_max_s * fs), *(int(have[k]) for k, i in enumerate(impacts) if i.good))
@@ -178,10 +179,9 @@ def _force_window(impact: Impact, start: int, n: int, fs: float) -> Array:
 
 
 def exponential_decay(Y: Array, noise: float, fs: float) -> float:
-    """Decay rate [1/s] of the exponential window that ends a cut decay; 0 where the decay ends by itself.
+    """Return the decay rate [1/s] of the exponential window that ends a cut decay; 0 if the decay ends by itself.
 
-    Y (K, n) responses without offset; noise: standard deviation of the response at rest.
-    """
+    Y (K, n) responses without offset; noise: standard deviation of the response at rest."""
     n = Y.shape[1]
     part = max(round(_TAIL * n), 1)
     first, last = (float(np.sqrt(np.mean(Y[:, s] ** 2))) for s in (slice(0, part), slice(n - part, n)))
@@ -199,7 +199,8 @@ def _average(force: Array, response: Array, decay: float, fs: float) -> ImpactFr
 
 
 def _least_agreeing(frf: ImpactFrf, band_Hz: tuple[float, float]) -> tuple[int, float]:
-    """Index and agreement (coherence over the band's energy) of the impact that the others' FRF predicts worst."""
+    """Return the index and agreement (coherence over the band's energy) of the impact that the others' FRF predicts
+    worst."""
     inside = (band_Hz[0] <= frf.f) & (frf.f <= band_Hz[1])
     F, Y = frf.F[:, inside], frf.Y[:, inside]
     cross, power = Y * F.conj(), np.abs(F) ** 2

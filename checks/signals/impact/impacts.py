@@ -52,27 +52,27 @@ class Impact:
         return self.fault is None
 
     def aside(self, fault: str, detail: str) -> "Impact":
-        """The same impact set aside; the first fault found stays."""
+        """Return the same impact set aside; the first fault found stays."""
         return self if self.fault else replace(self, fault=fault, detail=detail)
 
 
 def ringing(fs: float, rules: ImpactRules) -> float:
-    """How long a filter rings after a hit, in samples of fs [Hz]."""
+    """Return how long a filter rings after a hit, in samples of fs [Hz]."""
     return max(_RINGING_s * fs, rules.ringing_samples)
 
 
 def upright(force: Array) -> Array:
-    """Force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
+    """Return force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
     return centred if centred.max() >= -centred.min() else -centred
 
 
 def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:
-    """Impacts in an upright force (N,) [N] sampled at fs [Hz], in time order, each with the fault that the force shows.
+    """Return the impacts in an upright force (N,) [N] sampled at fs [Hz], in time order, each with the fault that the
+    force shows.
 
     Faults found here: double hit, overload (flat top, or the stated range), too close to the next impact or to an end
-    of the record, off level. What the response shows is `hammer.analyse`'s part.
-    """
+    of the record, off level. What the response shows is `hammer.analyse`'s part."""
     sigma = float(1.4826 * np.median(np.abs(upward)))  # median absolute deviation: the hits do not count
     level = max(_FOUND_SIGMAS * sigma, _FOUND_SHARE * float(upward.max()))
     above = np.flatnonzero(upward > level)
@@ -94,13 +94,13 @@ def _impact(upward: Array, group: NDArray[np.intp], sigma: float, reach: int) ->
 
 
 def _first_below(x: Array, at: int, level: float, reach: int) -> int:
-    """First sample from `at` on that is below the level, at most `reach` away."""
+    """Return the first sample from `at` on that is below the level, at most `reach` away."""
     part = x[at : at + reach]
     return at + (int(np.argmax(part < level)) if (part < level).any() else part.size)
 
 
 def _last_below(x: Array, at: int, level: float, reach: int) -> int:
-    """Last sample before `at` that is below the level, at most `reach` away."""
+    """Return the last sample before `at` that is below the level, at most `reach` away."""
     part = x[max(at - reach, 0) : at][::-1]
     return at - (int(np.argmax(part < level)) + 1 if (part < level).any() else part.size)
 
@@ -125,14 +125,14 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
 
 
 def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
-    """First and last sample of the pulse that are above half its peak."""
+    """Return the first and last sample of the pulse that are above half its peak."""
     half, reach = 0.5 * impact.force_N, impact.end - impact.start + 1
     lo = min(_last_below(upward, impact.peak, half, reach) + 1, impact.peak)
     return lo, max(_first_below(upward, impact.peak, half, reach) - 1, impact.peak)
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
-    """Flat tops; peaks at the stated range; and peaks that stop at exactly the same largest value."""
+    """Return flat tops; peaks at the stated range; and peaks that stop at exactly the same largest value."""
     largest = max(i.force_N for i in impacts)
     shared = sum(i.force_N == largest for i in impacts) > 1
     out = []
@@ -150,8 +150,8 @@ def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> 
 
 
 def _flat_top(upward: Array, impact: Impact) -> int:
-    """Samples of a flat top, 0 if the pulse is round. A half sine has 10 % of its half-height width within 0.5 % of its
-    peak; narrow pulses, of few samples, count as flat only when samples are exactly equal."""
+    """Return samples of a flat top, 0 if the pulse is round. A half sine has 10 % of its half-height width within 0.5 %
+    of its peak; narrow pulses, of few samples, count as flat only when samples are exactly equal."""
     lo, hi = half_height(upward, impact)
     pulse = upward[lo : hi + 1]
     equal = int(np.sum(pulse >= impact.force_N * (1.0 - 1e-9)))
@@ -162,7 +162,7 @@ def _flat_top(upward: Array, impact: Impact) -> int:
 
 
 def available(impacts: Sequence[Impact], n: int, fs: float) -> NDArray[np.intp]:
-    """Samples from each impact's start to just before the next impact, or to the record's end."""
+    """Return samples from each impact's start to just before the next impact, or to the record's end."""
     gap = round(_RINGING_s * fs)
     starts = np.array([i.start for i in impacts])
     lengths: NDArray[np.intp] = np.append(starts[1:] - gap, n) - starts
@@ -200,7 +200,7 @@ def _level(impact: Impact, typical: float, ratio: float) -> Impact:
 
 
 def tally(impacts: Sequence[Impact]) -> str:
-    """'2 of 6 impacts good: 4 double hits'."""
+    """Return '2 of 6 impacts good: 4 double hits'."""
     faults = Counter(i.fault for i in impacts if i.fault)
     good = sum(i.good for i in impacts)
     listed = ", ".join(f"{n} {_PLURAL.get(fault, fault) if n > 1 else fault}" for fault, n in faults.most_common())

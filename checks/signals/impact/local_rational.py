@@ -31,14 +31,15 @@ class LocalBins:
 
 
 def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins:
-    """Bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as tell of its pole."""
+    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as tell of its
+    pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
     return bins_about(frf, centre, min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df)))
 
 
 def bins_about(frf: ImpactFrf, centre: float, half: float) -> LocalBins:
-    """Bins within half [Hz] of a centre."""
+    """Return the bins within half [Hz] of a centre."""
     s = (np.abs(frf.f - centre) <= half) & (frf.f > 0)
     F, Y, H = frf.F[:, s], frf.Y[:, s], frf.H[s]
     power = np.abs(F) ** 2
@@ -52,7 +53,8 @@ def bins_about(frf: ImpactFrf, centre: float, half: float) -> LocalBins:
 
 
 def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
-    """Distance to the deepest point between this peak and a higher one inside the band: beyond, the other rules."""
+    """Return the distance to the deepest point between this peak and a higher one inside the band: beyond, the other
+    rules."""
     near = np.flatnonzero(np.abs(frf.f - centre) <= half)
     k = round(centre / frf.df)
     top = np.max(np.abs(frf.H[max(k - 2, 0) : k + 3]))
@@ -66,7 +68,7 @@ def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
 
 
 def _without_gain(residual: Complex, predicted: Complex) -> Complex:
-    """Residuals (K, B) without the part that is a mere gain of the impact: it does not move a pole."""
+    """Return the residuals (K, B) without the part that is a mere gain of the impact: it does not move a pole."""
     power = np.maximum(np.sum(np.abs(predicted) ** 2, axis=1), np.finfo(float).tiny)
     gain = np.sum(residual * predicted.conj(), axis=1) / power
     rest: Complex = residual - gain[:, None] * predicted
@@ -74,19 +76,19 @@ def _without_gain(residual: Complex, predicted: Complex) -> Complex:
 
 
 def smooth(x: Array) -> Array:
-    """Running mean over a few bins: a variance from few impacts is too rough to weigh with."""
+    """Return the running mean over a few bins: a variance from few impacts is too rough to weigh with."""
     kernel = np.ones(_SMOOTH_BINS)
     return np.convolve(x, kernel, "same") / np.convolve(np.ones(x.size), kernel, "same")
 
 
 def solve_pole(local: LocalBins, order: int) -> Complex | None:
-    """Unknowns (q, r, c0, c1, ...) of the local model, or None when the pole does not decay."""
+    """Return the unknowns (q, r, c0, c1, ...) of the local model, or None if the pole does not decay."""
     theta = _gauss_newton(local, _with_pole(local, _start(local, order), order))
     return theta if np.isfinite(theta).all() and theta[0].imag > 0 else None
 
 
 def _start(local: LocalBins, order: int) -> complex:
-    """Pole by the linear iteration: (z - q) H = polynomial of order + 1, divided by the last |z - q|."""
+    """Return the pole by the linear iteration: (z - q) H = polynomial of order + 1, divided by the last |z - q|."""
     q = 0j
     root = np.sqrt(local.weight)
     for step in range(4):
@@ -103,20 +105,20 @@ def _with_pole(local: LocalBins, q: complex, order: int) -> Complex:
 
 
 def model(z: Array, theta: Complex) -> Complex:
-    """H (B,) of the unknowns (q, r, c0, c1, ...)."""
+    """Return H (B,) of the unknowns (q, r, c0, c1, ...)."""
     powers = z[:, None] ** np.arange(theta.size - 2)
     H: Complex = theta[1] / (z - theta[0]) + powers @ theta[2:]
     return H
 
 
 def jacobian(z: Array, theta: Complex) -> Complex:
-    """(B, P) derivatives of `model` by its unknowns."""
+    """Return (B, P) derivatives of `model` by its unknowns."""
     away = z - theta[0]
     return np.column_stack([theta[1] / away**2, 1.0 / away, z[:, None] ** np.arange(theta.size - 2)])
 
 
 def weighted_inverse(A: Complex, weight: Array) -> Complex:
-    """(P, B) matrix that maps data to weighted least-squares unknowns."""
+    """Return (P, B) matrix that maps data to weighted least-squares unknowns."""
     root = np.sqrt(weight)
     inverse: Complex = np.asarray(np.linalg.pinv(A * root[:, None]) * root, dtype=np.complex128)
     return inverse
@@ -141,19 +143,18 @@ def _gauss_newton(local: LocalBins, theta: Complex) -> Complex:
 
 
 def cost_of(local: LocalBins, theta: Complex) -> float:
-    """Weighted sum of squared residuals."""
+    """Return the weighted sum of squared residuals."""
     return float(np.sum(local.weight * np.abs(local.H - model(local.z, theta)) ** 2))
 
 
 def frequency(local: LocalBins, theta: Complex) -> complex:
-    """p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part decay/2 pi."""
+    """Return p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part decay/2 pi."""
     return local.centre + local.half * complex(theta[0])
 
 
 def scatter(local: LocalBins, influence: Array) -> float:
-    """Standard error of an estimate from the influence (K,) of each impact on it.
+    """Return the standard error of an estimate from the influence (K,) of each impact on it.
 
     Each impact's own estimate differs from the mean by influence/share and deserves the weight share, the noise of the
-    response being the same for all: exact for normal noise, with K - 1 degrees of freedom.
-    """
+    response being the same for all: exact for normal noise, with K - 1 degrees of freedom."""
     return float(np.sqrt(np.sum(influence**2 / local.share) / (local.share.size - 1)))

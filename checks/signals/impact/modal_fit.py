@@ -59,13 +59,14 @@ class Mode:
 
     @property
     def significant(self) -> bool:
-        """A decaying mode that stands out of the scatter; a line of the mains does not decay."""
+        """Return a decaying mode that stands out of the scatter; a line of the mains does not decay."""
         damped = 2.0 * self.u_damping < self.damping_ratio < _DAMPING_MAX
         return damped and self.peak > _SIGNIFICANT * self.u_peak and 2.0 * self.u_f_Hz < 0.02 * self.f_Hz
 
 
 def find_modes(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float = 0.01) -> tuple[Mode, ...]:
-    """Modes of an impact FRF inside band_Hz, by frequency; peaks below `floor` times the highest are left out."""
+    """Return the modes of an impact FRF inside band_Hz, by frequency; peaks below `floor` times the highest are left
+    out."""
     peaks = _peaks(frf, band_Hz, floor)
     fitted = (fit_mode(frf, frf.f[k]) for k in peaks)
     slowest = _DECAY_BINS * frf.df
@@ -89,7 +90,7 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArra
 
 
 def _distinct(modes: list[Mode]) -> list[Mode]:
-    """Two peaks of noise on one mode give the same pole twice: the stronger fit stays."""
+    """Return two peaks of noise on one mode give the same pole twice: the stronger fit stays."""
     kept: list[Mode] = []
     for m in sorted(modes, key=lambda m: -m.peak):
         if all(abs(m.f_Hz - k.f_Hz) > 0.5 * _SEPARATION_Hz for k in kept):
@@ -98,7 +99,7 @@ def _distinct(modes: list[Mode]) -> list[Mode]:
 
 
 def fit_mode(frf: ImpactFrf, near_Hz: float) -> Mode | None:
-    """The mode at the peak next to near_Hz; None where no decaying pole fits in the band.
+    """Return the mode at the peak next to near_Hz; None if no decaying pole fits in the band.
 
     Two passes: the first finds the width of the peak, the second takes as many bins as that width deserves.
     """
@@ -117,7 +118,8 @@ def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalB
 
 
 def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
-    """Peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response per N].
+    """Return the peak amplitude |residue|/decay that a mode's pole has in another FRF, and its standard error [response
+    per N].
 
     Over the band in which the mode was fitted: where the other FRF does not show it, a peak of noise would cut the band
     to less than the mode's width, in which a pole and a polynomial are alike."""
@@ -164,7 +166,8 @@ def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
 
 
 def _model_error(frf: ImpactFrf, local: LocalBins, theta: Complex, pole: complex) -> tuple[float, float]:
-    """(frequency, damping) shift with one more order of the polynomial, where the fit leaves more than the scatter."""
+    """Return (frequency, damping) shift with one more order of the polynomial, where the fit leaves more than the
+    scatter."""
     freedom = local.z.size - theta.size
     if cost_of(local, theta) * (frf.count - 1) < _MISFIT_FACTOR * freedom:
         return 0.0, 0.0

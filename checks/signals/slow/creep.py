@@ -34,13 +34,13 @@ class CreepFit:
     later: Array
 
     def u_of(self, weights: Sequence[float]) -> float:
-        """Standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
+        """Return the standard uncertainty of the weighted sum of the deflections from the scatter [unit of y]."""
         full = np.zeros(self.fit.x.size)
         full[2::2] = weights
         return self.fit.u(full)
 
     def u_moment(self, weights: Sequence[float], steps: Sequence[SignalStep]) -> float:
-        """Standard uncertainty of the same sum from the moments of the steps."""
+        """Return the standard uncertainty of the same sum from the moments of the steps."""
         return float(np.linalg.norm(np.asarray(weights) @ self.per_moment * [s.u_t for s in steps]))
 
 
@@ -80,7 +80,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
 
 
 def _used(t: Array, steps: Sequence[SignalStep], after_s: float) -> NDArray[np.bool_]:
-    """(N,) samples that are outside the passage of every step, and at least after_s [s] after it."""
+    """Return (N,) samples that are outside the passage of every step, and at least after_s [s] after it."""
     used = np.ones(t.size, dtype=bool)
     for s in steps:
         used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + after_s))

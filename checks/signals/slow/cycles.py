@@ -32,7 +32,7 @@ class Cycle:
 
 
 def last_cycles(drive: Array) -> list[Cycle]:
-    """The last whole period of each amplitude in a drive (N,), by growing amplitude."""
+    """Return the last whole period of each amplitude in a drive (N,), by growing amplitude."""
     found: list[Cycle] = []
     for cycle in sine_cycles(drive):
         same = [i for i, c in enumerate(found) if abs(c.amplitude / cycle.amplitude - 1) <= SAME_AMPLITUDE]
@@ -44,7 +44,7 @@ def last_cycles(drive: Array) -> list[Cycle]:
 
 
 def sine_cycles(drive: Array) -> list[Cycle]:
-    """Every period of a drive (N,) that is a sine about the middle of its range, in time order."""
+    """Return every period of a drive (N,) that is a sine about the middle of its range, in time order."""
     if drive.size < MIN_SAMPLES:
         return []
     middle = (drive.max() + drive.min()) / 2
@@ -54,7 +54,8 @@ def sine_cycles(drive: Array) -> list[Cycle]:
 
 
 def _passages(drive: Array, middle: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First samples after the drive has gone up, and down, through the middle; what only trembles there is none."""
+    """Return the first samples after the drive has gone up, and down, through the middle; what only trembles there is
+    none."""
     trembling = ABOVE_NOISE * float(np.median(np.abs(np.diff(drive, 2)))) / math.sqrt(6.0)
     side = np.where(drive > middle + trembling, 1, np.where(drive < middle - trembling, -1, 0))
     clear = np.flatnonzero(side)
@@ -65,8 +66,8 @@ def _passages(drive: Array, middle: float) -> tuple[NDArray[np.intp], NDArray[np
 
 
 def _period(up: int, ups: NDArray[np.intp], downs: NDArray[np.intp]) -> int | None:
-    """Samples of the period that begins at `up`: to the next passage upwards, or twice the half period where a pause, a
-    change of amplitude or the end of the record follows."""
+    """Return samples of the period that begins at `up`: to the next passage upwards, or twice the half period where a
+    pause, a change of amplitude or the end of the record follows."""
     later_downs, later_ups = downs[downs > up], ups[ups > up]
     if later_downs.size == 0:
         return None
@@ -76,7 +77,7 @@ def _period(up: int, ups: NDArray[np.intp], downs: NDArray[np.intp]) -> int | No
 
 
 def _cycle(drive: Array, start: int, period: int | None) -> Cycle | None:
-    """The cycle if a sine describes it; its frequency is fitted too (four-parameter fit of [IEEE1057],
+    """Return the cycle if a sine describes it; its frequency is fitted too (four-parameter fit of [IEEE1057],
     Gauss-Newton)."""
     if period is None or period < MIN_SAMPLES or start + 0.99 * period > drive.size:
         return None

@@ -33,20 +33,19 @@ class HighPass:
     model: Array
 
     def response(self, f: Array) -> Array:
-        """Complex response (F,) at f (F,) [Hz], as a complex array."""
+        """Return the complex response (F,) at f (F,) [Hz], as a complex array."""
         s = 2j * np.pi * f
         g, a, b = self.terms
         return np.asarray((g + a * s + b * s * s) * s / (s + 2 * np.pi * self.corner.value))
 
 
 def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
-    """Least-squares corner of the high-pass from u (N,) to y (N,), uniformly sampled at t (N,) [s].
+    """Return the least-squares corner of the high-pass from u (N,) to y (N,), uniformly sampled at t (N,) [s].
 
     Both are low-passed to `top_Hz` alike, which leaves their relation alone. The first and second derivative of u stand
     for delay and for the resonances far above, to second order in frequency. For each corner the rest is linear
     (variable projection: [GP73]), so the search is along one axis. There is no leakage in the time domain, and the
-    state at the start of the record is a parameter. Raises ValueError when too little is left of the record.
-    """
+    state at the start of the record is a parameter. Raises ValueError if too little is left of the record."""
     t, u, y = _band(t, u, y, top_Hz)
     size_u, size_y = float(np.ptp(u)), float(np.ptp(y))
     if size_u == 0.0 or size_y == 0.0:
@@ -84,7 +83,7 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
 
 
 def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Array]:
-    """Time, u and y low-passed to top_Hz, without the edges, at about PER_TOP samples per period of it."""
+    """Return the time, u and y low-passed to top_Hz, without the edges, at about PER_TOP samples per period of it."""
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too short a record, {MIN_SAMPLES} are needed")
     fs = (t.size - 1) / (t[-1] - t[0])
@@ -102,7 +101,7 @@ def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Ar
 
 
 def _design(t: Array, u: Array, corner: float) -> Array:
-    """Columns (N, 6) of the linear part for one corner [Hz]."""
+    """Return columns (N, 6) of the linear part for one corner [Hz]."""
     dt = (t[-1] - t[0]) / (t.size - 1)
     h = 2 * math.pi * corner * dt
     a, mean = math.exp(-h), -math.expm1(-h) / h

@@ -38,8 +38,8 @@ class Branch:
 
 
 def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
-    """Rising and falling branches of a drive (N,) about `middle`, in order; a turning point is the extreme of each
-    stay beyond `TURN` of the amplitude, so noise and ripple near it make no extra turn."""
+    """Return the rising and falling branches of a drive (N,) about `middle`, in order; a turning point is the extreme
+    of each stay beyond `TURN` of the amplitude, so noise and ripple near it make no extra turn."""
     side = np.where(drive > middle + TURN * amplitude, 1, np.where(drive < middle - TURN * amplitude, -1, 0))
     outside = np.flatnonzero(side)
     if outside.size == 0:
@@ -51,9 +51,9 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
 
 
 def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
-    """Response of one branch where the drive is `at`, by a parabola over the samples within `reach` of it.
+    """Return response of one branch where the drive is `at`, by a parabola over the samples within `reach` of it.
 
-    Raises ValueError when fewer than `MIN_SAMPLES` samples lie there.
+    Raises ValueError if fewer than `MIN_SAMPLES` samples lie there.
     """
     v = (drive[branch.samples] - at) / reach
     near = np.abs(v) <= 1.0
@@ -66,8 +66,8 @@ def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: f
 def opening(
     drive: Array, response: Array, pair: tuple[Branch, Branch], middle: float, amplitude: float
 ) -> ScalarEstimate:
-    """Width of the loop at mid-drive: response on the falling branch minus that on the rising one, so a response that
-    lags its drive opens positively. Raises ValueError when a branch has too few samples there."""
+    """Return width of the loop at mid-drive: response on the falling branch minus that on the rising one, so a response
+    that lags its drive opens positively. Raises ValueError if a branch has too few samples there."""
     reach = NEAR_MIDDLE * amplitude
     first, second = (branch_at(drive, response, b, middle, reach) for b in pair)
     sign = -1.0 if pair[1].rising else 1.0
@@ -75,13 +75,13 @@ def opening(
 
 
 def last_pair(found: list[Branch]) -> tuple[Branch, Branch] | None:
-    """The last two adjoining branches: the loop has settled most there."""
+    """Return the last two adjoining branches: the loop has settled most there."""
     return (found[-2], found[-1]) if len(found) >= 2 else None
 
 
 def longest_stand(drive: Array, response: Array) -> tuple[int, float]:
-    """(first sample, range of the drive in its unit) of the stretch over which a response (N,) repeats one value while
-    the drive (N,) runs furthest: of a response that is held, stuck or clipped."""
+    """Return (first sample, range of the drive in its unit) of the stretch over which a response (N,) repeats one value
+    while the drive (N,) runs furthest: of a response that is held, stuck or clipped."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(response)) + 1])
     passed = np.maximum.reduceat(drive, starts) - np.minimum.reduceat(drive, starts)
     worst = int(np.argmax(passed))

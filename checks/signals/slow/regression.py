@@ -17,19 +17,19 @@ class LinearFit:
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of the residual, per degree of freedom."""
+        """Return the standard deviation of the residual, per degree of freedom."""
         return float(np.sqrt(self.residual @ self.residual / (self.residual.size - self.x.size)))
 
     def u(self, weights: Array) -> float:
-        """Standard uncertainty of weights (p,) @ x."""
+        """Return the standard uncertainty of weights (p,) @ x."""
         return float(np.sqrt(max(float(weights @ self.covariance @ weights), 0.0)))
 
 
 def least_squares(design: Array, y: Array) -> LinearFit:
-    """Ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its `colour`.
+    """Return the ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its
+    `colour`.
 
-    Raises ValueError when N <= p or the columns cannot be told apart.
-    """
+    Raises ValueError if N <= p or the columns cannot be told apart."""
     n, p = design.shape
     if n <= p:
         raise ValueError(f"{n} samples cannot carry {p} parameters")
@@ -44,8 +44,8 @@ def least_squares(design: Array, y: Array) -> LinearFit:
 
 
 def colour(residual: Array) -> float:
-    """How much more a slow combination of the samples scatters than if the residual (N,) were white: one plus twice the
-    sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
+    """Return how much more a slow combination of the samples scatters than if the residual (N,) were white: one plus
+    twice the sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
 
     Never below 1: a residual that looks bluer than white is no reason to claim more.
     """

@@ -35,11 +35,10 @@ class SignalStep:
 
 
 def find_steps(t: Array, y: Array) -> list[SignalStep]:
-    """Steps in y (N,) over t (N,) [s], in time order; empty when nothing stands out of the scatter.
+    """Return the steps in y (N,) over t (N,) [s], in time order; empty when nothing stands out of the scatter.
 
     A jump is the difference of the medians over 0.5 s after and before; a step is where the jumps are largest. Steps
-    less than about 1 s apart blur into one another. Raises ValueError when the record is too short to hold any.
-    """
+    less than about 1 s apart blur into one another. Raises ValueError if the record is too short to hold any."""
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too few to hold a step, {MIN_SAMPLES} are needed")
     if (step := float(t[-1] - t[0]) / (t.size - 1)) > GAP_S:
@@ -64,7 +63,7 @@ def find_steps(t: Array, y: Array) -> list[SignalStep]:
 
 
 def _moving_until(t: Array, y: Array) -> Array:
-    """(M, 2) start and end of each interval of samples over which y changes far more than it usually does."""
+    """Return (M, 2) start and end of each interval of samples over which y changes far more than it usually does."""
     fast = np.flatnonzero(np.abs(np.diff(y)) > QUIET * _usual_change(y))
     return np.column_stack([t[fast], t[fast + 1]])
 
@@ -76,7 +75,7 @@ def _usual_change(y: Array) -> float:
 
 
 def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
-    """Unbroken stretches of indices where the jump is beyond the floor, with one sign each."""
+    """Return the unbroken stretches of indices where the jump is beyond the floor, with one sign each."""
     beyond = np.flatnonzero(np.abs(jump) > floor)
     if beyond.size == 0 or floor == 0.0:
         return []
@@ -85,7 +84,8 @@ def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
 
 
 def _locate(t: Array, y: Array, jump: Array, when: Array, moving: Array) -> SignalStep:
-    """Time of the step inside a region of jumps: the first passage through the middle between the two levels."""
+    """Return the time of the step inside a region of jumps: the first passage through the middle between the two
+    levels."""
     middle = float(np.median(when))
     height = float(jump[np.argmax(np.abs(jump))])
     before = _median(t, y, middle - GAP_S - LEVEL_S, middle - GAP_S)
@@ -114,7 +114,7 @@ def _median(t: Array, y: Array, lo: float, hi: float) -> float:
 
 
 def _quiet(lo: float, hi: float, moving: Array) -> tuple[float, float]:
-    """(last quiet moment before, first quiet moment after) a passage from lo to hi [s]."""
+    """Return (last quiet moment before, first quiet moment after) a passage from lo to hi [s]."""
     near = moving[(moving[:, 1] >= lo - REACH_S / 2) & (moving[:, 0] <= hi + REACH_S)]
     settled = float(near[:, 1].max(initial=hi))
     # What decays out of sight at `settled` is still there below the noise: wait half as long again.

@@ -21,7 +21,7 @@ def bode(
     model: Complex | None = None,
     p: float = 0.95,
 ) -> dict[str, Panel]:
-    """Panels "<channel> magnitude" and "<channel> phase" of every channel, and "coherence" of all of them.
+    """Return panels "<channel> magnitude" and "<channel> phase" of every channel, and "coherence" of all of them.
 
     units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. model (F, C): drawn
     beside the data. The bands hold the true value with probability p each. Bins without a finite variance are left out,
@@ -99,7 +99,7 @@ def _coherence(frf: Frf, marks: tuple[Mark, ...]) -> Panel:
 
 
 def thinned(f: Array, good: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Indices of at most MAX_POINTS of the good bins, evenly spread over log f."""
+    """Return the indices of at most MAX_POINTS of the good bins, evenly spread over log f."""
     at = np.flatnonzero(good)
     if at.size <= MAX_POINTS:
         return at

@@ -40,36 +40,37 @@ class Frf:
 
     @property
     def var(self) -> Array:
-        """(F, C) total complex variance of H."""
+        """Return (F, C) total complex variance of H."""
         diagonal: Array = np.einsum("fcc->fc", self.cov).real
         return diagonal
 
     @property
     def usable(self) -> Mask:
-        """(F,) bins where every channel has a finite variance."""
+        """Return (F,) bins where every channel has a finite variance."""
         return np.asarray(np.isfinite(self.var).all(axis=1))
 
     @property
     def stride(self) -> int:
-        """Every stride-th bin of this grid is independent of the others."""
+        """Return every stride-th bin of this grid is independent of the others."""
         return len(self.correlation) + 1
 
     def index(self, channel: str) -> int:
-        """Column of a channel; KeyError says which there are."""
+        """Return the column of a channel; KeyError says which there are."""
         if channel not in self.channels:
             raise KeyError(f"no channel '{channel}' (has: {', '.join(self.channels)})")
         return self.channels.index(channel)
 
     def radius(self, p: float = 0.95) -> Array:
-        """(F, C) radius of the disc about H that holds the truth with probability p (Pintelon & Schoukens, 2.4)."""
+        """Return (F, C) radius of the disc about H that holds the truth with probability p (Pintelon & Schoukens,
+        2.4)."""
         return np.sqrt(self.var * quantile(p, self.nu)[:, None])
 
     def band(self, f_lo: float, f_hi: float) -> "Frf":
-        """The bins with f_lo <= f <= f_hi [Hz]."""
+        """Return the bins with f_lo <= f <= f_hi [Hz]."""
         return self._at((self.f >= f_lo) & (self.f <= f_hi))
 
     def independent(self) -> "Frf":
-        """Every stride-th bin, so that the errors of what is left are independent."""
+        """Return every stride-th bin, so that the errors of what is left are independent."""
         return replace(self._at(slice(None, None, self.stride)), correlation=())
 
     def _at(self, bins: Mask | slice) -> "Frf":
@@ -95,20 +96,19 @@ def h1(
     *,
     input: str = "u",
 ) -> Frf:
-    """H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
+    """Return the H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
 
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
     samples, half overlapped unless noverlap says otherwise, the mean of each segment removed. The last bins of the grid
     (0 Hz and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the
     window, and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or
-    inf.
-    """
+    inf."""
     outputs = named(y)
     return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, noverlap, input=input)
 
 
 def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
-    """`h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there.
+    """Return `h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there.
     ValueError: the record is shorter than two segments that share half of their samples."""
     if not 1.5 * segment_s * record.fs <= record.t.size:
         raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
@@ -125,7 +125,7 @@ def h1_stream(
     *,
     input: str = "u",
 ) -> Frf:
-    """`h1` of a record that comes in chunks: each the input (n,) followed by one (n,) array per channel, any n.
+    """Return `h1` of a record that comes in chunks: each the input (n,) followed by one (n,) array per channel, any n.
 
     Memory is bounded by the largest chunk and one batch of segments.
     """
@@ -138,11 +138,10 @@ def h1_stream(
 
 
 def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf:
-    """H1, coherence and covariance of averaged spectra whose channel 0 is the input.
+    """Return the H1, coherence and covariance of averaged spectra whose channel 0 is the input.
 
     nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is |H|^2 (1 -
-    coherence) / (coherence nu) ([PS12] 2.5).
-    """
+    coherence) / (coherence nu) ([PS12] 2.5)."""
     S, nu = spectra.S, spectra.effective - 1.0
     Suu, Syu = S[:, 0, 0].real, S[:, 1:, 0]
     powered = Suu > power_floor(Suu)
@@ -169,17 +168,18 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
 
 
 def quantile(p: float, nu: Array) -> Array:
-    """Quantile of F(2, 2 nu), whose distribution is 1 - (1 + x/nu)^-nu, for every nu (F,)."""
+    """Return the quantile of F(2, 2 nu), whose distribution is 1 - (1 + x/nu)^-nu, for every nu (F,)."""
     return np.asarray(nu * np.expm1(-np.log1p(-p) / nu))
 
 
 def power_floor(power: Array) -> float:
-    """Power below which a bin is not driven but holds rounding: 240 dB below the sum of all bins (F,)."""
+    """Return power below which a bin is not driven but holds rounding: 240 dB below the sum of all bins (F,)."""
     return float(1e-24 * power.sum())
 
 
 def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
-    """cov (F, C, C), changed in place: its diagonal never negative by rounding, infinite where nothing was driven."""
+    """Return cov (F, C, C), changed in place: its diagonal never negative by rounding, infinite where nothing was
+    driven."""
     cov[~powered] = 0.0
     for c in range(cov.shape[1]):
         cov[:, c, c] = np.where(powered, np.maximum(cov[:, c, c].real, 0.0), np.inf)
@@ -187,7 +187,7 @@ def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
 
 
 def named(y: Array | Mapping[str, Array]) -> dict[str, Array]:
-    """Outputs as name -> (N,); the columns of an array are called y0, y1, ..."""
+    """Return outputs as name -> (N,); the columns of an array are called y0, y1, ..."""
     if isinstance(y, Mapping):
         return dict(y)
     columns = np.atleast_2d(np.asarray(y).T)

@@ -58,12 +58,13 @@ class LocalPolynomialFit:
         )
 
     def batch(self, bins: slice) -> "LocalPolynomialFit":
-        """Views of some bins."""
+        """Return the views of some bins."""
         return LocalPolynomialFit(self.H[bins], self.cov[bins], self.coherence[bins], self.weights[bins])
 
 
 def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomialFit:
-    """The fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each of them.
+    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each of
+    them.
 
     floor : power of the input over a neighbourhood below which it does not tell the response.
     """
@@ -81,8 +82,9 @@ def _filled(bins: int) -> int:
 
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
-    """Regressors, then outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order + 1 + C, m, B), products
-    of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as what is done in them."""
+    """Return regressors, then outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order + 1 + C, m, B),
+    products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as what is done in
+    them."""
     points, m = local.off_transient.shape
     number = len(local.regressors) + channels
     shapes = ((number, points, bins), (number, m, bins), (number, m, bins), (m, bins))
@@ -123,7 +125,7 @@ def _solve(
 
 
 def _covariance(E: Complex, products: Complex, conjugate: Complex) -> Complex:
-    """(C, C, B) sums of E_c conj(E_d) over the rows of E (C, m, B); the rest is work space."""
+    """Return (C, C, B) sums of E_c conj(E_d) over the rows of E (C, m, B); the rest is work space."""
     sums = np.empty((len(E), len(E), E.shape[2]), dtype=complex)
     for d in range(len(E)):
         sums[: d + 1, d] = _sum(np.multiply(E[: d + 1], np.conjugate(E[d], out=conjugate), out=products[: d + 1]))
@@ -132,20 +134,21 @@ def _covariance(E: Complex, products: Complex, conjugate: Complex) -> Complex:
 
 
 def _sum(x: Complex) -> Complex:
-    """(..., B) sums over the rows of x (..., m, B)."""
+    """Return (..., B) sums over the rows of x (..., m, B)."""
     ones = np.ones((1, x.shape[-2]))
     sums: Complex = np.matmul(ones, x.view(float)).view(complex)
     return sums[..., 0, :]
 
 
 def _power(x: Complex) -> Array:
-    """(B,) sum of |x|^2 over the rows of x (m, B)."""
+    """Return (B,) sum of |x|^2 over the rows of x (m, B)."""
     power: Array = np.einsum("mb,mb->b", x.real, x.real) + np.einsum("mb,mb->b", x.imag, x.imag)
     return power
 
 
 def _quality(H: Complex, noise: Complex, Suu: Array) -> Array:
-    """(B, C) share of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's power (B,)."""
+    """Return (B, C) share of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's power
+    (B,)."""
     signal = (H.real**2 + H.imag**2) * Suu[:, None]
     total = signal + np.einsum("ccb->bc", noise).real
     return np.where(total > 0.0, signal / np.where(total > 0.0, total, 1.0), 0.0)

@@ -34,7 +34,8 @@ def lpm(
     half: int = HALF,
     input: str = "u",
 ) -> Frf:
-    """Responses from u to every channel of y by the local polynomial method, from one record without periodicity.
+    """Return responses from u to every channel of y by the local polynomial method, from one record without
+    periodicity.
 
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.
@@ -52,7 +53,7 @@ def lpm(
 
 
 def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, f_hi: float, step: int = 1) -> Frf:
-    """`lpm` of channels of a record, order and window at their defaults. RecordError: a channel is not there."""
+    """Return `lpm` of channels of a record, order and window at their defaults. RecordError: a channel is not there."""
     columns = {name: record[name] for name in outputs}
     return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input)
 
@@ -92,7 +93,7 @@ class LpmTransforms:
         return cls(spectra, input, tuple(outputs), len(u), fs, first, last, step)
 
     def bins(self, half: int) -> Bins:
-        """Wanted bins that have `half` neighbours on both sides. ValueError: there is none."""
+        """Return the wanted bins that have `half` neighbours on both sides. ValueError: there is none."""
         # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
         lo, hi = max(half + 1, self.first), min((self.n - 1) // 2 - half, self.last)
         if hi < lo:
@@ -102,14 +103,14 @@ class LpmTransforms:
         return np.arange(lo, hi + 1, self.step)
 
     def fit(self, bins: Bins, local: LocalRegression) -> LocalPolynomialFit:
-        """The fit about every one of the bins (B,), which are step apart."""
+        """Return the fit about every one of the bins (B,), which are step apart."""
         U = self.spectra[0]
         windows = sliding_window_view(self.spectra, 2 * local.half + 1, axis=1)
         near = windows[:, bins[0] - local.half : bins[-1] - local.half + 1 : self.step]
         return fitted(near.transpose(0, 2, 1), local, power_floor(U.real**2 + U.imag**2))
 
     def frf(self, bins: Bins, found: LocalPolynomialFit, nu: Array, estimator: str, note: str) -> Frf:
-        """The response at the bins (B,) with degrees of freedom nu (B,)."""
+        """Return the response at the bins (B,) with degrees of freedom nu (B,)."""
         return Frf(
             f=bins.astype(float) * (self.fs / self.n),
             H=found.H,
@@ -125,7 +126,7 @@ class LpmTransforms:
 
 
 def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
-    """(1 + C, N // 2 + 1) transforms of the channels without their mean."""
+    """Return (1 + C, N // 2 + 1) transforms of the channels without their mean."""
     sizes = {name: np.shape(c) for name, c in columns}
     if len(set(sizes.values())) != 1 or any(len(s) != 1 for s in sizes.values()):
         raise ValueError(f"expected channels of one equal length, got shapes {sizes}")
@@ -140,7 +141,8 @@ def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
 
 
 def _correlation(weights: Complex, step: int) -> tuple[float, ...]:
-    """Mean correlation of the errors of bins 1, 2, ... places apart whose weights (B, 2 half + 1) are given."""
+    """Return the mean correlation of the errors of bins 1, 2, ... places apart whose weights (B, 2 half + 1) are
+    given."""
     power = np.sqrt(np.sum(np.abs(weights) ** 2, axis=1))
     unit = weights / np.where(power > 0.0, power, 1.0)[:, None]
     places = range(1, (weights.shape[1] - 1) // step + 1)

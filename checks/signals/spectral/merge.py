@@ -34,7 +34,7 @@ class _Spread:
 
 
 def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
-    """low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse variance.
+    """Return low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse variance.
 
     Grid: both equally spaced by the same step and on the same multiples of it (for lpm of records of different length:
     choose `step` so that the steps agree), and without a gap between them. Same input and channels in the same order.
@@ -52,7 +52,7 @@ def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
 
 
 def _combine(low: Frf, high: Frf, f: Array, a: _Spread, b: _Spread, w: Array, merge_Hz: float | None) -> Frf:
-    """w (n, C): weight of a in 0..1."""
+    """Return w (n, C): weight of a in 0..1."""
     v = 1.0 - w
     # Weights taken from the data are right on average only: the variance of the mean grows (none where w is 0 or 1).
     raised = np.sqrt(1.0 + 2.0 * w * v * (1.0 / a.nu + 1.0 / b.nu)[:, None]) if merge_Hz is None else np.ones(w.shape)
@@ -77,7 +77,7 @@ def _combine(low: Frf, high: Frf, f: Array, a: _Spread, b: _Spread, w: Array, me
 
 
 def _common_grid(low: Frf, high: Frf) -> tuple[float, int]:
-    """(step [Hz], bins from the first of low to the first of high)."""
+    """Return (step [Hz], bins from the first of low to the first of high)."""
     for what in ("channels", "input", "estimator"):
         if getattr(low, what) != getattr(high, what):
             raise ValueError(f"cannot merge: {what} {getattr(low, what)} and {getattr(high, what)} differ")
@@ -112,7 +112,7 @@ def _split(low: Frf, high: Frf, f: Array, merge_Hz: float, step: float) -> Array
 
 
 def _inverse_variance(a: _Spread, b: _Spread) -> Array:
-    """(n, C) weight of a; a bin that is unusable in one of them comes whole from the other."""
+    """Return (n, C) weight of a; a bin that is unusable in one of them comes whole from the other."""
     only_a, only_b = a.usable & ~b.usable, b.usable & ~a.usable
     va, vb = (np.where(np.isfinite(x.var), x.var, 1.0) for x in (a, b))
     total = va + vb
@@ -121,7 +121,7 @@ def _inverse_variance(a: _Spread, b: _Spread) -> Array:
 
 
 def _effective_nu(a: _Spread, b: _Spread, w: Array) -> Array:
-    """(n,) Welch-Satterthwaite degrees of freedom of w a + (1 - w) b."""
+    """Return (n,) Welch-Satterthwaite degrees of freedom of w a + (1 - w) b."""
     pa = w**2 * np.where(np.isfinite(a.var), a.var, 0.0)
     pb = (1.0 - w) ** 2 * np.where(np.isfinite(b.var), b.var, 0.0)
     spread = pa**2 / a.nu[:, None] + pb**2 / b.nu[:, None]

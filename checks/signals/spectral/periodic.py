@@ -24,12 +24,11 @@ class PeriodicPart:
 
 
 def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
-    """The period of an input u (N,), or None when it does not repeat itself over at least two whole periods.
+    """Return the period of an input u (N,), or None if it does not repeat itself over at least two whole periods.
 
     Periodic means: an exact number of samples later the signal is the same, but for a difference of rms `tolerance` of
     its own rms. Ramps before and after are left out: the period is looked for in the whole, then in the middle of the
-    record, and extended to where it ends.
-    """
+    record, and extended to where it ends."""
     n = len(u)
     for cut in (0, n // 8, n // 4):
         samples = _shortest_period(u[cut : n - cut], tolerance)
@@ -39,7 +38,7 @@ def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
 
 
 def _shortest_period(u: Array, tolerance: float) -> int:
-    """Lag of the first deep dip of the squared difference of u and its shifted self; 0: none."""
+    """Return the lag of the first deep dip of the squared difference of u and its shifted self; 0: none."""
     x = u - np.mean(u)
     n = x.size
     energy = np.concatenate([[0.0], np.cumsum(x * x)])
@@ -81,11 +80,11 @@ def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
 def periodic_frf(
     u: Array, y: Array | Mapping[str, Array], fs: float, period: PeriodicPart, skip: int = 1, *, input: str = "u"
 ) -> Frf:
-    """Responses at the excited lines, with the variance over periods; no window, no leakage.
+    """Return responses at the excited lines, with the variance over periods; no window, no leakage.
 
     u : (N,), y : (N,), (N, C) or name -> (N,), sampled at fs [Hz]. skip : first periods left to the transient.
     nu = periods - 1. Lines with less than 1e-6 of the strongest line's power are not excited and left out.
-    Raises ValueError when fewer than two periods remain, for unequal lengths, NaN or inf.
+    Raises ValueError if fewer than two periods remain, for unequal lengths, NaN or inf.
     """
     outputs = named(y)
     count = period.count - skip
@@ -118,7 +117,7 @@ def periodic_frf(
 
 
 def _lines(name: str, x: Array, n: int, period: PeriodicPart, skip: int) -> Complex:
-    """(periods, samples // 2 + 1) transforms of the periods that are used."""
+    """Return (periods, samples // 2 + 1) transforms of the periods that are used."""
     if np.shape(x) != (n,):
         raise ValueError(f"channel '{name}' has shape {np.shape(x)}; the input has ({n},)")
     first, last = period.start + skip * period.samples, period.start + period.count * period.samples

@@ -40,21 +40,21 @@ class Transforms:
 
     @classmethod
     def of(cls, record: Record, input: str, outputs: Sequence[str]) -> "Transforms":
-        """Transforms of channels of a record. RecordError: a channel is not there."""
+        """Return the transforms of channels of a record. RecordError: a channel is not there."""
         columns = {name: record[name] for name in (input, *outputs)}
         return cls.of_columns(columns, input, record.fs)
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Array], input: str, fs: float) -> "Transforms":
-        """columns : name -> (N,), the input among them, sampled at fs [Hz]."""
+        """Return columns : name -> (N,), the input among them, sampled at fs [Hz]."""
         X = {name: scipy.fft.rfft(x - np.mean(x)) for name, x in columns.items()}
         outputs = tuple(name for name in columns if name != input)
         f = np.arange(X[input].size) * (fs / len(columns[input]))
         return cls(f, X[input], np.stack([X[name] for name in outputs], axis=1), outputs)
 
     def window(self, f_lo: float, f_hi: float, *channels: str) -> "PoleWindow":
-        """Bins of a band and some channels (default: all), scaled for a fit. Raises ValueError when it holds too few
-        bins, or the input has no power there."""
+        """Return the bins of a band and some channels (default: all), scaled for a fit. Raises ValueError if it holds
+        too few bins, or the input has no power there."""
         first, last = int(np.searchsorted(self.f, f_lo)), int(np.searchsorted(self.f, f_hi, side="right"))
         s = slice(first, last, max(1, (last - first) // ENOUGH_BINS))
         names = channels or self.channels
@@ -91,11 +91,12 @@ class PoleWindow:
         return float(self.f[-1] - self.f[0]) / 2
 
     def scaled(self, f_Hz: complex) -> complex:
-        """z of a complex frequency."""
+        """Return z of a complex frequency."""
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
-        """Complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive when it decays."""
+        """Return the complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive when it
+        decays."""
         return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
 
 
@@ -120,25 +121,26 @@ class PoleFit:
         return float(np.sum(np.abs(self.residual) ** 2))
 
     def frequencies(self) -> Complex:
-        """(K,) complex frequencies [Hz] of the poles."""
+        """Return (K,) complex frequencies [Hz] of the poles."""
         return np.array([self.window.frequency(q) for q in self.q])
 
     def response(self) -> Complex:
-        """(B, C) fitted responses in the channels' units per unit of the input."""
+        """Return (B, C) fitted responses in the channels' units per unit of the input."""
         terms = local_basis(self.window.z, self.q, self.order)
         return (terms @ np.vstack([self.residues, self.polynomials])) * self.window.scale
 
     def u(self, k: int) -> float:
-        """Standard uncertainty [Hz] of each of the real and the imaginary part of the k-th complex frequency."""
+        """Return the standard uncertainty [Hz] of each of the real and the imaginary part of the k-th complex
+        frequency."""
         return self.window.half * float(np.sqrt(self.variance[k] / 2))
 
     def amplitude(self, k: int) -> Array:
-        """(C,) height of the k-th resonance by itself, in the channels' units: |residue| over the decay."""
+        """Return (C,) height of the k-th resonance by itself, in the channels' units: |residue| over the decay."""
         return np.asarray(np.abs(self.residues[k]) / abs(self.q[k].imag) * self.window.scale)
 
 
 def local_basis(z: Array, q: Complex, order: int) -> Complex:
-    """(B, K + order + 1): a column per pole, then the powers of z."""
+    """Return (B, K + order + 1): a column per pole, then the powers of z."""
     terms = np.empty((z.size, q.size + order + 1), dtype=complex)
     terms[:, : q.size] = 1.0 / (z[:, None] - q)
     terms[:, q.size :] = np.vander(z, order + 1, increasing=True)
@@ -146,13 +148,13 @@ def local_basis(z: Array, q: Complex, order: int) -> Complex:
 
 
 def basis(w: PoleWindow, q: Complex, order: int) -> Complex:
-    """(B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
+    """Return (B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
     terms = local_basis(w.z, q, order)
     return np.concatenate([w.U[:, None] * terms, terms], axis=1)
 
 
 def enough_bins(w: PoleWindow, poles: int, order: int) -> bool:
-    """Whether a window holds more data than the fit has unknowns."""
+    """Return whether a window holds more data than the fit has unknowns."""
     return w.f.size >= MIN_BINS_PER_UNKNOWN * 2 * (poles + order + 1)
 
 
@@ -170,7 +172,7 @@ def fit_poles(w: PoleWindow, start: Sequence[complex], order: int, rounds: int =
 
 
 def with_noise_of(w: PoleWindow, residual: Complex) -> PoleWindow:
-    """The window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
+    """Return the window with the noise that a residual (B, C) of Y shows, even over NOISE_BINS."""
     from scipy.ndimage import uniform_filter1d  # loads slowly: only when wanted
 
     power = uniform_filter1d(np.abs(residual) ** 2, min(NOISE_BINS, w.f.size), axis=0, mode="nearest")
@@ -192,7 +194,7 @@ class _Elimination:
 
 
 def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _Elimination]:
-    """Gauss-Newton with halved steps."""
+    """Return Gauss-Newton with halved steps."""
     state = _eliminate(w, q, order)
     for _ in range(_ITERATIONS):
         step, gain = _step(state)
@@ -211,8 +213,8 @@ def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _Eliminati
 
 
 def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Complex]:
-    """Weighted least squares of every channel on the same columns A (B, P): the weighted columns (C, B, P) and X
-    (C, P, P) of `_to_orthonormal`, coefficients (C, P), residual (C, B)."""
+    """Return the weighted least squares of every channel on the same columns A (B, P): the weighted columns (C, B, P)
+    and X (C, P, P) of `_to_orthonormal`, coefficients (C, P), residual (C, B)."""
     weight = 1.0 / w.sd.T
     columns = weight[:, :, None] * A
     X = _to_orthonormal(columns)
@@ -222,12 +224,12 @@ def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Co
 
 
 def _within(A: Complex, X: Complex, y: Complex) -> Complex:
-    """(..., P, K) components of y (..., B, K) along the orthonormal A X."""
+    """Return (..., P, K) components of y (..., B, K) along the orthonormal A X."""
     return _adjoint(_adjoint(y) @ A @ X)
 
 
 def _to_orthonormal(A: Complex) -> Complex:
-    """X (C, P, P): A X (C, B, P) has orthonormal columns. A X itself is for who asks: a fit needs products only.
+    """Return X (C, P, P): A X (C, B, P) has orthonormal columns. A X itself is for who asks: a fit needs products only.
 
     By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; where A
     is too near to dependent for that (a condition above about 1e4), by Householder's.
@@ -266,7 +268,7 @@ def _eliminate(w: PoleWindow, q: Complex, order: int) -> _Elimination:
 
 
 def _step(state: _Elimination) -> tuple[Complex, float]:
-    """Gauss-Newton step of the poles, and how much of the cost it should take away."""
+    """Return Gauss-Newton step of the poles, and how much of the cost it should take away."""
     J = state.tangent.reshape(-1, state.tangent.shape[-1])
     Q, R = np.linalg.qr(J)
     step = np.linalg.pinv(R) @ (Q.conj().T @ state.residual.ravel())
@@ -289,7 +291,7 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """(K,) E|dq|^2 of estimates that are gain (K, C, B) times the errors, whose size, and likeness in different
+    """Return (K,) E|dq|^2 of estimates that are gain (K, C, B) times the errors, whose size, and likeness in different
     channels, the residual (C, B) shows."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

@@ -45,7 +45,7 @@ class Resonance:
 
     @property
     def seen(self) -> bool:
-        """A pole that the data place: it decays, and its damping is known better than to a third."""
+        """Return a pole that the data place: it decays, and its damping is known better than to a third."""
         placed = 3.0 * self.u_damping < self.damping_ratio < DAMPING_MAX
         return self.p < CHANCE and placed and math.isfinite(self.u_Hz_model)
 
@@ -55,7 +55,7 @@ class Resonance:
 
 
 def find(w: PoleWindow, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
-    """The strongest resonance in f_lo..f_hi [Hz] of a window, or None when chance shows as much."""
+    """Return the strongest resonance in f_lo..f_hi [Hz] of a window, or None if chance shows as much."""
     if not enough_bins(w, 1, order):
         return None
     best, tried = candidate(w, f_lo, f_hi, _NONE, order)
@@ -69,7 +69,7 @@ def find(w: PoleWindow, f_lo: float, f_hi: float, order: int = ORDER) -> Resonan
 def find_beside(
     w: PoleWindow, first: Resonance, f_lo: float, f_hi: float, share: float
 ) -> tuple[Resonance, Resonance] | None:
-    """(the first one fitted anew, a second one) when two poles fit better than one, else None.
+    """Return (the first one fitted anew, a second one) when two poles fit better than one, else None.
 
     share : the second one alone must be this part of what the first one's fit shows at its frequency, in one channel at
     least. A record without noise tells every flaw of a model: what is significant need not matter.
@@ -94,10 +94,10 @@ def find_beside(
 
 
 def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
-    """Complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many were tried.
+    """Return the complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many
+    were tried.
 
-    A known pole may move: its derivative is among the columns.
-    """
+    A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
     A = np.concatenate([basis(w, known, order), _moves(w, known)], axis=1)
     known_columns, X, _, residual = eliminated(w, A)
@@ -115,8 +115,8 @@ def _moves(w: PoleWindow, q: Complex) -> Complex:
 
 
 def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
-    """(N,) power of a residual (B,) that each of N columns explains beyond Q; none where next to nothing is left of a
-    column. What it leaves ringing would add little: it is left to the fit."""
+    """Return (N,) power of a residual (B,) that each of N columns explains beyond Q; none if next to nothing is left of
+    a column. What it leaves ringing would add little: it is left to the fit."""
     before = np.sum(np.abs(columns) ** 2, axis=0)
     left = before - np.sum(np.abs(Q.conj().T @ columns) ** 2, axis=0)
     told = left > 1e-6 * before
@@ -124,8 +124,8 @@ def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
 
 
 def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
-    """Scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not tried
-    more finely than the bins, nor more often than is worth its time."""
+    """Return scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not
+    tried more finely than the bins, nor more often than is worth its time."""
     middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
     least = max(bin_Hz, len(DAMPING_RATIOS) * (f_hi - f_lo) / MAX_CANDIDATES)
     poles = [
@@ -137,7 +137,7 @@ def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
 
 
 def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
-    """p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
+    """Return p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
 
     Both by the noise that the smaller fit leaves: it must not profit from a noise that the further pole has made small.
     """
@@ -151,7 +151,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
 
 
 def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
-    """The window of a fit with the noise that a fit of fewer poles leaves."""
+    """Return the window of a fit with the noise that a fit of fewer poles leaves."""
     w = fitted.window
     even = replace(w, sd=np.ones(w.sd.shape))
     for _ in range(2):
@@ -161,12 +161,12 @@ def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
 
 
 def finer(fitted: PoleFit) -> PoleFit | None:
-    """The same fit with polynomials of one order more."""
+    """Return the same fit with polynomials of one order more."""
     return fit_poles(fitted.window, list(fitted.q), fitted.order + 1, rounds=1)
 
 
 def resonance(found: PoleFit, checked: PoleFit | None, k: int, p: float) -> Resonance:
-    """The k-th pole of a fit as a resonance; `checked`: the fit with one order more."""
+    """Return the k-th pole of a fit as a resonance; `checked`: the fit with one order more."""
     f, u = complex(found.frequencies()[k]), found.u(k)
     size = abs(f)
     other = None if checked is None else complex(checked.frequencies()[k])

@@ -92,7 +92,7 @@ class Segments:
                 np.add(sums[i, j], np.dot(ones, parts), out=sums[i, j])
 
     def _means(self, frame: Array) -> Array:
-        """(K,) of segments (K, nperseg). Where half is shared, each sample is summed once, not twice."""
+        """Return (K,) of segments (K, nperseg). Where half is shared, each sample is summed once, not twice."""
         hop = self.hop
         if 2 * hop != self.nperseg:
             return np.asarray(np.einsum("kn->k", frame) / self.nperseg)
@@ -100,7 +100,7 @@ class Segments:
         return np.asarray((halves[:-1] + halves[1:]) / self.nperseg)
 
     def spectra(self) -> Spectra:
-        """What has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
+        """Return what has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
         if self.count < 2:
             raise ValueError(
                 f"{self.samples} samples hold {self.count} segment(s) of {self.nperseg} samples every {self.hop}; "
@@ -118,7 +118,7 @@ class Segments:
         return Spectra(f, sums, self.count, self.effective, self._correlation)
 
     def _hermitian(self) -> Complex:
-        """(F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
+        """Return (F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
 
         Below the diagonal they are as summed; on it stand the squares of real part and imaginary part, as such.
         """
@@ -131,7 +131,7 @@ class Segments:
 
     @property
     def effective(self) -> float:
-        """n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share information (Welch 1967, eq. 17).
+        """Return n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share information (Welch 1967, eq. 17).
 
         rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap.
         """
@@ -143,19 +143,21 @@ class Segments:
 
 @lru_cache(maxsize=8)
 def _window(n: int) -> tuple[Array, tuple[float, ...]]:
-    """The Hann window of n samples and its `bin_correlation`: a unit's records have segments of one or two lengths."""
+    """Return the Hann window of n samples and its `bin_correlation`: a unit's records have segments of one or two
+    lengths."""
     window = hann(n)
     window.setflags(write=False)
     return window, bin_correlation(window)
 
 
 def hann(n: int) -> Array:
-    """(n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it takes."""
+    """Return (n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it
+    takes."""
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
 def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex]:
-    """Windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them (K, F).
+    """Return the windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them (K, F).
 
     All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
     are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and
@@ -169,7 +171,8 @@ def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
-    """|rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, until it vanishes: Hann 4/9, 1/36."""
+    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, until it vanishes: Hann 4/9,
+    1/36."""
     power = np.abs(np.fft.fft(window**2)) ** 2
     rho2 = power[1:16] / power[0]
     last = int(np.flatnonzero(rho2 > 1e-6)[-1]) + 1 if (rho2 > 1e-6).any() else 0

@@ -48,11 +48,10 @@ class _Root:
 
 
 def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
-    """Zero of the only channel of a window, or None where the polynomial has no root inside it.
+    """Return the zero of the only channel of a window, or None if the polynomial has no root inside it.
 
     The response is a polynomial of the frequency, so is what the record's ends left ringing. Errors move a root by the
-    polynomial's error there over its slope (first order).
-    """
+    polynomial's error there over its slope (first order)."""
     found, finer = _root(w, order), _root(w, order + 1)
     if found is None or finer is None:
         return None
@@ -93,7 +92,7 @@ def _root(w: PoleWindow, order: int) -> _Root | None:
 
 
 def _coherence(w: PoleWindow, root: complex, residual: Complex) -> float:
-    """Share of the output about the root that is not noise."""
+    """Return the share of the output about the root that is not noise."""
     near = np.abs(w.z - root.real) < NEAR
     total = float(np.sum(np.abs(w.Y[near, 0]) ** 2))
     noise = float(np.sum(np.abs(residual[0, near] * w.sd[near, 0]) ** 2))
