@@ -1,4 +1,4 @@
-"""The head in a file beside the database: a tail that is cut off together with the head's row is still missed."""
+"""The head in a file beside the database: it reveals that a tail was cut off together with the head's row."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,13 +21,13 @@ class Anchor:
 
     @classmethod
     def beside(cls, url: URL) -> "Anchor | None":
-        """`store.head` beside `store.sqlite`; none for a server, a database in memory or an SQLite URI."""
+        """Return `store.head` beside `store.sqlite`; None for a server, a database in memory or an SQLite URI."""
         database = url.database or ":memory:"
         plain = url.get_backend_name() == "sqlite" and not database.startswith((":memory:", "file:"))
         return cls(Path(database).with_suffix(".head")) if plain else None
 
     def read(self) -> StoreHead | None:
-        """The head, None when there is no file. Raises ValueError when the file holds no head."""
+        """Return the head, None if the file does not exist. Raises ValueError if the file holds no head."""
         try:
             return StoreHead.parse(read_bounded(self.path).decode("utf-8", "replace"))
         except FileNotFoundError:
@@ -36,7 +36,8 @@ class Anchor:
             raise ValueError(f"{self.path.name} is damaged: {e}") from e
 
     def write(self, head: StoreHead) -> None:
-        """Replace the head. Raises StoreError: the event is stored then, but its anchor is not."""
+        """Replace the head. Raises StoreError if the file cannot be written: the event is stored then, but not its
+        anchor."""
         try:
             write_atomic(self.path, f"{head}\n".encode("ascii"), OWNER_WRITES)
         except OSError as e:

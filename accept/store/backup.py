@@ -1,4 +1,4 @@
-"""A store copied whole, from whatever database it lives in, and taken back."""
+"""Backup: a store copied whole, from any database, and restored."""
 
 import json
 import os
@@ -24,7 +24,7 @@ _AT_ONCE = 500  # events written in one statement
 def back_up(store: Store, file: Path) -> StoreHead:
     """Copy every event into a new SQLite file, and the signed head beside it (`FILE.head.json`); returns the head.
 
-    Raises StoreError, also where there is a file already or the store does not hold."""
+    Raises StoreError, also if the file exists already or the store's integrity check fails."""
     if file.exists():
         raise StoreError(f"{file}: is there already; a backup replaces nothing")
     part = file.with_name(f".{file.name}.part")
@@ -44,10 +44,10 @@ def back_up(store: Store, file: Path) -> StoreHead:
 
 
 def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
-    """Make a backup the store of this bench; returns its head, and where the store that was there lies now. The backup
-    is read alone, not changed.
+    """Make a backup the store of this bench; returns its head, and where the replaced store lies now. The backup is
+    only read, not changed.
 
-    Raises StoreError for a backup that does not hold; nothing was changed then.
+    Raises StoreError if the backup's integrity check fails; nothing was changed then.
     """
     if not file.is_file():
         raise StoreError(f"{file}: there is no such backup")
@@ -72,7 +72,7 @@ def restore(file: Path, target: Path) -> tuple[StoreHead, Path | None]:
 
 
 def write_events(store: Store, events: Iterable[Event]) -> StoreHead:
-    """Put events into an empty store as they are. Raises StoreError where it is not empty."""
+    """Copy events unchanged into an empty store. Raises StoreError if it is not empty."""
     if store.head() != START:
         raise StoreError(f"{store.where}: holds events already; a store is copied into an empty one")
     head, held = START, list[Event]()
@@ -105,7 +105,7 @@ def _kept_head(file: Path) -> StoreHead | None:
 
 
 def _set_aside(target: Path) -> Path | None:
-    """The store that is there is never thrown away."""
+    """Rename the present store, which is never deleted, and return its new path, None if there was no store."""
     if not target.exists():
         return None
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")

@@ -1,10 +1,10 @@
 """The chain of hashes: finds the first event that was altered, removed, inserted or moved.
 
-What is found: any change of any stored field, a missing event anywhere, an inserted or renumbered one. The end of the
-chain has no event after it, so it is anchored three times: in the table `head`, in the file beside the database
-(`store.head`), and by whoever wrote down `Store.head()`. What is not found: somebody who rewrites every event from some
-point on, and the table and the file too, is found only against a head that was kept elsewhere. Each certificate carries
-the hash of its result, which gives a second such record.
+It finds any change of any stored field, a missing event anywhere, an inserted or renumbered one. The end of the chain
+has no event after it, so it is anchored three times: in the table `head`, in the file beside the database
+(`store.head`), and in every copy of `Store.head()` that was written down. An intruder who rewrites every event from
+some point on, and the table and the file too, is found only by comparison with a head that was kept elsewhere. Each
+certificate carries the hash of its result, which is a second such record.
 """
 
 from collections.abc import Iterable, Mapping
@@ -15,7 +15,7 @@ from accept.store.event import GENESIS, Event
 
 @dataclass(frozen=True)
 class StoreHead:
-    """The last event: its number and its hash. Whoever keeps one can later prove what the store held up to it."""
+    """The last event: its number and its hash. A copy of it proves later what the store held up to it."""
 
     seq: int
     hash: str
@@ -25,7 +25,7 @@ class StoreHead:
 
     @classmethod
     def parse(cls, text: str) -> "StoreHead":
-        """The head of `57 <hash>`, as `str` writes it. Raises ValueError for anything else."""
+        """Return the head from `57 <hash>`, as `str` writes it. Raises ValueError for any other text."""
         seq, _, digest = text.strip().partition(" ")
         if not seq.isdecimal() or len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
             raise ValueError(
@@ -49,7 +49,7 @@ class ChainBreak:
 
 
 def first_problem(events: Iterable[Event], head: StoreHead, anchors: Mapping[str, StoreHead]) -> ChainBreak | None:
-    """First break of the chain, None when there is none.
+    """Return the first break of the chain, None if it is unbroken.
 
     events : all of the store by increasing number, as read, whatever they hold. head : what the table `head` names as
     the last event. anchors : heads that were kept elsewhere, by who holds them; each was the last event once.
@@ -72,7 +72,7 @@ def first_problem(events: Iterable[Event], head: StoreHead, anchors: Mapping[str
 
 
 def misfit(event: Event, last: StoreHead) -> ChainBreak | None:
-    """Why this event cannot follow `last`."""
+    """Return why this event cannot follow `last`, None if it can."""
     if event.seq > last.seq + 1:
         return ChainBreak(last.seq + 1, f"event {last.seq + 1} is missing: {event.name} follows event {last.seq}")
     if event.seq <= last.seq:

@@ -1,4 +1,4 @@
-"""Connections: the only place that knows one database from another."""
+"""Connections to the database: the only module that distinguishes one kind of database from another."""
 
 import logging
 import sqlite3
@@ -12,18 +12,18 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 _LOCK = 0x61636365  # PostgreSQL advisory lock of the appends; "acce"
 RECONNECT_S = 30.0  # how long a server may be away while a program works: a restart takes seconds
-SILENT_S = 15  # a transaction in which nothing is said for so long is given up by the server
+SILENT_S = 15  # the server aborts a transaction that is silent for so long
 _AWAY = ("08", "57P01", "57P02", "57P03")  # of SQLSTATE: connection lost, server shuts down, crashed, starts
 
 T = TypeVar("T")
 
-# What the pool says of a Ctrl-C in mid-reset goes to the logging of a program that has some, else nowhere: Python would
-# print it with a traceback. The interrupt itself is raised all the same.
+# What the pool logs about a Ctrl-C in mid-reset goes to the program's logging if that was set up, else nowhere: Python
+# would print it with a traceback. The interrupt itself is raised all the same.
 logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
 
 
 def make_engine(url: URL, timeout_s: float) -> Engine:
-    """Engine of a store. SQLite gets WAL, synchronous=FULL and a busy timeout [s]."""
+    """Return the engine of a store. SQLite gets WAL, synchronous=FULL and a busy timeout [s]."""
     if url.drivername == "postgresql":
         url = url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "sqlite":
@@ -35,7 +35,8 @@ def make_engine(url: URL, timeout_s: float) -> Engine:
 
 
 def _server_options(url: URL) -> dict[str, Any]:
-    """A bench that is cut off in mid-append holds the lock of appends no longer than the others wait for it."""
+    """Return the options of a connection to PostgreSQL. A bench that is cut off while it appends holds the lock of
+    appends no longer than the others wait for it."""
     if url.get_backend_name() != "postgresql" or "options" in url.query:
         return {}
     limits = f"-c idle_in_transaction_session_timeout={SILENT_S}s -c lock_timeout={RECONNECT_S:.0f}s"
@@ -54,12 +55,13 @@ def _prepare(timeout_s: float) -> Callable[[sqlite3.Connection, Any], None]:
 
 
 def _text(raw: bytes) -> str:
-    """Text that was damaged into something other than UTF-8 is still read, so that the check can name its event."""
+    """Return text from bytes, also if they were damaged and are not UTF-8, so that the check can name the event."""
     return raw.decode("utf-8", "surrogateescape")
 
 
 def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
-    """SQLite does not wait for its busy timeout where two programs switch a new file to WAL at once."""
+    """Switch to WAL, and repeat until the deadline: SQLite does not wait for its busy timeout if two programs switch a
+    new file at once."""
     while True:
         try:
             connection.execute("PRAGMA journal_mode=WAL")
@@ -77,7 +79,7 @@ def _begin(connection: Connection) -> None:
 
 
 def has_index(connection: Connection, name: str) -> bool:
-    """Whether an index is there. SQLAlchemy does not see one over an expression in SQLite."""
+    """Return whether an index exists. SQLAlchemy does not see one over an expression in SQLite."""
     if connection.dialect.name == "sqlite":
         asked = text("SELECT count(*) FROM sqlite_master WHERE type = 'index' AND name = :name")
     else:
@@ -86,9 +88,9 @@ def has_index(connection: Connection, name: str) -> bool:
 
 
 def reconnecting(work: Callable[[], T]) -> T:
-    """What `work` returns; done again where the connection to a server was lost, for RECONNECT_S.
+    """Return the result of `work`, which is repeated for up to RECONNECT_S if the connection to a server is lost.
 
-    work: one transaction, which must see for itself whether an earlier try was committed after all."""
+    work: one transaction, which must itself find out whether an earlier try was committed after all."""
     deadline = time.monotonic() + RECONNECT_S
     while True:
         try:
@@ -100,7 +102,7 @@ def reconnecting(work: Callable[[], T]) -> T:
 
 
 def _away(error: DBAPIError) -> bool:
-    """Whether the server cannot be reached, or no longer: it may be there again soon. Never so for SQLite."""
+    """Return whether the error means that a server cannot be reached at present. Never so for SQLite."""
     if isinstance(error.orig, sqlite3.Error):
         return False
     state = getattr(error.orig, "sqlstate", None)
@@ -110,7 +112,7 @@ def _away(error: DBAPIError) -> bool:
 
 @contextmanager
 def appending(engine: Engine) -> Iterator[Connection]:
-    """A transaction that no other append shares; committed at its end."""
+    """Yield a transaction that excludes all other appends; committed at its end."""
     with engine.connect() as plain:
         connection = plain.execution_options(appends=True)
         with connection.begin():
@@ -121,7 +123,7 @@ def appending(engine: Engine) -> Iterator[Connection]:
 
 @contextmanager
 def snapshot(engine: Engine) -> Iterator[Connection]:
-    """A transaction that sees the store as it was at one moment, while others append."""
+    """Yield a transaction that sees the store as it was at one moment while others append."""
     with engine.connect() as plain:
         level = {"isolation_level": "REPEATABLE READ"} if engine.dialect.name == "postgresql" else {}
         connection = plain.execution_options(**level)

@@ -1,4 +1,4 @@
-"""What can go wrong with the store, said in the operator's words."""
+"""Errors of the store, in the operator's words."""
 
 import sqlite3
 from collections.abc import Iterator

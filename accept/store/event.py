@@ -39,20 +39,21 @@ class Event:
 
     @property
     def name(self) -> str:
-        """How messages call it: `event 57 (unit_judged APA-03)`."""
+        """The event's name in messages: `event 57 (unit_judged APA-03)`."""
         words = " ".join(str(word) for word in (self.what, self.subject) if word)
         return f"event {self.seq} ({words.encode('utf-8', 'backslashreplace').decode()})"
 
     @property
     def intact(self) -> bool:
-        """Whether the content gives the hash. A field of another type, e.g. bytes, is never intact."""
+        """Whether the hash is that of the content. An event with a field of another type, e.g. bytes, is never
+        intact."""
         fields = astuple(self)
         typed = type(self.seq) is int and all(type(value) is str for value in fields[1:])
         return typed and digest(*fields[:-1]) == self.hash
 
 
 def digest(*fields: int | str) -> str:
-    """SHA-256 of the fields as one JSON list without spaces, all beyond ASCII escaped.
+    """Return the SHA-256 of the fields as one JSON list without spaces, all beyond ASCII escaped.
 
     JSON quotes every string, so no two different events have the same encoding, and anyone can recompute the hash:
     `json.dumps([seq, time, who, what, subject, spec, code, payload, prev], separators=(",", ":"))`.
@@ -62,7 +63,7 @@ def digest(*fields: int | str) -> str:
 
 @dataclass(frozen=True)
 class NewEvent:
-    """What is to be appended; the store adds number, time, operator, code and hashes."""
+    """An event to be appended; the store adds number, time, operator, code and hashes."""
 
     what: str
     subject: str = ""
@@ -70,7 +71,7 @@ class NewEvent:
     spec: str = ""
 
     def text(self) -> str:
-        """Canonical JSON of the payload. Raises StoreError when it is not JSON, NaN and infinity included."""
+        """Return the canonical JSON of the payload. Raises StoreError if it is not JSON, NaN and infinity included."""
         try:
             return json.dumps(dict(self.payload), sort_keys=True, separators=(",", ":"), allow_nan=False)
         except (TypeError, ValueError) as e:
@@ -78,7 +79,8 @@ class NewEvent:
 
 
 def sealed(seq: int, time: str, who: str, entry: NewEvent, code: str, prev: str) -> Event:
-    """The event of an entry, with its hash. Raises StoreError for a field that no database stores unchanged."""
+    """Return the event of an entry, with its hash. Raises StoreError if a database would not store a field
+    unchanged."""
     if not who or not entry.what:
         raise StoreError(f"an event needs its operator and its kind (got who={who!r}, what={entry.what!r})")
     words = (time, who, entry.what, entry.subject, entry.spec, code, entry.text(), prev)

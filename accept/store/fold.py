@@ -1,4 +1,4 @@
-"""The state of the bench is a fold over its events; nothing else is remembered."""
+"""The state of the bench, which is a fold over its events and nothing else."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -52,7 +52,7 @@ class UnitState:
         return str(self.result.verdict)
 
     def unchanged(self, inputs: Mapping[str, str], spec_sha256: str, code_sha256: str) -> bool:
-        """Whether judging again could only repeat the result: same inputs, same spec, same code."""
+        """Return whether judging again could only repeat the result: same inputs, same spec, same code."""
         return (dict(self.inputs), self.spec_sha256, self.code_sha256) == (dict(inputs), spec_sha256, code_sha256)
 
 
@@ -85,7 +85,7 @@ def fold(events: Iterable[Event], state: BenchState | None = None) -> BenchState
 
 
 def _judged(before: UnitState | None, event: Event, judged: UnitJudged) -> UnitState:
-    """Return the unit's new state: without a certificate, since the old one certifies an old result."""
+    """Return the unit's new state, without a certificate: the previous one certifies the previous result."""
     return UnitState(
         event.subject,
         judged.path,
@@ -120,8 +120,8 @@ def _certified(unit: UnitState, event: Event, certified: CertificateWritten | Ce
 
 
 def _attempt_of(unit: UnitState, certified: CertificateWritten | CertificateSigned) -> int:
-    """Return the number of the attempt that a certificate states: that of the file which was countersigned; of an
-    event from before events named that file, that of the last certificate at the same place."""
+    """Return the number of the attempt that a certificate states: that of the file which was countersigned or, for
+    events from before they named that file, that of the last certificate at the same place."""
     if isinstance(certified, CertificateWritten) or certified.role == TECHNICIAN:
         return unit.attempts
     if certified.before is not None and certified.before in unit.certificates:

@@ -53,7 +53,7 @@ def page() -> str:
 
 
 def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
-    """Return what a model is and the table of its keys; models that its keys hold go into `parts`."""
+    """Yield the description of a model and the table of its keys; models that its keys hold are added to `parts`."""
     yield " ".join((kind.__doc__ or "").partition("\n\n")[0].split()) + "\n"
     yield "| key | type | meaning |\n|---|---|---|"
     hints = get_type_hints(kind, include_extras=True)

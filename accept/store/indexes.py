@@ -1,7 +1,7 @@
-"""Which judgements hold a recording or name a part: indexes beside the events, so that neither is looked for in all.
+"""Indexes beside the events: which judgements hold a recording or name a part, so that neither search reads all events.
 
-They are made of the events and can be made of them again; `Store.check` holds them against the events. A key is a hash
-of 63 bits of what is looked for: what an index finds is to be read.
+They are made from the events and can be made again; `Store.check` compares them with the events. A key is a 63-bit hash
+of the search term, so every event that an index finds must be read.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from accept.store.event import Event
 from accept.store.spelling import spelling_key
 
 JUDGED = "unit_judged"
-TABLE = "table"  # the channel under which a table's numbers stand
+TABLE = "table"  # channel name of a table's numbers
 AT_ONCE = 400  # keys of one question, events of one page
 
 _Row = tuple[int, int, int]  # number of the event, which of the INDEXES, key
@@ -28,8 +28,10 @@ _Row = tuple[int, int, int]  # number of the event, which of the INDEXES, key
 
 @dataclass(frozen=True)
 class EventIndex:
-    """of: what it holds, in words. keys: of a judgement's result; it may raise whatever a result of another program
-    makes it raise. mark: stands in the canonical JSON of every judgement with keys."""
+    """An index of the judgements by a kind of key.
+
+    of: what it holds, in words. keys: of a judgement's result; it may raise any error on a result of another program.
+    mark: occurs in the canonical JSON of every judgement with keys."""
 
     table: Table
     of: str
@@ -37,7 +39,7 @@ class EventIndex:
     mark: str
 
     def judgements_with(self, connection: Connection, keys: Iterable[int]) -> list[int]:
-        """Numbers of the events that share a key, in order."""
+        """Return the numbers of the events that have one of these keys, in order."""
         wanted, found = sorted(keys), set[int]()
         for start in range(0, len(wanted), AT_ONCE):
             chosen = self.table.c.key.in_(wanted[start : start + AT_ONCE])
@@ -45,7 +47,7 @@ class EventIndex:
         return sorted(found)
 
     def keys_of(self, connection: Connection, seq: int, among: Iterable[int]) -> set[int]:
-        """Which of these keys the event of this number has here."""
+        """Return which of these keys the index has for the event of this number."""
         wanted, found = sorted(among), set[int]()
         for start in range(0, len(wanted), AT_ONCE):
             k = self.table.c
@@ -54,7 +56,7 @@ class EventIndex:
         return found
 
     def held(self, connection: Connection) -> Iterator[tuple[int, int]]:
-        """(number of the event, key) of every row, in order; 0 for a number that is none."""
+        """Yield (number of the event, key) of every row, in order; 0 for a number that is not an integer."""
         ordered = select(self.table.c.seq, self.table.c.key).order_by(self.table.c.seq, self.table.c.key)
         with connection.execute(ordered.execution_options(yield_per=10_000)) as rows:
             for seq, key in rows:
@@ -62,8 +64,8 @@ class EventIndex:
 
 
 def sample_keys(samples: Mapping[str, Mapping[str, str]]) -> set[int]:
-    """Keys of a result's samples. Raises ValueError for what is no sketch."""
-    from checks.signals.sketch import Sketch, key_of  # loads numpy: only where there are samples
+    """Return the keys of a result's samples. Raises ValueError if a text is not a sketch."""
+    from checks.signals.sketch import Sketch, key_of  # loads numpy: only if a result has samples
 
     found: set[int] = set()
     for channels in samples.values():
@@ -73,7 +75,7 @@ def sample_keys(samples: Mapping[str, Mapping[str, str]]) -> set[int]:
 
 
 def part_keys(parts: Iterable[str]) -> set[int]:
-    """Keys of serials of parts: one for all that differ in capitals only."""
+    """Return the keys of serials of parts: one for all that differ only in capitals."""
     spelled = (spelling_key(part).encode("utf-8", "surrogatepass") for part in parts)
     return {int.from_bytes(hashlib.sha256(one).digest()[:8], "big") >> 1 for one in spelled}
 
@@ -88,7 +90,7 @@ INDEXES = (SAMPLES, PARTS)
 
 
 def add(connection: Connection, events: Iterable[Event]) -> None:
-    """Put these events into the indexes."""
+    """Add these events to the indexes."""
     rows = list(_rows(events))
     for which, index in enumerate(INDEXES):
         if mine := [{"key": key, "seq": seq} for seq, number, key in rows if number == which]:
@@ -96,7 +98,7 @@ def add(connection: Connection, events: Iterable[Event]) -> None:
 
 
 def build(connection: Connection) -> None:
-    """Make the indexes of all events, whatever they held before. Of an event that was altered nothing is taken."""
+    """Build the indexes of all events anew. An event that was altered is left out."""
     for index in INDEXES:
         connection.execute(delete(index.table))
     e, after = tables.events.c, 0
@@ -107,7 +109,8 @@ def build(connection: Connection) -> None:
 
 
 def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | None:
-    """The first event of the whole store that an index does not hold as it is. events: all of them, as they are."""
+    """Return the first event of the whole store for which an index is wrong, None if all are right. events: all of
+    them, as stored."""
     held = heapq.merge(*(_numbered(which, index.held(connection)) for which, index in enumerate(INDEXES)))
     for due, there in zip_longest(_rows(events), held):
         if due != there:
@@ -121,7 +124,7 @@ def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | Non
 
 
 def lacking(connection: Connection, event: Event) -> bool:
-    """Whether an index lacks a row of this event: then something would not be found by it."""
+    """Return whether an index lacks a row of this event, which a search would then miss."""
     due: dict[int, set[int]] = {}
     for _, which, key in _rows([event]):
         due.setdefault(which, set()).add(key)
@@ -133,7 +136,7 @@ def _numbered(which: int, rows: Iterable[tuple[int, int]]) -> Iterator[_Row]:
 
 
 def _rows(events: Iterable[Event]) -> Iterator[_Row]:
-    """What the indexes hold of these events, in order."""
+    """Yield the rows that the indexes should have for these events, in order."""
     for event in events:
         marked = [pair for pair in enumerate(INDEXES) if event.what == JUDGED and pair[1].mark in event.payload]
         result = _result(event) if marked else {}

@@ -1,4 +1,4 @@
-"""Which units an instrument touched since a day: if it turns out to have been wrong, these are measured again."""
+"""Recall of an instrument that was found wrong: the units to be measured again, since a day."""
 
 import datetime
 from collections.abc import Iterable, Iterator
@@ -28,7 +28,7 @@ class Touch:
 
 
 def touched(events: Iterable[Event], serial: str, since: datetime.date) -> list[Touch]:
-    """Every touch of the instrument with this serial number on or after a day (UTC), in order."""
+    """Return every touch of the instrument with this serial number on or after a day (UTC), in order."""
     first = since.isoformat()
     return [
         Touch(event.subject, event.time, how, event.seq)

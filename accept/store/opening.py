@@ -1,4 +1,4 @@
-"""Opening a store: where it is, whether its tables are known here, and where its anchor and its seal stand."""
+"""Opening a store: its place, whether this program knows its tables, and the place of its anchor and its seal."""
 
 import hashlib
 import os
@@ -20,12 +20,12 @@ BENCH_KEY = "bench.key"  # in the bench's folder
 
 
 def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool = True, make: bool = True) -> Store:
-    """Open the store, made when absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
+    """Open the store, made if absent: `url`, else `ACCEPT_STORE_URL`, else `store.sqlite` in the bench's folder.
 
-    url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s].
-    check : the chain must hold (`Store.verify`); without it only to look at what is broken. make : what is absent is
-    made, indexes too; without it nothing is written, and only the events are there to be read.
-    Raises StoreError when it cannot be opened or made, was written by a newer version, or does not hold.
+    url : an SQLAlchemy URL. timeout_s : how long to wait for another program's lock [s]. check : the chain must be
+    unbroken (`Store.verify`); False only to inspect a damaged store. make : make what is absent, indexes too; if False
+    nothing is written, and only the events can be read. Raises StoreError if the store cannot be opened or made, was
+    written by a newer version, or fails its integrity check.
     """
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     with reported(chosen.split("@")[-1] if chosen else "the event store"):  # after the @: no password in a message
@@ -54,16 +54,17 @@ def open_store(url: str | None = None, *, timeout_s: float = 20.0, check: bool =
 
 @cache
 def _warn_of_open_home(folder: Path) -> None:
-    """Say, once, that other users of this machine can replace what lies in the bench's folder."""
+    """Warn, once, that other users of this machine can replace the files in the bench's folder."""
     mode = folder.stat().st_mode
     if os.name == "posix" and mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
-        from accept.base.console import say  # loads rich: only when there is something to say
+        from accept.base.console import say  # loads rich: only for a warning
 
         say(f"warning: {folder}: every user of this machine can replace keys and store there; chmod o-w {folder}")
 
 
 def _sealer(url: URL, file: Path | None) -> Sealer | None:
-    """Beside the file of SQLite, in the bench's folder for a server, none for a database in memory."""
+    """Return the sealer: beside the file of SQLite, or in the bench's folder for a server; None for a database in
+    memory."""
     if file is not None:
         return Sealer(file.with_suffix(".seal"), home() / BENCH_KEY)
     if url.get_backend_name() == "sqlite":
@@ -84,8 +85,8 @@ def _where(url: URL) -> str:
 
 
 def _prepare(engine: Engine, where: str, make: bool) -> bool:
-    """Make what is absent, the indexes of a store of an earlier accept too: all of it in one transaction, or nothing.
-    Whether anything was."""
+    """Make what is absent, also the indexes of a store of an earlier accept, in one transaction; return whether
+    anything was made."""
     with snapshot(engine) as connection:
         if _is_whole(connection, where) or not make:
             return False
@@ -101,7 +102,7 @@ def _prepare(engine: Engine, where: str, make: bool) -> bool:
 
 
 def _is_whole(connection: Connection, where: str) -> bool:
-    """Whether nothing is to be made. Raises StoreError for a store of a newer accept."""
+    """Return whether nothing needs to be made. Raises StoreError if a newer accept wrote the store."""
     have = tables.present(connection)
     schema = connection.scalar(select(tables.head.c.store_schema)) if "head" in have else None
     if schema not in (None, tables.SCHEMA, tables.EARLIER):

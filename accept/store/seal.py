@@ -1,9 +1,9 @@
-"""What was checked once is sealed: number and hash of the last checked event, signed with the bench's own key.
+"""The seal of what was checked: number and hash of the last checked event, signed with the bench's own key.
 
-The seal lets a long store be used without walking it whole every time, and only then: it also holds what the database
-looked like when it was checked. For SQLite that is the file itself (its inode, size and times of change, of the log of
-writes too), which a program without the rights of an administrator cannot change unseen; for PostgreSQL it is the
-transactions that wrote the sealed rows. Where they differ, the whole chain is walked again.
+The seal lets a long store be used without walking it whole every time. It also holds the state of the database at the
+check. For SQLite that is the file itself (its inode, size and times of change, of the log of writes too), which a
+program without the rights of an administrator cannot change unseen; for PostgreSQL it is the transactions that wrote
+the sealed rows. If they differ, the whole chain is walked again.
 """
 
 import json
@@ -28,7 +28,7 @@ OLDEST_S = 24 * 3600.0  # a seal is believed for a day: then the chain is walked
 
 @dataclass(frozen=True)
 class Seal:
-    """head: the last event that was checked. looks: what the database looked like then. made: time of sealing [s]."""
+    """head: the last event that was checked. looks: state of the database at that time. made: time of sealing [s]."""
 
     head: StoreHead
     looks: str
@@ -52,14 +52,15 @@ class SignedHead:
 
 @dataclass(frozen=True)
 class Sealer:
-    """Reads and writes one seal. file: where it lies; key_file: the bench's own key, made when there is none. It is no
-    person's and has no passphrase, so that a bench can work unattended: whoever may read it can seal."""
+    """Reads and writes one seal. file: its path; key_file: the bench's own key, made if absent. It belongs to no person
+    and has no passphrase, so that a bench can work unattended: any user who can read it can seal."""
 
     file: Path
     key_file: Path
 
     def read(self, old_too: bool = False) -> Seal | None:
-        """The seal; None where there is none that this bench signed, or it is too old to be believed unasked."""
+        """Return the seal; None if it is absent, not signed by this bench, or, unless `old_too`, too old to be relied
+        on."""
         try:
             stored = json.loads(read_bounded(self.file))
             own_key(self.key_file).public_key().verify(bytes.fromhex(stored["signature"]), stored["sealed"].encode())
@@ -70,7 +71,7 @@ class Sealer:
         return seal if old_too or 0.0 <= time.time() - seal.made <= OLDEST_S else None
 
     def write(self, head: StoreHead, looks: str, made: float | None = None) -> None:
-        """Seal. A bench whose folder cannot be written does without: the chain is then walked every time."""
+        """Write the seal. A bench whose folder cannot be written goes without: the chain is then walked every time."""
         seal = Seal(head, looks, time.time() if made is None else made).text()
         try:
             signature = own_key(self.key_file).sign(seal.encode()).hex()
@@ -80,18 +81,18 @@ class Sealer:
 
     @property
     def bench(self) -> str:
-        """Public key of the bench. Raises OSError."""
+        """Return the public key of the bench. Raises OSError."""
         return own_key(self.key_file).public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
 
     def signed_head(self, head: StoreHead) -> SignedHead:
-        """Raises OSError."""
+        """Return a head with the bench's signature. Raises OSError."""
         key = own_key(self.key_file)
         public = key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw).hex()
         return SignedHead(head, public, key.sign(_said(head)).hex())
 
 
 def own_key(key_file: Path) -> Ed25519PrivateKey:
-    """Return the bench's own key, made if there is none. Raises OSError."""
+    """Return the bench's own key, made if absent. Raises OSError."""
     try:
         return _stored_key(key_file)
     except FileNotFoundError:
@@ -112,7 +113,7 @@ def _stored_key(key_file: Path) -> Ed25519PrivateKey:
 
 
 def bench_of(key_file: Path) -> str | None:
-    """Public key of the bench whose own key lies in a file, as heads state it; None where there is none."""
+    """Return the public key of the bench whose own key is in a file, as heads state it; None if it cannot be read."""
     try:
         key = _stored_key(key_file)
     except (OSError, ValueError):
@@ -121,7 +122,8 @@ def bench_of(key_file: Path) -> str | None:
 
 
 def head_problem(given: Mapping[str, Any]) -> str | None:
-    """Why an exported head is not as a bench signed it, None where it is. Raises KeyError, TypeError, ValueError."""
+    """Return why the signature of an exported head does not hold, None if it does. Raises KeyError, TypeError,
+    ValueError."""
     head = StoreHead(int(given["seq"]), str(given["hash"]))
     try:
         Ed25519PublicKey.from_public_bytes(bytes.fromhex(given["bench"])).verify(
@@ -133,13 +135,13 @@ def head_problem(given: Mapping[str, Any]) -> str | None:
 
 
 def rows_look(connection: Connection, upto: int) -> str:
-    """Which transactions wrote the rows up to an event, on PostgreSQL. The server hashes."""
+    """Return a hash of the transactions that wrote the rows up to an event, on PostgreSQL. The server computes it."""
     hashed = "encode(sha256(string_agg(xmin::text, ' ' ORDER BY seq)::bytea), 'hex')"
     return str(connection.scalar(text(f"SELECT {hashed} FROM events WHERE seq <= :upto"), {"upto": upto}))
 
 
 def file_looks(database: Path) -> str:
-    """What the file of an SQLite database and its log of writes look like from outside."""
+    """Return the state of the file of an SQLite database and of its log of writes: inodes, sizes, times of change."""
     parts = []
     for path in (database, database.with_name(f"{database.name}-wal")):
         try:

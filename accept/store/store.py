@@ -34,12 +34,13 @@ class Store:
     def __init__(
         self, engine: Engine, where: str, anchor: Anchor | None, sealer: Sealer | None = None, file: Path | None = None
     ) -> None:
-        """sealer: where its seal is kept, None for one in memory. file: of the database, None for a server."""
+        """Take an open engine; `open_store` makes one. sealer: of its seal, None for a store in memory. file: of the
+        database, None for a server."""
         self.where = where
         self._engine, self._anchor, self._sealer, self._file = engine, anchor, sealer, file
-        self._checked: StoreHead | None = None  # up to where the chain was walked or written by this program
+        self._checked: StoreHead | None = None  # end of the chain as this program walked or wrote it
         self._made = 0.0  # when the chain was last walked whole [s]
-        self._looks = ""  # what the database looked like then
+        self._looks = ""  # state of the database then
         self._last_time = ""  # of the event that the last append followed
 
     def __enter__(self) -> "Store":
@@ -51,7 +52,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database; what this program checked and wrote is sealed where nobody else wrote meanwhile."""
+        """Close the database. What this program checked and wrote is sealed, if no other program wrote meanwhile."""
         head, file = self._checked, self._file
         undisturbed = head not in (None, START) and file is not None and self._looks == file_looks(file)
         self._engine.dispose()  # the log of writes goes into the file now
@@ -59,9 +60,9 @@ class Store:
             self._sealer.write(head, file_looks(file), self._made)
 
     def verify(self, whole: bool = False) -> None:
-        """Check the chain before it is used: whole, or from the last seal where the database is as it was sealed.
+        """Check the chain before it is used: whole, or from the last seal if the database is as it was sealed.
 
-        Raises StoreError where it does not hold: nothing in it is believed then, and nothing appended.
+        Raises StoreError if it is broken: the store is then not used, and nothing is appended.
         """
         if not whole and self._unchanged_since_seal():
             return
@@ -97,7 +98,7 @@ class Store:
             self._sealer.write(head, rows_look(connection, head.seq), self._made)
 
     def _tail_problem(self, connection: Connection, sealed: StoreHead, head: StoreHead) -> ChainBreak | None:
-        """As `first_problem`, of the events after the sealed ones."""
+        """Return the first break of the chain after the sealed events, None if it is unbroken."""
         try:
             anchors = self._anchors(None)
         except ValueError as e:
@@ -120,8 +121,8 @@ class Store:
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
 
     def signed_head(self) -> SignedHead | None:
-        """The last event with the bench's signature, for certificates and `accept store head`, event 0 for an empty
-        store; None for one in memory. Raises StoreError."""
+        """Return the last event with the bench's signature, for certificates and `accept store head`, event 0 for an
+        empty store; None for a store in memory. Raises StoreError."""
         if self._sealer is None:
             return None
         head = self.head()
@@ -130,7 +131,7 @@ class Store:
 
     @property
     def bench(self) -> str:
-        """Public key of the bench that uses this store, "" for a store in memory. Raises StoreError."""
+        """Return the public key of the bench that uses this store, "" for a store in memory. Raises StoreError."""
         if self._sealer is None:
             return ""
         with reported(self.where):
@@ -139,8 +140,8 @@ class Store:
     def append(self, what: str, subject: str, payload: Mapping[str, Any], *, who: str, spec: str = "") -> Event:
         """Append one event. When this returns, the event is on the disk: it survives a kill and a power cut.
 
-        Raises StoreError when it cannot be stored (nothing is then half-stored), or when the end of the chain is
-        damaged: nothing is built on a broken chain.
+        Raises StoreError if it cannot be stored (nothing is then half-stored), or if the end of the chain is damaged:
+        nothing is built on a broken chain.
         """
         return self.append_many([NewEvent(what, subject, payload, spec)], who=who)[0]
 
@@ -149,12 +150,12 @@ class Store:
         return self.append_many([payload.about(subject, spec)], who=who)[0]
 
     def append_many(self, entries: Sequence[NewEvent], *, who: str) -> list[Event]:
-        """Append all entries in one transaction, or none of them. As `append`. Where the connection to a server is
+        """Append all entries in one transaction, or none of them, as `append` does. If the connection to a server is
         lost, it is made again, and nothing is appended twice."""
         if not entries:
             return []
         tried: list[Event] = []
-        ours = False  # nobody else wrote: what is sealed is what this program checked and wrote
+        ours = False  # no other program wrote: only what this one checked and wrote is sealed
 
         def once() -> list[Event]:
             nonlocal ours
@@ -175,11 +176,11 @@ class Store:
         return new
 
     def _warn_of_clock(self, event: Event) -> None:
-        """Say that the clock was set back. The event is stored all the same: one that was stored while the clock was a
-        year ahead must not stop the bench for a year."""
+        """Warn that the clock was set back. The event is stored all the same: an event that was stored while the clock
+        was a year ahead must not stop the bench for a year."""
         back = _seconds_back(self._last_time, event.time)
         if back > CLOCK_BACK_S:
-            from accept.base.console import say  # loads rich: only when there is something to say
+            from accept.base.console import say  # loads rich: only for a warning
 
             say(
                 f"warning: {event.name} lies {back / 60:.0f} min before the event before it; check this machine's clock"
@@ -196,12 +197,12 @@ class Store:
         return new
 
     def _holds(self, connection: Connection, event: Event) -> bool:
-        """Whether an event was committed although its acknowledgement never came."""
+        """Return whether an event was committed although its acknowledgement never came."""
         there = select(tables.events.c.hash).where(tables.events.c.seq == event.seq)
         return bool(connection.scalar(there) == event.hash)
 
     def events(self, subject: str | None = None, what: str | None = None, after: int = 0) -> Iterator[Event]:
-        """Events numbered above `after`, in order, of one subject or kind where given.
+        """Yield the events numbered above `after`, in order, of one subject or kind if given.
 
         Raises StoreError at an event whose content does not give its hash.
         """
@@ -211,13 +212,13 @@ class Store:
             after = page[-1].seq
 
     def latest(self, subject: str, what: str) -> Event | None:
-        """The last event of this kind about this subject, None when there is none. Raises as `events`."""
+        """Return the last event of this kind about this subject, None if there is no such event. Raises as `events`."""
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
     def last_of_each(self, what: str) -> Iterator[Event]:
-        """The last event of this kind about each subject, by subject, as the store stands now: what is appended while
-        they are read is not among them. Raises as `events`."""
+        """Yield the last event of this kind about each subject, by subject, as the store stands now: events that are
+        appended meanwhile are left out. Raises as `events`."""
         e, now = tables.events.c, self.head().seq
         last = select(func.max(e.seq)).where(e.what == what, e.seq <= now).group_by(e.subject).order_by(e.subject)
         wanted, next_page = select(tables.events).order_by(e.subject), last.limit(_PAGE)
@@ -226,9 +227,9 @@ class Store:
             next_page = last.where(e.subject > page[-1].subject).limit(_PAGE)
 
     def judgements_with(self, samples: Mapping[str, Mapping[str, str]], but: str = "") -> list[Event]:
-        """Judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
+        """Return the judgements that may hold one of these samples, by the index, in order; none of the unit `but`.
 
-        Raises as `events`, ValueError for what is no sketch."""
+        Raises as `events`, ValueError if a sample is not a sketch."""
         keys = indexes.sample_keys(samples)
         if not keys:
             return []
@@ -238,16 +239,16 @@ class Store:
         return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
 
     def naming(self, part: str) -> list[str]:
-        """Subjects, in order, with a judgement that may name this serial among its parts, in whatever capitals, by the
-        index. Every such judgement counts, not the last alone: who needs the last one reads it. Raises StoreError."""
+        """Return the subjects, in order, with a judgement that may name this serial among its parts, in any capitals,
+        by the index. Every such judgement counts, not only the last. Raises StoreError."""
         e, p = tables.events.c, tables.parts.c
         asked = select(e.subject).join_from(tables.parts, tables.events, p.seq == e.seq)
         asked = asked.where(p.key.in_(indexes.part_keys([part])))
         return self._ask(lambda connection: sorted(connection.scalars(asked.distinct())))
 
     def other_spelling(self, serial: str) -> str | None:
-        """The serial in the store that a new one would be mistaken for, as `accept.store.spelling` says; None for one
-        that the store knows as it is. Raises StoreError."""
+        """Return the serial in the store that differs from this one only in capitals (`accept.store.spelling`); None if
+        the store knows this one. Raises StoreError."""
         subject, what = tables.events.c.subject, tables.events.c.what
         asked = select(subject).where(func.lower(subject) == func.lower(serial), what.in_(NAMING)).distinct()
         alike = self._ask(lambda connection: set(connection.scalars(asked)))
@@ -255,7 +256,7 @@ class Store:
 
     @property
     def engine(self) -> Engine:
-        """For whoever copies a whole store."""
+        """The engine, for copying a whole store."""
         return self._engine
 
     def keep_head(self, head: StoreHead) -> None:
@@ -264,12 +265,13 @@ class Store:
             self._anchor.write(head)
 
     def head(self) -> StoreHead:
-        """Number and hash of the last event; keep it elsewhere and `check` proves that nothing before it changed."""
+        """Return number and hash of the last event. A copy kept elsewhere lets `check` prove that nothing before it
+        changed."""
         found = self._read(select(tables.events).order_by(tables.events.c.seq.desc()).limit(1))
         return _head_of(found[0]) if found else START
 
     def check(self, exported: StoreHead | None = None) -> ChainBreak | None:
-        """First altered, missing, inserted or moved event of the whole store, None when the chain is unbroken.
+        """Return the first altered, missing, inserted or moved event of the whole store, None if the chain is unbroken.
 
         exported : a head that was kept elsewhere. `accept.store.chain` says what can be found and what cannot.
         """
@@ -283,7 +285,8 @@ class Store:
     def _first_problem(
         self, connection: Connection, anchors: Mapping[str, StoreHead], before: str
     ) -> ChainBreak | None:
-        """Walk the whole chain; hold what was found unbroken. before: what the database looked like."""
+        """Walk the whole chain and return its first break; remember it if unbroken. before: state of the database's
+        file."""
         if foreign := tables.foreign_columns(connection):
             return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
         row = _head_row(connection)
@@ -326,7 +329,7 @@ class Store:
         return kept
 
     def _end(self, connection: Connection) -> StoreHead:
-        """The event to follow. Raises StoreError when the end of the chain is not as it was left."""
+        """Return the event to follow. Raises StoreError if the end of the chain is not as it was left."""
         last = select(tables.events).order_by(tables.events.c.seq.desc()).limit(1)
         end = [_event(row) for row in connection.execute(last)]
         head = _head_of(end[0]) if end else START
@@ -354,8 +357,8 @@ class Store:
         return connection.scalar(there) == kept.hash
 
     def _ask(self, question: Callable[[Connection], T]) -> T:
-        """Ask the database in a snapshot of its own: every read goes this way, and is asked again if the connection to
-        a server was lost. Raises StoreError."""
+        """Query the database in a snapshot of its own, again if the connection to a server is lost: the only way to
+        read. Raises StoreError."""
 
         def once() -> T:
             with snapshot(self._engine) as connection:
@@ -389,7 +392,7 @@ def _chained(entries: Sequence[NewEvent], who: str, last: StoreHead) -> list[Eve
 
 
 def _seconds_back(earlier: str, later: str) -> float:
-    """Return by how much a time lies before the one of the event before it [s], 0 for a text that is no time."""
+    """Return by how much a time lies before that of the preceding event [s], 0 if a text is not a time."""
     try:
         return (datetime.fromisoformat(earlier) - datetime.fromisoformat(later)).total_seconds()
     except (TypeError, ValueError):

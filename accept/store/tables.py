@@ -1,4 +1,4 @@
-"""Tables of the store, and the triggers that make a slip of the hand fail: events are never updated or deleted."""
+"""Tables of the store, and the triggers against accidents: events are never updated or deleted."""
 
 from sqlalchemy import (
     DDL,
@@ -20,7 +20,7 @@ from accept.store.chain import START
 from accept.store.engine import has_index
 
 SCHEMA = 2  # of the tables; a store of the one before is brought up to it when it is opened
-EARLIER = 1  # without the index of parts: whoever writes such a store does not fill it
+EARLIER = 1  # without the index of parts, which a program that writes such a store does not fill
 
 metadata = MetaData()
 
@@ -39,7 +39,7 @@ events = Table(
     Column("hash", Text, nullable=False),
 )
 Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
-# By what two serials share that differ in capitals only. Stores from before it get it when they are opened.
+# By the key that two serials share that differ only in capitals. Earlier stores get it when they are opened.
 BY_SPELLING = "events_by_spelling"
 _BY_SPELLING = Index(BY_SPELLING, func.lower(events.c.subject), events.c.what, events.c.subject)
 
@@ -54,7 +54,7 @@ head = Table(
 
 
 def _index(name: str) -> Table:
-    """Made of the events: which of them have a key (accept.store.indexes)."""
+    """Return the table of an index: which of the events have a key (accept.store.indexes)."""
     return Table(
         name,
         metadata,
@@ -90,7 +90,7 @@ for _statement in (
 
 
 def make_tables(connection: Connection) -> None:
-    """Make what is absent. The head's row is written only with a new store: a lost one must be found, not mended."""
+    """Make what is absent. The head's row is written only with a new store: a lost one must be found, not replaced."""
     new = not present(connection) & {events.name, head.name}
     metadata.create_all(connection)
     if BY_SPELLING not in present(connection):
@@ -100,13 +100,13 @@ def make_tables(connection: Connection) -> None:
 
 
 def present(connection: Connection) -> set[str]:
-    """Which of the `NAMES` are there."""
+    """Return which of the `NAMES` exist."""
     found = {name for name in metadata.tables if inspect(connection).has_table(name)}
     return found | ({BY_SPELLING} if has_index(connection, BY_SPELLING) else set())
 
 
 def foreign_columns(connection: Connection) -> list[str]:
-    """Columns that differ from those of this schema, as `table.column`."""
+    """Return the columns that differ from those of this schema, as `table.column`."""
     found = inspect(connection)
     have = {f"{t.name}.{c['name']}" for t in metadata.sorted_tables for c in found.get_columns(t.name)}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

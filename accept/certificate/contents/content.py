@@ -42,7 +42,7 @@ class ContentError(AcceptError, ValueError):
 
 
 def renderer() -> dict[str, str]:
-    """The programs that decide the bytes of a drawn page."""
+    """Return name -> version of the programs that decide the bytes of a drawn page."""
     return {name: metadata.version(name) for name in ("pillow", "pypdf", "reportlab")} | {
         "zlib": zlib.ZLIB_RUNTIME_VERSION
     }
@@ -80,7 +80,7 @@ class CertificateContent:
 
     @cached_property
     def pictures(self) -> dict[str, Panel]:
-        """The panels, cut down to what print can show."""
+        """Return the panels, reduced to what print can show."""
         return {name: reduced(panel) for name, panel in self.panels.items()}
 
     @property
@@ -93,11 +93,11 @@ class CertificateContent:
 
     @property
     def record_sha256(self) -> str:
-        """Hash of the attached results.json, which is the result in canonical form."""
+        """Return the hash of the attached results.json, which is the result in canonical form."""
         return _sha256(canonical(self.result))
 
     def manifest(self) -> dict[str, Any]:
-        """What is not in the other attachments, and the hash of every input."""
+        """Return what is not in the other attachments, and the hash of every input."""
         return Manifest(
             format=self.format,
             serial=self.serial,
@@ -117,7 +117,7 @@ class CertificateContent:
         ).to_json()
 
     def attachments(self) -> dict[str, bytes]:
-        """Name -> content of every file inside the PDF, sorted."""
+        """Return name -> content of every file inside the PDF, sorted."""
         own = {
             RESULTS: canonical(self.result),
             MANIFEST: canonical(self.manifest()),
@@ -127,7 +127,7 @@ class CertificateContent:
         return dict(sorted((own | self.model_attachments() | dict(self.files)).items()))
 
     def model_attachments(self) -> dict[str, bytes]:
-        """Those of the models, each in a folder of its own: their number in order of name."""
+        """Return the model files to attach, each model in a folder of its own: its number in order of name."""
         return {
             f"{MODEL_FOLDER}/{nth}/{file}": content
             for nth, (_, model) in enumerate(sorted(self.models.items()))
@@ -144,10 +144,10 @@ def content_of(
     held: Mapping[str, bytes] = _NOTHING,
     provenance: Mapping[str, Any] | None = None,
 ) -> CertificateContent:
-    """What the certificate of a judged unit in its folder states; reads only the inputs that fit into `size_limit`
-    bytes, small ones first.
+    """Return what the certificate of a judged unit in its folder states; reads only the inputs that fit into
+    `size_limit` bytes, small ones first.
 
-    held : files that were read already, by name. Raises ContentError when an input is gone or is not the one judged.
+    held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged.
     """
     files, sizes = _read(folder, result.inputs, size_limit, held)
     models = evidence_of(result.models)
@@ -170,7 +170,8 @@ def content_of(
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
-    """The certificate's content that wrote these attachments. Raises ContentError when they are not a certificate's."""
+    """Return the certificate's content that wrote these attachments. Raises ContentError if they are not a
+    certificate's."""
     missing = [name for name in RESERVED if name not in attachments]
     if missing:
         raise ContentError(f"no {' and no '.join(missing)} is attached")
@@ -226,7 +227,7 @@ def _keys_of(derived: Any, stated: Any) -> Any:
 
 
 def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
-    """The path of the first field that differs, in type too; None if both are the same."""
+    """Return the path of the first field that differs, in type too; None if both are the same."""
     if isinstance(stated, Mapping) and isinstance(derived, Mapping):
         for key in sorted({*stated, *derived}):
             here = f"{path}.{key}" if path else str(key)
@@ -239,7 +240,8 @@ def _first_difference(stated: Any, derived: Any, path: str) -> str | None:
 
 
 def canonical(data: Mapping[str, Any]) -> bytes:
-    """JSON with sorted keys, one per line, UTF-8: what results.json inside a certificate holds and what is hashed."""
+    """Return JSON with sorted keys, one per line, UTF-8: what results.json inside a certificate holds and what is
+    hashed."""
     return _json(data, 1)
 
 
@@ -261,7 +263,7 @@ def _models(named: Mapping[str, tuple[str, ...]], attachments: Mapping[str, byte
 def _read(
     folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
 ) -> tuple[dict[str, bytes], dict[str, int]]:
-    """(attached files, size of every input)."""
+    """Return (attached files, size of every input)."""
     files: dict[str, bytes] = {}
     left = size_limit
     try:

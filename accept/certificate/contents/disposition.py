@@ -39,7 +39,7 @@ class Disposition:
 
 
 def decided(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
-    """The disposition of a unit with this verdict; None for an accepted one, which needs none. Raises
+    """Return the disposition of a unit with this verdict, None for an accepted unit, which needs no disposition. Raises
     DispositionError."""
     choice, reason = choice.strip().lower(), " ".join(reason.split())
     choices = ", ".join(CHOICES)
@@ -56,10 +56,10 @@ def decided(serial: str, verdict: str, choice: str, reason: str) -> Disposition 
 
 
 def in_signature(reviewed: str, disposition: Disposition | None) -> str:
-    """The reason that the signature states."""
+    """Return the reason that the signature states."""
     return reviewed if disposition is None else f"{reviewed}{_HEAD}{disposition}"
 
 
 def of_signature(reason: str) -> str:
-    """The disposition in words that a signature's reason states, "" where it states none."""
+    """Return the disposition in the words of a signature's reason, "" if the reason states none."""
     return reason.partition(_HEAD)[2]

@@ -16,14 +16,14 @@ class InvalidCertificate(AcceptError, ValueError):
 
 
 def one_line(text: str, longest: int = 300) -> str:
-    """Text without line breaks or control characters, cut to a length that a line holds."""
+    """Return the text without line breaks or control characters, cut to one line."""
     plain = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return plain if len(plain) <= longest else plain[: longest - 1] + "…"
 
 
 def guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
-    """The one place where an error on someone else's bytes becomes a reason: parsers of hostile files fail in any way,
-    and whatever they raise, the certificate is not valid."""
+    """Return what the step returns, and raise InvalidCertificate for whatever it raises: a parser of hostile bytes can
+    fail in any way, and whichever it is, the certificate is not valid."""
     try:
         return step(*arguments, **options)
     except InvalidCertificate:

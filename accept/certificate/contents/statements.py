@@ -14,7 +14,7 @@ NOT_STATED = "not stated"
 
 
 def statements(contents: CertificateContent) -> dict[str, str]:
-    """Name -> sentence, in the order in which page and `accept verify` show them."""
+    """Return name -> sentence, in the order in which page and `accept verify` show them."""
     return {
         "Spec": f"{contents.spec_name}, sha256 {contents.spec_sha256}{_approved(contents.provenance.get('approval'))}",
         "Models": _models(contents),

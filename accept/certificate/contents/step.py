@@ -1,4 +1,4 @@
-"""What one step of verification found."""
+"""The result of one step of verification."""
 
 from dataclasses import dataclass
 

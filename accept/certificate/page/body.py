@@ -21,7 +21,7 @@ _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
 def identity(contents: CertificateContent) -> list[Flowable]:
-    """Who and what: spec, operator, instruments, parts, program."""
+    """Return who and what the certificate is about: spec, operator, instruments, parts, program."""
     parts = contents.result.get("parts") or {}
     attached = sum(name in contents.files for name in contents.inputs)
     rows = [
@@ -41,7 +41,7 @@ def identity(contents: CertificateContent) -> list[Flowable]:
 
 
 def findings(contents: CertificateContent) -> list[Flowable]:
-    """The table of findings; the reason of a finding stands below its row and stays with it."""
+    """Return the table of findings; the reason of a finding is printed below its row, on the same page."""
     head = ("Quantity", "Value ± U (k = 2)", "Limits", "Position", "Rule", "P(false)", "Verdict")
     right = (1, 2, 5)
     cells: list[list[Any]] = [
@@ -69,7 +69,7 @@ def findings(contents: CertificateContent) -> list[Flowable]:
 
 
 def information(contents: CertificateContent) -> list[Flowable]:
-    """Measured quantities that the spec does not limit."""
+    """Return the measured quantities that the spec does not limit."""
     rows = contents.result.get("information") or []
     if not rows:
         return []
@@ -82,7 +82,8 @@ def information(contents: CertificateContent) -> list[Flowable]:
 
 
 def budgets(contents: CertificateContent) -> list[Flowable]:
-    """What the U of each finding is made of: standard uncertainties, type A from scatter, type B stated ([JCGM100])."""
+    """Return the uncertainty budget of each finding: standard uncertainties, type A from scatter, type B stated
+    ([JCGM100])."""
     lines = [
         f"{label_of(f['quantity'])}: "
         + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])
@@ -96,7 +97,7 @@ def budgets(contents: CertificateContent) -> list[Flowable]:
 
 
 def remarks(contents: CertificateContent) -> list[Flowable]:
-    """Sections that were not judged, notes, and what the certificate does not say."""
+    """Return the sections that were not judged, the notes, and what the certificate does not claim."""
     story: list[Flowable] = []
     left_out, notes = contents.result.get("not_judged") or [], contents.result.get("notes") or []
     if left_out:
@@ -130,7 +131,7 @@ def _finding_row(finding: Mapping[str, Any]) -> list[Any]:
 
 
 def _remark(finding: Mapping[str, Any]) -> str:
-    """Reason, assumption and note in one paragraph."""
+    """Return reason, assumption and note of a finding in one paragraph."""
     parts = [
         finding["reason"],
         "the limit is an assumption of the spec" if finding.get("assumed") else None,
@@ -157,7 +158,7 @@ def _listed(entries: Mapping[str, str]) -> str:
 
 
 def padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:
-    """Style of a table whose cells keep this far from their rows and from the left [pt]."""
+    """Return the style of a table whose cells keep this distance from their rows and from the left [pt]."""
     every = ((0, 0), (-1, -1))
     return (
         ("TOPPADDING", *every, vertical),

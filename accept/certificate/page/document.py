@@ -41,7 +41,7 @@ class _Canvas(Canvas):  # type: ignore[misc]  # reportlab has no types
 
 
 def render(contents: CertificateContent) -> bytes:
-    """The unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
+    """Return the unsigned certificate: one A4 page if all fits, its attachments and two empty signature fields."""
     register()
     panels = list(contents.pictures.values())
     above = [*body.identity(contents), *body.findings(contents)]
@@ -72,7 +72,7 @@ def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
 
 
 def _first_frame() -> tuple[float, float]:
-    """(bottom, height) of the text on the first page."""
+    """Return (bottom, height) of the text frame on the first page [pt]."""
     bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
     return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
 
@@ -88,7 +88,8 @@ def _frame(place: tuple[float, float]) -> Frame:
 
 
 def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
-    """What the gap workflow found, where it was asked: its words come with the library of effects."""
+    """Return the section of the gap workflow, empty if the workflow was not run; the library of effects is only loaded
+    then."""
     if result.get("gap") is None:
         return []
     from accept.certificate.page.gap_section import explanation
@@ -97,8 +98,8 @@ def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
 
 
 def _row_height(above: float, below: float, rows: int) -> float:
-    """Height [mm] of a row of panels between text of these heights [pt]: all on the first page where that can be read,
-    else as many rows on it as can be read, filling it."""
+    """Return the height [mm] of a row of panels between text of these heights [pt]. All rows go on the first page if
+    they stay legible; otherwise as many legible rows as fill it."""
     least, most = _ROW_HEIGHTS
     free: float = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
     if rows and (free - below / mm) / rows >= least:
@@ -108,7 +109,7 @@ def _row_height(above: float, below: float, rows: int) -> float:
 
 
 def _height(flowables: Sequence[Flowable]) -> float:
-    """Height [pt] of text, at most: neighbours share some of the space between them."""
+    """Return an upper bound of the height of the text [pt]: neighbours share some of the space between them."""
     height: float = sum(f.wrap(page_style.INNER, 1e6)[1] + f.getSpaceBefore() + f.getSpaceAfter() for f in flowables)
     return height
 

@@ -22,19 +22,19 @@ _TOP = page_style.HEIGHT - page_style.MARGIN
 
 
 def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
-    """Signature field -> (left, bottom, right, top) [pt] on the first page."""
+    """Return signature field -> (left, bottom, right, top) [pt] on the first page."""
     bottom = page_style.MARGIN + page_style.FOOTER
     lefts = {name: page_style.MARGIN + nth * (_BOX[0] + 4 * mm) for nth, name in enumerate(BOXES)}
     return {name: (left, bottom, left + _BOX[0], bottom + _BOX[1]) for name, left in lefts.items()}
 
 
 def code_text(contents: CertificateContent) -> str:
-    """What the square code says: enough to find the record and to see that it is this one."""
+    """Return the text of the square code: enough to find the record and to recognise it."""
     return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}"
 
 
 def first_page(canvas: Canvas, contents: CertificateContent) -> None:
-    """What does not flow on the first page: title, verdict, signature boxes, code."""
+    """Draw the fixed parts of the first page: title, verdict, signature boxes, code."""
     _title(canvas, contents)
     _verdict(canvas, str(contents.result["verdict"]))
     _boxes(canvas)
@@ -42,7 +42,7 @@ def first_page(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def later_page(canvas: Canvas, contents: CertificateContent) -> None:
-    """Head of every other page."""
+    """Draw the head of every other page."""
     sign = page_style.UNIT_SIGNS[contents.result["verdict"]]
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
@@ -53,7 +53,7 @@ def later_page(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) -> None:
-    """Foot of a page, with its number out of how many."""
+    """Draw the foot of a page, with its number and the number of pages."""
     y = page_style.MARGIN
     _rule(canvas, y + 9)
     canvas.setFillColor(page_style.GREY_COLOUR)
@@ -88,7 +88,7 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def summary(result: Mapping[str, Any]) -> str:
-    """Return why the unit has its verdict, in a sentence that names the quantities; what holds it comes first."""
+    """Return why the unit has its verdict, in a sentence that names the quantities; what holds the unit comes first."""
     if nonconformances := result.get("nonconformances"):
         others = summary({**result, "nonconformances": []}) if result["verdict"] != "conditional" else ""
         return f"Held by a nonconformance: {'; '.join(nonconformances)}. Quality assurance decides. {others}".rstrip()
@@ -113,7 +113,7 @@ def _lines(text: str, width: float, most: int = 3) -> list[str]:
 
 
 def _verdict(canvas: Canvas, verdict: str) -> None:
-    """Large enough to be read across the room: a filled box, or an empty one where there is no verdict yet."""
+    """Draw the verdict, legible across a room: in a filled box, or in an empty one if there is no verdict yet."""
     sign = page_style.UNIT_SIGNS[verdict]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
@@ -158,7 +158,7 @@ def _code(canvas: Canvas, contents: CertificateContent) -> None:
 
 
 def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
-    """The code as one path, a rectangle for each run of dark squares: one for each square is slow."""
+    """Draw the code as one path, a rectangle for each run of dark squares: a rectangle for each square is slow."""
     code: Any = QrCodeWidget(text, barLevel="M").qr
     code.make()
     side = _CODE / len(code.modules)

@@ -1,4 +1,4 @@
-"""What a certificate says of the gap between responses and model; loaded only where a result has such a part."""
+"""The certificate's section on the gap between responses and model; loaded only if a result has such a part."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -24,8 +24,8 @@ from accept.pictures.pdf.page_style import words
 
 
 def explanation(result: Mapping[str, Any]) -> list[Flowable]:
-    """How the responses compare with the model: what is missing, by name, and the gap before and after. For
-    information: no verdict comes of it. result: with its part `gap`."""
+    """Return how the responses compare with the model: what is missing, by name, and the gap before and after. It is
+    information and does not change the verdict. result: with its part `gap`."""
     found = result["gap"]
     head = words(f"Responses against model {found.get('model', found['start'])}, for information", page_style.HEADING)
     if found["verdict"] == REFUSED:
@@ -47,12 +47,14 @@ def explanation(result: Mapping[str, Any]) -> list[Flowable]:
 
 
 def _channels(found: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """In the order of their names, as the attached JSON has them: the page is drawn again from there."""
+    """Return (channel, gap) in the order of the channels' names, as the attached JSON has them: the page is drawn again
+    from there."""
     return sorted(found["gap_before"]["channels"].items())
 
 
 def _missing(found: Mapping[str, Any]) -> list[Flowable]:
-    """The effects named, rivals and the experiment that distinguishes them, and unidentified effects."""
+    """Return the effects that were named, their rivals with the experiment that distinguishes them, and unidentified
+    effects."""
     story: list[Flowable] = [
         words(headline_of(found["verdict"], [n["effect"] for n in found["named"]]) + ".", page_style.STRONG)
     ]
@@ -67,8 +69,8 @@ def _missing(found: Mapping[str, Any]) -> list[Flowable]:
 
 
 def _estimated_twice(found: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> str:
-    """For who meets two values of one quantity on a certificate: which one is judged, and whether they differ by more
-    than both expanded uncertainties allow."""
+    """Return which of two values of one quantity on the certificate is judged, and whether they differ by more than
+    both expanded uncertainties allow."""
     named = {name: p for n in found["named"] for name, p in n["parameters"].items()}
     judged = [f for f in findings if f["quantity"] in named and f["value"] is not None and f["U"] is not None]
     if not judged:

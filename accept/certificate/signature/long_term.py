@@ -1,5 +1,5 @@
 """Whether a time stamping authority's own certificates were revoked when it stamped ([PADES], level B-LT): the answers
-of its servers are kept in the document, so that it can be seen when these servers are gone.
+of its servers are kept in the document, so that this can be verified when the servers no longer exist.
 
 They are asked before the signature is made and written with it, so it covers them too.
 """
@@ -39,7 +39,7 @@ class RevocationData:
     answers: Sequence[ocsp.OCSPResponse] = ()
 
     def write(self, document: BasePdfFileWriter) -> None:
-        """Into the revision that is being made, beside what is kept already."""
+        """Write the answers into the revision that is being made, beside those that the document keeps already."""
         if self.lists or self.answers:
             DocumentSecurityStore.supply_dss_in_writer(
                 document, None, certs=self.certificates, crls=self.lists, ocsps=self.answers
@@ -50,8 +50,8 @@ _asked: dict[str, tuple[float, RevocationData]] = {}
 
 
 async def revocation_data(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> RevocationData:
-    """Ask the servers that the authority's certificates name. roots: of authorities that are known here; beside them
-    the ones count that come with a token, because nothing is trusted by this: who verifies names his own.
+    """Ask the servers that the authority's certificates name. roots: of authorities that are known here. The roots that
+    come with a token count too, because nothing is trusted by this: a verifier names its own.
 
     Raises AuthorityRevoked, TimestampRequestError, OSError."""
     place = str(getattr(stamping, "url", ""))
@@ -84,7 +84,7 @@ async def _ask(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> Revo
 
 
 def kept_in(document: PdfFileReader) -> DocumentSecurityStore | None:
-    """What a document keeps, None for nothing; damaged content raises anything."""
+    """Return what a document keeps, None if it keeps nothing; damaged content raises an exception of any type."""
     try:
         return DocumentSecurityStore.read_dss(document)
     except NoDSSFoundError:
@@ -92,5 +92,5 @@ def kept_in(document: PdfFileReader) -> DocumentSecurityStore | None:
 
 
 def loaded(certificates: Sequence[x509.Certificate]) -> list[asn1_x509.Certificate]:
-    """As pyhanko takes them."""
+    """Return the certificates in the type that pyhanko uses."""
     return [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in certificates]

@@ -38,8 +38,8 @@ class SigningRefused(AcceptError, ValueError):
 
 
 class LowS(Signer):
-    """Mix-in before any ECDSA signer: s goes to the lower half. Of the two valid values of s one is written, so that
-    nobody can swap it for the other; `verify` takes no other."""
+    """Mix-in before any ECDSA signer: s goes to the lower half. Of the two valid values of s one is written, so that it
+    cannot be exchanged for the other; `verify` accepts no other."""
 
     async def async_sign_raw(self, data: bytes, digest_algorithm: str, dry_run: bool = False) -> bytes:
         r, s = decode_dss_signature(await super().async_sign_raw(data, digest_algorithm, dry_run))
@@ -64,15 +64,15 @@ def sign(
     stamping: TimeStamper | None = None,
     disposition: Disposition | None = None,
 ) -> bytes:
-    """The document with one more signature; the bytes before it stay as they are.
+    """Return the document with one more signature; the bytes before it stay as they are.
 
     when : time of signing with its zone; the bench's clock.
     signer : signs in place of the credential's key, e.g. `LowS` over pyhanko's PKCS11Signer
         (docs/explanation/signing.md).
     stamping : asked for a trusted timestamp in place of the credential's authority.
-    disposition : of a unit that was not accepted, decided by who countersigns.
+    disposition : of a unit that was not accepted, decided in the countersignature.
     Raises SigningRefused: the key is not valid then, out of order (technician, then qa), signed already, no
-    certificate, or no timestamp where one is wanted.
+    certificate, or no timestamp although one is required.
     """
     if when.tzinfo is None:
         raise SigningRefused("the time of signing has no time zone")
@@ -133,7 +133,8 @@ async def _append(
 
 
 def _metadata(credential: Credential, disposition: Disposition | None) -> PdfSignatureMetadata:
-    """The technician certifies: from then on only the other signature field may be filled, and after it nothing."""
+    """Return the settings of a signature. The technician certifies: from then on only the other signature field may be
+    filled, and after it nothing."""
     return PdfSignatureMetadata(
         field_name=credential.role,
         md_algorithm="sha256",

@@ -39,7 +39,7 @@ class _Page(PdfContent):
 def style(
     credential: Credential, when: datetime, size: tuple[float, float], disposition: Disposition | None = None
 ) -> StaticStampStyle:
-    """Appearance of a signature for pyhanko, as large as its box [pt]."""
+    """Return the appearance of a signature for pyhanko, as large as its box [pt]."""
     return StaticStampStyle(
         border_width=0,
         background=_Page(_draw(credential, when, size, disposition)),
@@ -89,7 +89,8 @@ def _draw(credential: Credential, when: datetime, size: tuple[float, float], dis
 
 
 def _decided(disposition: Disposition, width: float) -> list[tuple[str, str]]:
-    """What is to be done with the unit, and why in at most two lines; `fitted` makes a long word smaller."""
+    """Return the lines of the disposition: what is to be done with the unit, and the reason in at most two lines.
+    `fitted` makes a long word smaller."""
     reason = simpleSplit(disposition.reason, REGULAR, 6.8, width)
     lines = [reason[0], " ".join(reason[1:])] if len(reason) > 1 else reason
     return [(f"Disposition: {CHOICES[disposition.choice]}", BOLD), *((line, REGULAR) for line in lines)]

@@ -1,7 +1,7 @@
-"""Trusted time: a time stamping authority says that a signature was there at a moment ([RFC3161]).
+"""Trusted time: a time stamping authority confirms that a signature existed at a moment ([RFC3161]).
 
-The token stands beside the signature, in the hole that the signature leaves. It covers the signature's value, and the
-authority's own certificates come with it, so that it can be looked at when the authority is long gone.
+The token stands beside the signature, in the /Contents placeholder. It covers the signature's value, and the
+authority's own certificates come with it, so that it can be verified when the authority no longer exists.
 """
 
 import asyncio
@@ -32,9 +32,8 @@ LARGEST = 24_000  # bytes of a token; with a chain of RSA certificates it takes 
 
 @dataclass(frozen=True)
 class Stamped:
-    """When a signature was there, as a time stamping authority says; trusted: its authority is one of those named.
-    revoked: the authority's certificate had been, then. proven: that it had not been can be seen from what the document
-    keeps."""
+    """When a signature existed, by a time stamping authority; trusted: the authority is one of those named. revoked:
+    its certificate was revoked at that time. proven: the document itself keeps the evidence that it was not."""
 
     when: datetime
     by: str
@@ -44,8 +43,8 @@ class Stamped:
 
 
 def stamper(url: str) -> TimeStamper:
-    """Asks the authority at a URL; its errors are TimestampRequestError, OSError."""
-    from pyhanko.sign.timestamps.requests_client import RequestsHTTPTimeStamper  # loads requests: only when wanted
+    """Return the client of the authority at a URL. Its errors are TimestampRequestError and OSError."""
+    from pyhanko.sign.timestamps.requests_client import RequestsHTTPTimeStamper  # loads requests: only if needed
 
     return RequestsHTTPTimeStamper(url, timeout=TIMEOUT_S)  # type: ignore[no-untyped-call]
 
@@ -53,9 +52,9 @@ def stamper(url: str) -> TimeStamper:
 def checked(
     token: bytes, signature: bytes, roots: Sequence[x509.Certificate], kept: DocumentSecurityStore | None = None
 ) -> Stamped:
-    """What a token says of a signature value. Raises InvalidCertificate for one that is damaged, of another signature,
-    or carries what its authority did not sign. roots: of the time stamping authorities that are trusted. kept: what the
-    document keeps of whose certificates were revoked."""
+    """Return what a token states about a signature value. Raises InvalidCertificate if the token is damaged, belongs to
+    another signature, or carries something that its authority did not sign. roots: of the trusted time stamping
+    authorities. kept: revocation data that the document keeps."""
     content = cms.ContentInfo.load(token)
     if content.dump(force=True) != token or content["content_type"].native != "signed_data":
         raise InvalidCertificate("the timestamp is not encoded canonically")
@@ -85,8 +84,8 @@ def _status(
     moment: datetime,
     kept: DocumentSecurityStore | None = None,
 ) -> dict[str, Any]:
-    """What pyhanko says of a token as things stood at a moment: whether it is its authority's, and where something is
-    kept, whether that shows that no certificate above it was revoked."""
+    """Return pyhanko's status of a token at a moment: whether it is by its authority and, if the document keeps
+    revocation data, whether these show that no certificate above it was revoked."""
     settings: dict[str, Any] = {
         "trust_roots": loaded(roots),
         "other_certs": [choice.chosen for choice in signed["certificates"]],

@@ -36,7 +36,7 @@ class TokenSigner(LowS, PKCS11Signer):
 
 @contextmanager
 def token_signer(token: Token, pin: str, credential: Credential) -> Iterator[TokenSigner]:
-    """Signer for `sign(..., signer=...)`, open while the token's session is."""
+    """Yield a signer for `sign(..., signer=...)`, open as long as the token's session."""
     with open_pkcs11_session(token.library, token_criteria=TokenCriteria(label=token.label), user_pin=pin) as session:
         yield TokenSigner(
             session,

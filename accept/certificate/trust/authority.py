@@ -18,13 +18,13 @@ _CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little af
 
 
 def new_key() -> ec.EllipticCurvePrivateKey:
-    """A private key on the curve P-256."""
+    """Return a private key on the curve P-256."""
     return ec.generate_private_key(ec.SECP256R1())
 
 
 def root(key: ec.EllipticCurvePrivateKey, when: datetime, demo: bool = False) -> x509.Certificate:
-    """Self-signed root that may sign certificates of roles and nothing below them. demo: it says so in its name, and
-    no verification but that of demonstrations trusts it."""
+    """Return a self-signed root certificate that may sign the certificates of roles and nothing below them. demo: its
+    name says so, and only the verification of demonstrations trusts it."""
     identifier = x509.SubjectKeyIdentifier.from_public_key(key.public_key())
     kind = "DEMO" if demo else "bench"
     name = _name(f"{kind} CA {identifier.digest.hex()[:8]}", _DEMO if demo else "certificate authority")
@@ -42,7 +42,7 @@ def leaf(
     issuer_key: ec.EllipticCurvePrivateKey,
     when: datetime,
 ) -> x509.Certificate:
-    """Certificate of a person in a role, or of a bench; the role stands in the subject's organisational unit."""
+    """Return the certificate of a person in a role, or of a bench; the role is the subject's organisational unit."""
     builder = _builder(_name(person, role), issuer.subject, public_key, when, _ROLE_LIFE)
     builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
     builder = builder.add_extension(_usage(digital_signature=True, content_commitment=True), critical=True)
@@ -53,12 +53,12 @@ def leaf(
 
 
 def is_demo(ca: x509.Certificate) -> bool:
-    """Whether an authority is that of a demonstration."""
+    """Return whether an authority is that of a demonstration."""
     return role_of(ca) == _DEMO
 
 
 def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
-    """Whether an authority signed a certificate."""
+    """Return whether an authority signed a certificate."""
     try:
         certificate.verify_directly_issued_by(ca)
     except (ValueError, TypeError, InvalidSignature):
@@ -67,27 +67,27 @@ def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
 
 
 def subject(person: str, role: str) -> x509.Name:
-    """How a certificate names a person in a role."""
+    """Return the name of a person in a role, as certificates state it."""
     return _name(person, role)
 
 
 def person_of(certificate: x509.Certificate) -> str:
-    """Name of the person on a certificate."""
+    """Return the name of the person on a certificate."""
     return _attribute(certificate, NameOID.COMMON_NAME)
 
 
 def role_of(certificate: x509.Certificate) -> str:
-    """Role on a certificate, in its subject's organisational unit."""
+    """Return the role on a certificate: its subject's organisational unit."""
     return _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
 
 
 def fingerprint(certificate: x509.Certificate) -> str:
-    """SHA-256 of the certificate, in hexadecimal."""
+    """Return the SHA-256 of the certificate, in hexadecimal."""
     return certificate.fingerprint(hashes.SHA256()).hex()
 
 
 def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
-    """The one value of an attribute of the subject; none or several is none."""
+    """Return the value of an attribute of the subject, "" if it is absent or given more than once."""
     found = certificate.subject.get_attributes_for_oid(oid)
     return str(found[0].value) if len(found) == 1 else ""
 

@@ -1,7 +1,8 @@
-"""Commissioning records: what an instrument of the bench file did at its first run, signed by the bench's technician.
+"""Commissioning records: the readings of an instrument of the bench file at its first run, signed by the bench's
+technician.
 
 A record stands beside the bench file, in `commissioning/NAME.json`. It holds for the driver and settings that it was
-made with: changed settings, another instrument or a changed record count as none.
+made with: it is void if the settings, the instrument or the record itself were changed.
 """
 
 import base64
@@ -29,19 +30,19 @@ MAX_BYTES = 5_000_000  # of a record of commissioning: far above the readings of
 
 
 def place(bench: BenchFile, name: str) -> Path:
-    """File of an instrument's record."""
+    """Return the file of an instrument's record."""
     return Path(bench.path).parent / FOLDER / f"{name}.json"
 
 
 def subject(entry: InstrumentEntry) -> str:
-    """SHA-256 of what a record is about: driver, instrument, line and settings; the port may be another."""
+    """Return the SHA-256 of the subject of a record: driver, instrument, line and settings. The port may change."""
     what = entry.model_dump(mode="json", include={"driver", "model", "serial", "link", "settings"})
     what["link"] = {key: value for key, value in (what["link"] or {}).items() if key != "port"}
     return hashlib.sha256(_bytes(what)).hexdigest()
 
 
 def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> bytes:
-    """The file of a record; without a credential it is unsigned, and counts for nothing."""
+    """Return the file of a record. Without a credential it is unsigned and does not count."""
     file: dict[str, Any] = {"record": record}
     if credential is not None and credential.key is not None:
         signature = credential.key.sign(_bytes(record), ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
@@ -53,13 +54,13 @@ def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> byt
 def bench_statement(
     bench: BenchFile, checks: Mapping[str, CheckSpec], on: datetime.date, home: Path, references: References
 ) -> Statement:
-    """Return what the bench file says about the instruments behind these checks, with what is proven of their
+    """Return what the bench file states about the instruments used for these checks, with the evidence of their
     commissioning. on: the day of judging; references: their comparisons with their references."""
     return statement(bench, checks, on, commissioned(bench, home), references)
 
 
 def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
-    """Instruments on a wire -> what is to be said of their commissioning: by whom and when, or why it is unproven."""
+    """Return instrument on a wire -> statement on its commissioning: by whom and when, or why it is unproven."""
     wired = {name: entry for name, entry in bench.instruments.items() if entry.driver not in WITHOUT_WIRE}
     return {name: _words(place(bench, name), entry, home) for name, entry in wired.items()}
 
@@ -85,7 +86,7 @@ def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
 
 
 def _verified(file: Mapping[str, Any], ca: x509.Certificate) -> tuple[Mapping[str, Any], x509.Certificate]:
-    """Record and signer. Raises InvalidSignature, ValueError, KeyError, TypeError."""
+    """Return the record and its signer. Raises InvalidSignature, ValueError, KeyError, TypeError."""
     certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
     certificate.verify_directly_issued_by(ca)
     key = certificate.public_key()

@@ -20,7 +20,7 @@ class LockedError(AcceptError, ValueError):
 
 
 def lock(key: ec.EllipticCurvePrivateKey, passphrase: str) -> bytes:
-    """PEM of the key, encrypted. Any PKCS#8 reader opens it, e.g. `openssl pkey`."""
+    """Return the encrypted key as PEM. Any PKCS#8 reader opens it, e.g. `openssl pkey`."""
     plain = key.private_bytes(
         serialization.Encoding.DER, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )
@@ -35,7 +35,7 @@ def lock(key: ec.EllipticCurvePrivateKey, passphrase: str) -> bytes:
 
 
 def unlock(box: bytes, passphrase: str) -> ec.EllipticCurvePrivateKey:
-    """The private key. Raises LockedError."""
+    """Return the private key. Raises LockedError."""
     try:
         key = serialization.load_pem_private_key(box, passphrase.encode("utf-8"))
     except (ValueError, TypeError) as e:

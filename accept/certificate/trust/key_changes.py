@@ -1,4 +1,4 @@
-"""What becomes of persons' keys: requested at the bench, issued, renewed and revoked by the authority."""
+"""The life of a person's key: requested at the bench, issued, renewed and revoked by the authority."""
 
 import os
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from accept.certificate.trust.revocation import REASONS, Revoked
 from accept.store.opening import BENCH_KEY
 from accept.store.seal import bench_of, own_key
 
-ISSUED = "issued"  # the authority's own list of whom it knows, a certificate a file
+ISSUED = "issued"  # the certificates that the authority issued, one a file
 
 
 def request(home: Path, role: str, person: str, passphrase: str) -> tuple[Path, bytes]:
@@ -55,7 +55,8 @@ def _request_of_bench(home: Path, name: str) -> tuple[Path, bytes]:
 
 
 def issue_request(office: Path, content: bytes, passphrase: str, when: datetime | None = None) -> x509.Certificate:
-    """Certificate for a request, by the authority whose files are in the folder `office`. Raises KeysError."""
+    """Return the certificate for a request, issued by the authority whose files are in the folder `office`. Raises
+    KeysError."""
     try:
         asked = x509.load_pem_x509_csr(content)
     except ValueError as e:
@@ -76,8 +77,8 @@ def issue(
     passphrase: str,
     when: datetime | None = None,
 ) -> x509.Certificate:
-    """Certificate of a person in a role for a key, such as one on a token, or of a bench for its own. office: folder of
-    the authority.
+    """Return the certificate of a person in a role for a key, such as a token's, or of a bench for its own key. office:
+    folder of the authority.
 
     Raises KeysError, also where this person or key is known in the other role: four eyes are those of two persons.
     """
@@ -104,8 +105,8 @@ def issue(
 
 
 def install(home: Path, certificate: x509.Certificate) -> Path:
-    """Put a certificate beside the key at this bench that it is for. Raises KeysError where there is none, or where it
-    is another authority's."""
+    """Put a certificate beside its key at this bench. Raises KeysError if the key is not here or the certificate is by
+    another authority."""
     if keys.exist(home) and not authority.issued_by(certificate, keys.ca(home)):
         raise KeysError("the certificate was not issued by the authority of this bench")
     for path in sorted(keys.folder(home).glob("*.request.pem")):
@@ -121,7 +122,7 @@ def install(home: Path, certificate: x509.Certificate) -> Path:
 
 
 def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | None = None) -> x509.Certificate:
-    """A new certificate for the same person, role and key; put in place at this bench. Raises KeysError."""
+    """Return a new certificate for the same person, role and key, and install it at this bench. Raises KeysError."""
     path = _path_of(home, who)
     old = keys.certificate_of(path)
     key = old.public_key()
@@ -135,8 +136,9 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
 
 
 def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, since: datetime) -> list[str]:
-    """Revoke every certificate of a person, or one by its sha256, from a moment on; returns whose. reason: `left`,
-    `lost`, `compromised`. The list is written into `office` and to this bench. Raises KeysError, RevocationError."""
+    """Revoke every certificate of a person, or one by its sha256, from a moment on, and return their names. reason:
+    `left`, `lost`, `compromised`. The list is written into `office` and to this bench. Raises KeysError,
+    RevocationError."""
     if reason not in REASONS:
         raise KeysError(f"no reason '{reason}' (reasons: {', '.join(REASONS)})")
     meant = [c for c in _known(office) if _is(c, who)]
@@ -154,7 +156,8 @@ def revoke(home: Path, office: Path, who: str, reason: str, passphrase: str, sin
 
 
 def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) -> Path:
-    """Lock a person's key, or the authority's (`authority`), with another passphrase. Raises KeysError, OSError."""
+    """Encrypt a person's key, or the authority's (`authority`), with another passphrase and return its file. Raises
+    KeysError, OSError."""
     keys.check_passphrase(new)
     if who == "authority":
         box = office / f"{CA}.key.pem"
@@ -172,7 +175,7 @@ def change_passphrase(home: Path, office: Path, who: str, old: str, new: str) ->
 
 
 def _known(office: Path) -> Iterator[x509.Certificate]:
-    """Everybody whom the authority gave a certificate, each once."""
+    """Yield the certificate of every person certified by the authority, each once."""
     home = office.parent
     paths = [
         *sorted((office / ISSUED).glob("*.pem")),
@@ -192,7 +195,7 @@ def _path_of(home: Path, who: str) -> Path:
 
 
 def _is(certificate: x509.Certificate, who: str) -> bool:
-    """By name, by role where it stands for one person, or by the sha256 of the certificate."""
+    """Return whether a certificate is the one meant: by name, by role if it stands for one person, or by sha256."""
     digest = len(who) >= 8 and authority.fingerprint(certificate).startswith(who.lower())
     return digest or same_person(authority.person_of(certificate), who) or authority.role_of(certificate) == who
 

@@ -1,7 +1,8 @@
 """The bench's keys: an authority, and a key for each person in a role, kept encrypted under `home()/keys`.
 
 The authority's key has a passphrase of its own and can be kept off the bench: without it the bench signs and verifies,
-but nobody can make himself quality assurance. `accept.certificate.trust.key_changes` issues, renews and revokes.
+but an operator cannot make himself quality assurance. `accept.certificate.trust.key_changes` issues, renews and
+revokes.
 """
 
 import os
@@ -31,7 +32,7 @@ TECHNICIAN, QA = "technician", "qa"
 ROLES = (TECHNICIAN, QA)
 CA, BENCH = "ca", "bench"
 PASSPHRASE, PASSPHRASE_FILE = "ACCEPT_PASSPHRASE", "ACCEPT_PASSPHRASE_FILE"
-AUTHORITY_PASSPHRASE = "authority-passphrase.txt"  # where a passphrase that nobody chose is left for its owner
+AUTHORITY_PASSPHRASE = "authority-passphrase.txt"  # holds a generated passphrase until its owner takes it
 SHORTEST_PASSPHRASE = 8  # characters (NIST SP 800-63B, 5.1.1.1)
 WARN_BEFORE = timedelta(days=60)
 
@@ -42,7 +43,7 @@ class KeysError(AcceptError, RuntimeError):
 
 @dataclass(frozen=True)
 class KeyInfo:
-    """What `list` shows of one key; nothing in it is secret. revoked: since when, None where it is not."""
+    """What `list` shows of one key; it contains no secret. revoked: since when, None if it is not."""
 
     role: str
     person: str
@@ -54,7 +55,7 @@ class KeyInfo:
 
 @dataclass(frozen=True, eq=False)
 class Credential:
-    """An opened key with its certificate and that of the bench's CA; no key where a token holds it.
+    """An opened key with its certificate and that of the bench's CA; no key if a token holds it.
 
     tsa: URL of the time stamping authority that is asked about what it signs, None for none; tsa_roots: of those that
     the bench trusts."""
@@ -75,7 +76,7 @@ class Credential:
         return authority.is_demo(self.ca)
 
     def warning(self, now: datetime) -> str | None:
-        """That the key runs out soon, None where it does not."""
+        """Return a warning that the key expires soon, None if it does not."""
         left = self.certificate.not_valid_after_utc - now
         if left > WARN_BEFORE:
             return None
@@ -84,12 +85,12 @@ class Credential:
 
 
 def folder(home: Path) -> Path:
-    """Folder of the keys in the bench's own."""
+    """Return the folder of the keys in the bench's folder."""
     return home / "keys"
 
 
 def exist(home: Path) -> bool:
-    """Whether the bench has its authority's certificate."""
+    """Return whether the bench has its authority's certificate."""
     return (folder(home) / f"{CA}.pem").is_file()
 
 
@@ -105,14 +106,13 @@ def init(
     demo: bool = False,
     bench_key: Path | None = None,
 ) -> Path:
-    """Make the authority, the technician's key and the certificate of the bench, all or none; returns their folder.
+    """Make the authority, the technician's key and the certificate of the bench, all or none, and return their folder.
 
-    qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own.
-    authority_passphrase: None makes one and leaves it in `authority-passphrase.txt` of the folder, for its owner to
-    take off the bench. demo: an authority that only demonstrations trust. bench_key: the bench's own key, by default in
-    `home`.
-    Raises KeysError when there are keys already, a name is empty or taken twice, a passphrase is too short or used
-    twice, or the folder cannot be written.
+    qa_name, qa_passphrase: make a QA key too, of another person and with a passphrase of its own. authority_passphrase:
+    if None, one is generated and left in `authority-passphrase.txt` of the folder, for its owner to take off the bench.
+    demo: an authority that only demonstrations trust. bench_key: the bench's own key, by default in `home`. Raises
+    KeysError if there are keys already, a name is empty or taken twice, a passphrase is too short or used twice, or the
+    folder cannot be written.
     """
     if exist(home):
         raise KeysError(f"{folder(home)}: there are keys already; move them away to make new ones")
@@ -142,8 +142,8 @@ def init(
 def unlock(
     home: Path, role: str, passphrase: str, person: str | None = None, now: datetime | None = None
 ) -> Credential:
-    """Opened key of a role, of the person named where several have one. Raises KeysError, also for a key that has run
-    out or was revoked: what it signs would not verify."""
+    """Return the opened key of a role, of the person named if several have one. Raises KeysError, also if the key has
+    expired or was revoked: its signatures would not verify."""
     if role not in ROLES:
         raise KeysError(f"no role '{role}' (roles: {', '.join(ROLES)})")
     path = _chosen(home, role, person)
@@ -158,7 +158,7 @@ def unlock(
 
 
 def check_usable(home: Path, credential: Credential, now: datetime) -> None:
-    """Raises KeysError where a signature made now with this key would not verify."""
+    """Raise KeysError if a signature made now with this key would not verify."""
     certificate = credential.certificate
     who = f"the key of {credential.person} ({credential.role})"
     if now > certificate.not_valid_after_utc:
@@ -173,7 +173,7 @@ def check_usable(home: Path, credential: Credential, now: datetime) -> None:
 
 
 def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
-    """Certificates of persons at this bench, those of a role where it is named."""
+    """Yield the certificate files of persons at this bench, only those of a role if `role` is given."""
     for path in sorted(folder(home).glob("*.pem"), reverse=True):  # technicians first
         if path.name in (f"{CA}.pem", f"{BENCH}.pem", revocation.FILE) or path.name.endswith(
             (".key.pem", ".request.pem")
@@ -199,19 +199,19 @@ def _chosen(home: Path, role: str, person: str | None) -> Path:
 
 
 def ca(home: Path) -> x509.Certificate:
-    """The bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
+    """Return the bench's CA certificate: what `verify` trusts by default. Raises KeysError."""
     return certificate_of(folder(home) / f"{CA}.pem")
 
 
 def bench_name() -> str:
-    """Return how a bench is called that nobody named: as its machine."""
+    """Return the default name of a bench: that of its machine."""
     plain = "".join(c for c in platform.node() if c.isascii() and (c.isalnum() or c in "._-"))
     return f"bench {plain[:50]}".strip()
 
 
 def bench_certificate(home: Path, ca: x509.Certificate) -> x509.Certificate | None:
-    """Return the certificate that an authority gave this bench, None if there is none for the bench's own key: a
-    second folder with copied keys is another bench. Raises KeysError."""
+    """Return the certificate that an authority gave this bench, None if none is for the bench's own key: a second
+    folder with copied keys is another bench. Raises KeysError."""
     path = folder(home) / f"{BENCH}.pem"
     if not path.is_file():
         return None
@@ -231,27 +231,28 @@ def public_of(certificate: x509.Certificate) -> str | None:
 
 
 def authority_here(home: Path) -> bool:
-    """Return whether the authority's key lies at this bench: who opens it there can be everybody."""
+    """Return whether the authority's key lies at this bench: a person who opens it can sign as anyone."""
     return (folder(home) / f"{CA}.key.pem").is_file()
 
 
 def stamping_roots(home: Path) -> list[x509.Certificate]:
-    """Of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem. Raises KeysError."""
+    """Return the root certificates of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem.
+    Raises KeysError."""
     return [certificate_of(path) for path in sorted(folder(home).glob("tsa*.pem"))]
 
 
 def stamping(credential: Credential, url: str | None, home: Path) -> Credential:
-    """The credential, with an authority that is asked about what it signs where one is named. Raises KeysError."""
+    """Return the credential with the time stamping authority at a URL, unchanged without a URL. Raises KeysError."""
     return replace(credential, tsa=url, tsa_roots=stamping_roots(home)) if url else credential
 
 
 def revoked(home: Path) -> list[revocation.Revoked]:
-    """What the bench's authority revoked. Raises RevocationError."""
+    """Return the certificates that the bench's authority revoked. Raises RevocationError."""
     return revocation.revoked_in(folder(home) / revocation.FILE, ca(home))
 
 
 def certificate_of(path: Path) -> x509.Certificate:
-    """The certificate in a PEM or DER file. Raises KeysError."""
+    """Return the certificate in a PEM or DER file. Raises KeysError."""
     content = read_key_file(path)
     try:
         if content.lstrip().startswith(b"-----BEGIN"):
@@ -262,7 +263,7 @@ def certificate_of(path: Path) -> x509.Certificate:
 
 
 def listing(home: Path) -> list[KeyInfo]:
-    """The CA and every person's key. Raises KeysError when there are no keys."""
+    """Return the CA and every person's key. Raises KeysError if there are no keys."""
     found = [(CA, ca(home))]
     found += [(authority.role_of(c), c) for c in map(certificate_of, person_files(home))]
     own = bench_certificate(home, ca(home))
@@ -281,7 +282,7 @@ def listing(home: Path) -> list[KeyInfo]:
 
 
 def exposed(home: Path) -> list[Path]:
-    """Files with keys or passphrases that others than their owner may read."""
+    """Return the files with keys or passphrases that other users than their owner may read."""
     if os.name != "posix":
         return []
     secret = [*folder(home).glob("*.key.pem"), folder(home) / AUTHORITY_PASSPHRASE]
@@ -289,9 +290,9 @@ def exposed(home: Path) -> list[Path]:
 
 
 def passphrase(given: str | None = None, prompt: Callable[[], str] | None = None) -> str:
-    """Passphrase from the argument, `ACCEPT_PASSPHRASE`, the file `ACCEPT_PASSPHRASE_FILE`, or the prompt.
+    """Return the passphrase from the argument, `ACCEPT_PASSPHRASE`, the file `ACCEPT_PASSPHRASE_FILE`, or the prompt.
 
-    prompt: asks the person; None where there is no terminal. Raises KeysError when nothing gives one.
+    prompt: asks the person; None if there is no terminal. Raises KeysError if nothing gives one.
     """
     file = os.environ.get(PASSPHRASE_FILE)
     found = given or os.environ.get(PASSPHRASE)
@@ -305,7 +306,7 @@ def passphrase(given: str | None = None, prompt: Callable[[], str] | None = None
 
 
 def check_name(name: str) -> None:
-    """Raises KeysError for a name that no certificate can bear."""
+    """Raise KeysError if a certificate cannot hold the name."""
     if not name.strip() or not name.isprintable() or len(name) > 64:
         raise KeysError(f"name {name!r}: expected 1 to 64 printable characters; no key was made")
     if len(mixed := scripts(name)) > 1:
@@ -314,7 +315,7 @@ def check_name(name: str) -> None:
 
 
 def check_passphrase(chosen: str) -> None:
-    """Raises KeysError for a passphrase that is too short to choose. One that exists already is not judged."""
+    """Raise KeysError if a new passphrase is too short. An existing one is not checked."""
     if len(chosen) < SHORTEST_PASSPHRASE:
         raise KeysError(
             f"the passphrase has {len(chosen)} characters, expected {SHORTEST_PASSPHRASE} or more; no key was made"
@@ -322,7 +323,7 @@ def check_passphrase(chosen: str) -> None:
 
 
 def key_name(home: Path, role: str, person: str) -> str:
-    """Name of the files of a person's key, which no file at this bench has yet."""
+    """Return a name for the files of a person's key that no file at this bench has yet."""
     plain = re.sub(r"[^a-z0-9]+", "-", person.casefold()).strip("-") or "person"
     tried, number = f"{role}-{plain}", 1
     while any(folder(home).glob(f"{tried}.*")):
@@ -332,7 +333,7 @@ def key_name(home: Path, role: str, person: str) -> str:
 
 
 def unlocked(box: Path, passphrase: str) -> ec.EllipticCurvePrivateKey:
-    """The private key in a file. Raises KeysError."""
+    """Return the private key in a file. Raises KeysError."""
     try:
         return encrypted_key.unlock(read_key_file(box), passphrase)
     except encrypted_key.LockedError as e:
@@ -340,7 +341,7 @@ def unlocked(box: Path, passphrase: str) -> ec.EllipticCurvePrivateKey:
 
 
 def read_key_file(path: Path) -> bytes:
-    """Raises KeysError."""
+    """Return the content of a key file. Raises KeysError."""
     try:
         return read_bounded(path)
     except OSError as e:
@@ -381,14 +382,14 @@ def _place(files: dict[str, bytes], target: Path) -> None:
     try:
         for name, content in files.items():
             write_secret(temporary / name, content)
-        os.rename(temporary, target)  # fails when another process made keys meanwhile
+        os.rename(temporary, target)  # fails if another process made keys meanwhile
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         raise
 
 
 def write_secret(path: Path, content: bytes) -> None:
-    """Make a file that its owner alone may read. Raises OSError, FileExistsError where there is one already."""
+    """Make a file that only its owner may read. Raises OSError, FileExistsError if it exists already."""
     handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(handle, "wb") as file:
         file.write(content)

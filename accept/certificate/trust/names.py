@@ -95,8 +95,8 @@ _EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HI
 
 
 def same_person(one: str, other: str) -> bool:
-    """Return whether two names are the same to a reader: but for case, spaces, how letters are composed, and letters
-    that look alike."""
+    """Return whether two names are the same to a reader: apart from case, spaces, the composition of letters, and
+    letters that look alike."""
     return _folded(one) == _folded(other) or skeleton(one) == skeleton(other)
 
 
@@ -107,7 +107,7 @@ def skeleton(name: str) -> str:
 
 
 def scripts(name: str) -> set[str]:
-    """Return the scripts of the letters in a name, but for those that are written beside others."""
+    """Return the scripts of the letters in a name, without those that are commonly written beside others."""
     letters = (c for c in unicodedata.normalize("NFKC", name) if c.isalpha())
     return {unicodedata.name(c, "?").split()[0] for c in letters} - _EAST_ASIAN
 

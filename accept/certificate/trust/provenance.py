@@ -1,5 +1,5 @@
-"""What a certificate states beside its result: which attempt it is, what it replaces, where the bench's store stood,
-who approved the spec, whether a demo made it."""
+"""What a certificate states beside its result: its attempt, what it replaces, the head of the bench's store, the
+approval of the spec, and whether a demo made it."""
 
 from collections.abc import Mapping
 from pathlib import Path

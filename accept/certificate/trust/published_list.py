@@ -1,11 +1,11 @@
-"""The list that benches publish: every judgement and every signature, without values, to be checked by anybody.
+"""The list that benches publish: every judgement and every signature, without values, open to inspection by anyone.
 
 A bench writes its part with `accept store publish FILE`: an entry for each judgement and each signature of its store,
-and a signed checkpoint with the Merkle root over them. Who holds the authority's certificate and the file sees whether
-a certificate is in its bench's store, and whether the unit was judged again since. Who kept an earlier file sees that
-the new one was only appended to.
+and a signed checkpoint with the Merkle root over them. A holder of the authority's certificate and the file sees
+whether a certificate is in its bench's store, and whether the unit was judged again since. A holder of an earlier file
+sees that the new one was only appended to.
 
-A serial stands in the list as a hash, and no value and no verdict stands in it.
+A serial appears in the list as a hash; values and verdicts do not appear.
 """
 
 import hashlib
@@ -71,16 +71,16 @@ class BenchList:
 
     @property
     def name(self) -> str:
-        """What the bench is called."""
+        """The name of the bench."""
         return authority.person_of(self.bench)
 
     @cached_property
     def leaves(self) -> list[bytes]:
-        """Hashes of the entries, in order."""
+        """Return the hashes of the entries, in order."""
         return [entry.leaf() for entry in self.entries]
 
     def text(self) -> bytes:
-        """Return what the bench signs: how many entries, their root, the head of its store, the time."""
+        """Return the bytes that the bench signs: number of entries, their root, the head of its store, the time."""
         root = merkle.root(self.leaves).hex()
         return f"accept list\n{len(self.entries)}\n{root}\n{self.head}\n{self.time}\n".encode()
 
@@ -96,7 +96,7 @@ class BenchList:
 
 
 def unit_key(serial: str) -> str:
-    """Return what stands for a serial in a list."""
+    """Return the hash that stands for a serial in a list."""
     return hashlib.sha256(f"accept unit {serial}".encode()).hexdigest()
 
 
@@ -119,9 +119,9 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
 
 
 def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519PrivateKey) -> BenchList:
-    """Write what this bench's store holds into a list, beside what other benches published in the same file.
+    """Write what this bench's store holds into a list, beside the lists of other benches in the same file.
 
-    Raises ListError for a store that does not go on from what the bench published before, StoreError, OSError."""
+    Raises ListError if the store does not continue what the bench published before, StoreError, OSError."""
     others = read(path) if path.exists() else []
     now = datetime.now(UTC).isoformat(timespec="seconds")
     unsigned = BenchList(bench, entries_of(store.events()), store.head(), now)
@@ -149,7 +149,7 @@ def read(path: Path) -> list[BenchList]:
 
 
 def check(lists: Sequence[BenchList], roots: Sequence[x509.Certificate], path: Path) -> None:
-    """Raise ListError for a list that no bench of a trusted authority signed as it is."""
+    """Raise ListError if a list is not signed, as it is, by a bench of a trusted authority."""
     for one in lists:
         key = one.bench.public_key()
         if not any(authority.issued_by(one.bench, ca) for ca in roots) or authority.role_of(one.bench) != BENCH:

@@ -1,4 +1,4 @@
-"""Keys that must no longer sign: the authority's signed list (CRL, RFC 5280), honoured by date."""
+"""Revoked keys: the authority's signed list (CRL, RFC 5280), which counts from the date of each entry."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from specs.files import read_bounded
 FILE = "ca.crl.pem"
 REASONS = {
     "left": x509.ReasonFlags.affiliation_changed,
-    "lost": x509.ReasonFlags.key_compromise,  # whoever finds a lost key may use it
+    "lost": x509.ReasonFlags.key_compromise,  # the finder of a lost key may use it
     "compromised": x509.ReasonFlags.key_compromise,
 }
-_LIFE = timedelta(days=365 * 20)  # the list is valid until the next one; nobody fetches it from a network
+_LIFE = timedelta(days=365 * 20)  # the list is valid until the next one; it is not fetched from a network
 
 
 class RevocationError(AcceptError, ValueError):
@@ -29,8 +29,8 @@ class RevocationError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class Revoked:
-    """A revoked certificate: its number, since when, and whether somebody else may hold its key: it was compromised, or
-    lost, which is the same to whoever receives its signatures."""
+    """A revoked certificate: its number, since when, and whether another person may hold its key, because it was
+    compromised or lost, which are the same to a recipient of its signatures."""
 
     serial_number: int
     since: datetime
@@ -38,14 +38,15 @@ class Revoked:
 
 
 def revoked_in(path: Path, ca: x509.Certificate) -> list[Revoked]:
-    """Entries of an authority's list, none where there is no file. Raises RevocationError for a list that is damaged or
-    is not signed by this authority."""
+    """Return the entries of an authority's list, none if the file does not exist. Raises RevocationError if the list is
+    damaged or is not signed by this authority."""
     content = _read(path)
     return [] if content is None else entries_of(content, str(path), ca)
 
 
 def kept(path: Path) -> str | None:
-    """The list as it is now, to be attached to a certificate. Raises RevocationError."""
+    """Return the present list, to be attached to a certificate; None if the file does not exist. Raises
+    RevocationError."""
     content = _read(path)
     return None if content is None else content.decode("ascii", "replace")
 
@@ -60,7 +61,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def entries_of(content: bytes, path: str, ca: x509.Certificate) -> list[Revoked]:
-    """Entries of a list; path: what it is called in messages. Raises RevocationError as `revoked_in`."""
+    """Return the entries of a list; path: its name in messages. Raises RevocationError as `revoked_in`."""
     try:
         listed = x509.load_pem_x509_crl(content)
         key = ca.public_key()
@@ -73,7 +74,7 @@ def entries_of(content: bytes, path: str, ca: x509.Certificate) -> list[Revoked]
 
 
 def is_canonical(text: str) -> bool:
-    """Return whether a list is exactly as `write` writes it: nothing else stands in the text."""
+    """Return whether a list is exactly as `write` writes it, without any other text."""
     try:
         return x509.load_pem_x509_crl(text.encode()).public_bytes(Encoding.PEM).decode("ascii") == text
     except ValueError:
@@ -81,7 +82,7 @@ def is_canonical(text: str) -> bool:
 
 
 def beside(ca_path: Path) -> Path:
-    """Where an authority's list is looked for: `ca.crl.pem` for `ca.pem`."""
+    """Return the file of an authority's list: `ca.crl.pem` for `ca.pem`."""
     return ca_path.with_suffix(".crl.pem")
 
 

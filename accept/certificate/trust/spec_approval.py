@@ -1,4 +1,4 @@
-"""Who approved the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
+"""Approval of the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
 
 import json
 import re
@@ -48,8 +48,8 @@ _Models = Mapping[str, Mapping[str, str]]  # model file that a spec names -> its
 def approve(spec: Spec, credential: Credential, when: datetime) -> dict[str, Any]:
     """Approve a spec and every model file that it names, with the matrices of each, as the owner of a QA key.
 
-    Returns plain data with a signature over name, hashes, person and time. Raises KeysError for a key of another role
-    and for a model file that cannot be read."""
+    Returns plain data with a signature over name, hashes, person and time. Raises KeysError if the key has another role
+    or a model file cannot be read."""
     if credential.role != QA or credential.key is None:
         raise KeysError(f"a spec is approved with a key of quality assurance, not of a {credential.role}")
     models = model_hashes(evidence_of(named_models(spec)))
@@ -70,7 +70,8 @@ def write(home: Path, approval: Mapping[str, Any]) -> Path:
 
 
 def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Sequence[Revoked] = ()) -> dict[str, Any]:
-    """What a certificate says of its spec: {"builtin": true}, the approval, or {"reason": why there is none}."""
+    """Return what a certificate states about its spec: {"builtin": true}, the approval, or {"reason": why it is not
+    approved}."""
     shipped = builtin()
     if spec.name in shipped and load(spec.name).sha256 == spec.sha256:
         return {"builtin": True}
@@ -93,8 +94,8 @@ def check_spec(
 ) -> Step:
     """Check whether the spec is what its name says, and who approved it, with which model files.
 
-    revoked: keys that approve nothing since a day. Raises InvalidCertificate for an approval that does not hold, and if
-    a certificate of this program states of the approval what the spec and the signatures do not give."""
+    revoked: keys whose approvals do not count from a day on. Raises InvalidCertificate if an approval does not hold, or
+    if a certificate of this program states an approval that does not follow from spec and signatures."""
     name, sha256 = contents.spec_name, contents.spec_sha256
     approval = contents.provenance.get("approval")
     own = contents.code_sha256 == version.code_sha256()
@@ -124,7 +125,7 @@ def _check_approval(
     trust: Sequence[x509.Certificate],
     revoked: Sequence[Revoked],
 ) -> Step:
-    """Raises InvalidCertificate if a signed approval does not hold."""
+    """Raise InvalidCertificate if a signed approval does not hold."""
     name = contents.spec_name
     if problem := _problem(approval, name, contents.spec_sha256, trust, revoked):
         raise InvalidCertificate(f"spec {name}: {problem}")
@@ -141,7 +142,7 @@ def _other_content(name: str) -> str:
 
 
 def _is_reason(text: Any, contents: CertificateContent) -> bool:
-    """Return whether this program gives such a reason for a spec that is not approved."""
+    """Return whether the text is one of this program's reasons for a spec that is not approved."""
     if not isinstance(text, str):
         return False
     fixed = {_NOBODY, _UNREADABLE, *_WRONG, _other_content(contents.spec_name)}
@@ -150,8 +151,8 @@ def _is_reason(text: Any, contents: CertificateContent) -> bool:
 
 
 def _uncovered(approval: Mapping[str, Any], models: _Models) -> str | None:
-    """Return which model file of a spec is not the one that was approved with it, None if all are. An approval of an
-    earlier program names none."""
+    """Return the first model file of a spec that is not the one approved with it, None if all are. An approval of an
+    earlier program names no model files."""
     approved = approval.get("models") or {}
     for name in sorted({*models, *approved}):
         if not models.get(name) or models.get(name) != approved.get(name):
@@ -200,12 +201,13 @@ def _problem(
 
 
 def _letters(name: str) -> str:
-    """What a reader sees of a name: another case, hyphen, space or invisible character makes no other one."""
+    """Return a name as a reader sees it: names that differ only in case, hyphens, spaces or invisible characters are
+    equal."""
     return "".join(c for c in unicodedata.normalize("NFKC", name).casefold() if c.isalnum())
 
 
 def _serial_number(approval: Mapping[str, Any]) -> int:
-    """Of the certificate of who approved."""
+    """Return the serial number of the approver's certificate."""
     return x509.load_pem_x509_certificate(str(approval["certificate"]).encode("ascii")).serial_number
 
 

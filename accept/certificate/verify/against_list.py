@@ -1,5 +1,5 @@
-"""What the benches' published list knows of a certificate: whether its bench's store holds it, and what was judged
-since then. It takes the authority's certificate and the file, and no store."""
+"""Comparison of a certificate with the benches' published list: whether its bench's store holds it, and whether the
+unit was judged since. It needs the authority's certificate and the file, and no store."""
 
 import hashlib
 from collections.abc import Sequence
@@ -68,7 +68,8 @@ def check_list(signed: bytes, contents: CertificateContent, when: datetime, list
 
 
 def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
-    """Newest wins, whichever bench judged last. Benches that share a store publish the same events."""
+    """Compare with later judgements by any bench: the newest wins. Benches that share a store publish the same
+    events."""
     since = datetime.fromisoformat(judged.time) + SAME_SECOND
     known = {e.event for e in own.entries}
     later = [

@@ -1,5 +1,6 @@
-"""What a bench's own store knows of a certificate: whether it holds the judgement and the signature as stated, what was
-judged since then, and whether its recordings were given for another unit too and its parts are in order."""
+"""Comparison of a certificate with a bench's own store: whether it holds the judgement and the signature as stated,
+whether the unit was judged since, whether its recordings were given for another unit too, and whether its parts are in
+order."""
 
 import hashlib
 import os
@@ -57,8 +58,9 @@ def _signature_event(events: Sequence[Event], signed: bytes) -> Event | None:
 
 
 def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
-    """Not complete if the store of the bench that made it holds another event under the stated number, or nothing of
-    this signature; and if neither is known. Of a certificate from before heads were stated nothing is expected."""
+    """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
+    under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
+    were stated is not checked."""
     head = contents.provenance.get("head")
     if head is not None:
         stated, own = StoreHead(int(head["seq"]), str(head["hash"])), store.signed_head()
@@ -98,7 +100,7 @@ def _history(events: Sequence[Event], signature: Event, contents: CertificateCon
 
 
 def _comparisons(events: Sequence[Event], own: Event, contents: CertificateContent) -> dict[str, bool]:
-    """Field -> whether the certificate states it as the store has it."""
+    """Return field -> whether the certificate states it as the store has it."""
     given = contents.provenance
     counted = [e for e in events if e.seq < own.seq]
     started = [e for e in counted if e.what == _STARTED]
@@ -118,13 +120,14 @@ def _comparisons(events: Sequence[Event], own: Event, contents: CertificateConte
 
 
 def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
-    """Of a certificate whose signature this store does not hold, such as one of another bench: what was judged since it
-    was signed."""
+    """Return later judgements for a certificate whose signature this store does not hold, such as one of another bench:
+    those after it was signed."""
     return _later([e for e in events if e.what == JUDGED and datetime.fromisoformat(e.time) > when + SAME_SECOND])
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
-    """Newest wins: a certificate of an earlier judgement is never plainly valid."""
+    """Return the step on later judgements: the newest wins, so a certificate of an earlier one is never plainly
+    valid."""
     if not judged:
         return [Step("this bench's store knows no later attempt", current=True)]
     last = judged[-1]
@@ -133,8 +136,9 @@ def _later(judged: Sequence[Event]) -> list[Step]:
 
 
 def _copied(store: Store, contents: CertificateContent, again: UnitResult | None) -> Step:
-    """Not complete if the store has a judgement of another unit by the same samples, no signed decision says whose they
-    are, and the certificate counts them. The samples are those of the attached records, whatever the result states."""
+    """Check the recordings. Not complete if the store has a judgement of another unit by the same samples that the
+    certificate counts, without a signed decision on where they belong. The samples are those of the attached records,
+    whatever the result states."""
     samples = {**(contents.result.get("samples") or {}), **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
@@ -148,8 +152,8 @@ def _copied(store: Store, contents: CertificateContent, again: UnitResult | None
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    """Not complete if the store knows something against its parts, or a nonconformance, that the certificate does not
-    state."""
+    """Check the parts. Not complete if the store has a doubt about a part, or a nonconformance, that the certificate
+    does not state."""
     found = part_doubts(store, contents.serial, contents.result.get("parts") or {})
     new = [words for words in found if words not in contents.result.get("part_doubts", ())]
     held = open_nonconformances(store, contents.serial, {})
@@ -160,7 +164,7 @@ def _built(store: Store, contents: CertificateContent) -> Step:
 
 
 def _sound(store: Store, contents: CertificateContent) -> Step:
-    """Not complete if the store knows a nonconformance of the part that the certificate does not state."""
+    """Check the part. Not complete if the store has a nonconformance of it that the certificate does not state."""
     stated = contents.result.get("nonconformances", ())
     new = [words for words in open_nonconformances(store, contents.serial, {}) if words not in stated]
     words = "the bench's store has a nonconformance of the part that was not decided"
@@ -172,5 +176,5 @@ def _others(copy: Copy) -> str:
 
 
 def _store_is_there() -> bool:
-    """Return whether there is a store to ask; none is made for it."""
+    """Return whether a store exists that can be asked, without making one."""
     return bool(os.environ.get("ACCEPT_STORE_URL")) or (home() / "store.sqlite").exists()

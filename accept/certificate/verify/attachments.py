@@ -1,4 +1,5 @@
-"""What is inside a certificate: do the attachments belong together, and does judging them again give the same."""
+"""The attachments of a certificate: whether they belong together, and whether judging them again gives the same
+result."""
 
 import hashlib
 import io
@@ -37,8 +38,8 @@ Rejudge = Callable[[CertificateContent], UnitResult]
 
 
 def unpack(contents: CertificateContent, folder: Path) -> Models:
-    """Write the inputs as the unit folder they were; the models of the spec, opened from there. Raises
-    InvalidCertificate on a name that leads out of the folder."""
+    """Write the inputs as the unit folder they were, and return the models of the spec, opened from there. Raises
+    InvalidCertificate if a name leads out of the folder."""
     for name, content in (dict(contents.files) | contents.model_attachments()).items():
         parts = PurePosixPath(name).parts
         if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
@@ -48,7 +49,7 @@ def unpack(contents: CertificateContent, folder: Path) -> Models:
 
 
 def embedded(reader: PdfFileReader) -> dict[str, bytes]:
-    """Name -> content of the files embedded in a PDF."""
+    """Return name -> content of the files embedded in a PDF."""
     names = reader.root["/Names"]["/EmbeddedFiles"]["/Names"]
     if not isinstance(names, ArrayObject) or len(names) % 2:
         raise InvalidCertificate("the list of attachments is damaged")
@@ -59,7 +60,7 @@ def embedded(reader: PdfFileReader) -> dict[str, bytes]:
 
 
 def read(signed: bytes) -> CertificateContent:
-    """The certificate's content inside a signed PDF, its attachments held against their hashes. Raises
+    """Return the certificate's content inside a signed PDF, its attachments verified by their hashes. Raises
     InvalidCertificate."""
     try:
         contents = certificate_content.read(embedded(PdfFileReader(io.BytesIO(signed))))
@@ -74,9 +75,9 @@ def read(signed: bytes) -> CertificateContent:
 def check_result(contents: CertificateContent, judged: UnitResult | None) -> Step:
     """Compare the result with the unit as it was `judged` again from the attached data, None if it was not.
 
-    If a record was too large to attach, the sections whose records are there are compared; the step is then not
-    complete. Of a certificate of another program it is said which keys it lacks and what it words otherwise; values,
-    limits, causes and verdicts must be the same. Raises InvalidCertificate if the results differ."""
+    If a record was too large to attach, only the sections whose records are attached are compared; the step is then not
+    complete. For a certificate of another program the step lists the keys that it lacks and the sentences that differ;
+    values, limits, causes and verdicts must be the same. Raises InvalidCertificate if the results differ."""
     missing = tuple(name for name in contents.inputs if name not in contents.files)
     if judged is None:
         return Step("not judged again", complete=False)
@@ -131,7 +132,7 @@ def _some(lines: Sequence[str]) -> str:
 
 
 def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
-    """Checks that read one of these files."""
+    """Return the checks that read one of these files."""
     unit = _unit(contents)
     reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
     if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
@@ -140,13 +141,13 @@ def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[st
 
 
 def _pictures(panels: Mapping[str, Panel], left_out: Collection[str]) -> dict[str, Panel]:
-    """Without those of some checks."""
+    """Return the panels without those of some checks."""
     return {name: panel for name, panel in panels.items() if name.split("/")[0] not in left_out}
 
 
 def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
-    """What a result says without some checks. A finding without a result claims nothing and is not compared: it may be
-    without one because of what was left out."""
+    """Return a result without some checks. A finding without a result claims nothing and is not compared: its value may
+    have been in what was left out."""
     claimed = [f for f in result["findings"] if f["check"] not in left_out]
     information = [i for i in result["information"] if i["check"] not in left_out]
     silent = {f["quantity"] for f in claimed if f["verdict"] == "no_result"}
@@ -159,9 +160,10 @@ def _part(result: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any
 
 
 def with_records(contents: CertificateContent, folder: Path) -> CertificateContent:
-    """The content with the records that were too large to attach taken from a folder, each held against its hash.
+    """Return the content with the records that were too large to attach, read from a folder and verified by their
+    hashes.
 
-    Raises InvalidCertificate for a file of another content, OSError.
+    Raises InvalidCertificate if a file has another content, OSError.
     """
     more = {}
     for name, digest in contents.inputs.items():
@@ -195,7 +197,8 @@ def _check_hashes(contents: CertificateContent) -> None:
 
 
 def _check_inputs(contents: CertificateContent) -> None:
-    """The inputs are those that unit.toml names, no more; what is not attached is truly too large for it."""
+    """Raise InvalidCertificate if the inputs are not exactly those that unit.toml names, or if an input that is not
+    attached is small enough to be."""
     if UNIT_FILE not in contents.files:
         raise InvalidCertificate(f"{UNIT_FILE} is not attached")
     try:

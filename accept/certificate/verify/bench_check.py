@@ -1,4 +1,4 @@
-"""Which bench made a certificate: one that the authority certified, or an unknown one."""
+"""The bench that made a certificate: certified by the authority, or unknown."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -23,8 +23,8 @@ def check_bench(
 ) -> list[Step]:
     """Check that a bench of a trusted authority signed head and provenance. when: time of the technician's signature.
 
-    Steps are not complete for an unknown bench, whose store nobody can ask, and for one whose key was lost. Raises
-    InvalidCertificate for a signature or a certificate that does not hold."""
+    Steps are not complete for an unknown bench, whose store cannot be asked, and for a bench whose key was lost. Raises
+    InvalidCertificate if a signature or a certificate does not hold."""
     given = contents.provenance
     if "signature" not in given:
         if "bench" in given:

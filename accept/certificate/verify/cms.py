@@ -9,8 +9,8 @@ _ECDSA = {"algorithm": "sha256_ecdsa"}
 
 
 def build(signer: bytes, root: bytes, digest: bytes, signature: bytes, token: bytes | None = None) -> bytes:
-    """DER of the CMS. signer, root : their certificates in DER. digest : SHA-256 of what is signed. token : timestamp
-    of the signature, as its authority gave it."""
+    """Return the DER encoding of the CMS. signer, root : their certificates in DER. digest : SHA-256 of the signed
+    bytes. token : timestamp of the signature, as its authority gave it."""
     certificate = x509.Certificate.load(signer)
     info = {
         "version": "v1",

@@ -1,4 +1,4 @@
-"""Does the page say what the attached data say? It is drawn again from them and compared."""
+"""Comparison of the page with the attached data: it is drawn again from them."""
 
 import io
 import re
@@ -23,10 +23,10 @@ _CATALOG = {"/Perms", "/Metadata", "/Extensions", "/Version", "/DSS"}  # what si
 
 
 def check_page(signed: bytes, contents: CertificateContent) -> Step:
-    """Draw the page again from the attachments. Raises InvalidCertificate where the two contradict each other.
+    """Draw the page again from the attachments. Raises InvalidCertificate if the two contradict each other.
 
     Drawn by the same program both are the same to the byte. Drawn by another version they may differ in layout; then
-    the text is compared, pictures cannot be, and so the page counts as not compared.
+    the text is compared but pictures cannot be, so the page counts as not compared.
     """
     _only_signed(signed)
     drawn = render(contents)
@@ -44,8 +44,8 @@ def check_page(signed: bytes, contents: CertificateContent) -> Step:
 
 
 def _only_signed(signed: bytes) -> None:
-    """The technician's revision fills the signature field and nothing else: whoever signs writes that revision too, and
-    could draw over the page in it."""
+    """Raise InvalidCertificate if the technician's revision changes more than the signature field: the signer writes
+    that revision too, and could draw over the page in it."""
     reader = PdfFileReader(io.BytesIO(signed))
     before, after = reader.get_historical_resolver(0), reader.get_historical_resolver(1)
     rewritten = after.explicit_refs_in_revision()  # type: ignore[no-untyped-call]
@@ -62,7 +62,8 @@ def _only_signed(signed: bytes) -> None:
 
 
 def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent) -> list[str]:
-    """Words of one text that the other lacks. Raises InvalidCertificate for another serial or another verdict."""
+    """Return the words of either text that the other lacks. Raises InvalidCertificate if the page shows another serial
+    or another verdict."""
     there, here = _text(signed), _text(drawn)
     for word in (contents.serial, str(contents.result["verdict"]).upper()):
         if word not in there:

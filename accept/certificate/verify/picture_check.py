@@ -1,4 +1,5 @@
-"""Do the pictures show the attached records? They are data in the certificate, and come again from judging it."""
+"""Comparison of the pictures with the attached records: they are data in the certificate, and judging it makes them
+again."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
@@ -19,9 +20,11 @@ FEW = 0.02  # of a curve's points: where two samples are as high, another proces
 
 
 def check_pictures(attached: Mapping[str, Panel], again: Mapping[str, Panel]) -> None:
-    """attached: as they are on the page. again: from the attached records, without those that were too large to attach.
+    """Compare the panels on the page with those made again from the attached records, without the records that were too
+    large to attach.
 
-    Of what the gap workflow draws, which is not searched for again, no word says a verdict. Raises InvalidCertificate.
+    attached: as they are on the page. again: made from the attached records. The panels of the gap workflow, which is
+    not run again, must not name a verdict. Raises InvalidCertificate.
     """
     there = {panel["name"]: panel for panel in panels_to_json(attached)}
     here = {panel["name"]: panel for panel in panels_to_json({name: reduced(p) for name, p in again.items()})}
@@ -50,17 +53,17 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _numbers(values: Sequence[Any]) -> bool:
-    """Also those that JSON has no number for."""
+    """Return whether all values are numbers, NaN and infinity included, for which JSON has no number."""
     return all((isinstance(v, int | float) and not isinstance(v, bool)) or v in ("nan", "inf", "-inf") for v in values)
 
 
 def _map(values: Sequence[Any]) -> bool:
-    """Rows of numbers, which are seen as one."""
+    """Return whether all values are rows of numbers: the data of a map."""
     return all(isinstance(row, list) and _numbers(row) for row in values)
 
 
 def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
-    """Whether two curves look the same: all their points but a few, by what the curve spans."""
+    """Return whether two curves look the same: all points but a few agree within a small part of the curve's span."""
     a, b = (np.array([float(v) for v in values]) for values in (one, other))
     if a.shape != b.shape:
         return False
@@ -71,7 +74,7 @@ def _near(one: Sequence[Any], other: Sequence[Any]) -> bool:
 
 
 def _texts(panel: Any) -> Iterator[str]:
-    """All that a panel says, in whatever place."""
+    """Yield every string in a panel, at any depth."""
     if isinstance(panel, str):
         yield panel
     elif isinstance(panel, Mapping):

@@ -28,11 +28,11 @@ from specs.strict import SpecError
 
 
 def rejudge(attached: CertificateContent) -> UnitResult:
-    """The unit judged from the attached inputs by the attached spec. What the gap workflow found stands as it was
-    signed: it makes no verdict better, its search takes long, and the rounding of another machine may lead a search
-    elsewhere. `verify` says that it was not searched for again.
+    """Return the unit judged from the attached inputs by the attached spec. The result of the gap workflow is taken as
+    it was signed: it makes no verdict better, its search takes long, and the rounding of another machine may lead a
+    search elsewhere. `verify` states that it was not searched for again.
 
-    Raises InvalidCertificate, also where the attached verdicts do not follow from the attached numbers.
+    Raises InvalidCertificate, also if the attached verdicts do not follow from the attached numbers.
     """
     try:
         spec = parse(attached.spec_text.encode(), "the attached spec")
@@ -73,28 +73,30 @@ def verify_file(
     known: Known | None = None,
     revoked: Sequence[Revoked] = (),
 ) -> Verification:
-    """Verification of a certificate file with a judgement of its own. Raises OSError when it cannot be read."""
+    """Return the verification of a certificate file, which includes judging it again. Raises OSError if it cannot be
+    read."""
     judge = rejudge_demo if demo else rejudge
     return verify(read_certificate(path), trust, judge, demo=demo, records=records, known=known, revoked=revoked)
 
 
 def read_certificate(path: Path) -> bytes:
-    """Raises OSError."""
+    """Return the bytes of a certificate file. Raises OSError."""
     return read_bounded(path, CERTIFICATE_BYTES)
 
 
 def is_valid_demo(path: Path, ca_pem: bytes) -> bool:
-    """Whether a certificate of the demo verifies under its CA; plain data, so that another process can be asked."""
+    """Return whether a certificate of the demo verifies under its CA; takes plain data, so that another process can run
+    it."""
     return verify_file(path, [x509.load_pem_x509_certificate(ca_pem)], demo=True).valid
 
 
 def ready() -> None:
-    """Asked of a process, it makes it start and import this module."""
+    """Do nothing: the call makes a process start and import this module."""
 
 
 def rejudge_demo(attached: CertificateContent) -> UnitResult:
-    """As `rejudge`, for what the demo's key signed: its passphrase is no secret, so it is trusted for the demo's own
-    built-in units and for no other."""
+    """Judge again like `rejudge` what the demo's key signed: its passphrase is no secret, so it is trusted only for the
+    demo's own built-in units."""
     from accept.simulate import published_units
 
     if attached.files.get(UNIT_FILE) not in published_units.unit_texts() and not _is_demo_strut(attached):
@@ -103,7 +105,8 @@ def rejudge_demo(attached: CertificateContent) -> UnitResult:
 
 
 def _is_demo_strut(attached: CertificateContent) -> bool:
-    """Is every byte what the demo simulates here? Its numbers are those of this machine, as its key is."""
+    """Return whether every byte is what the demo simulates on this machine: its numbers depend on the machine, as its
+    key does."""
     from accept.simulate import demo
 
     if f'"{demo.SERIAL}"'.encode() not in attached.files.get(UNIT_FILE, b""):

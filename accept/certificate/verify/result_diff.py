@@ -17,7 +17,7 @@ _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
 def differences(attached: Any, again: Any, path: str = "") -> list[str]:
-    """One line for each place where two results differ by more than rounding, with the path to it."""
+    """Return one line for each place where two results differ by more than rounding, with the path to it."""
     if isinstance(attached, Mapping) and isinstance(again, Mapping):
         keys = sorted({*attached, *again})
         return [line for key in keys for line in _entry(attached, again, key, f"{path}.{key}" if path else str(key))]
@@ -33,7 +33,7 @@ def differences(attached: Any, again: Any, path: str = "") -> list[str]:
 
 
 def is_said_otherwise(line: str) -> bool:
-    """Whether a line of `differences` is about words alone, and about no number, limit, cause or verdict."""
+    """Return whether a line of `differences` concerns only words, and no number, limit, cause or verdict."""
     key = line.partition(" ")[0].rpartition(".")[2].partition("[")[0]
     return key in _SAID
 
@@ -54,7 +54,7 @@ def _same(a: Any, b: Any, path: str) -> bool:
 
 
 def same_words(a: str, b: str) -> bool:
-    """Sentences are the same when only digits of rounded numbers in them differ."""
+    """Return whether two sentences are the same apart from digits of rounded numbers."""
     if _NUMBER.sub("#", a) != _NUMBER.sub("#", b):
         return False
     numbers = zip(_NUMBER.findall(a), _NUMBER.findall(b), strict=True)

@@ -1,8 +1,8 @@
-"""The hole that a signature leaves for itself: the one part of the file that no signature covers.
+"""The /Contents placeholder, which the signature does not cover: the only such part of the file.
 
 Nothing in it may be free. Its content is built again from the signer's certificate, the digest of the document and the
 signature value, and must be the same to the byte; zeros follow to the end. Those three cannot be exchanged: the
-certificate's hash and the digest are signed, and of the two valid signature values only the lower one is taken.
+certificate's hash and the digest are signed, and of the two valid signature values only the lower one is accepted.
 """
 
 from binascii import unhexlify
@@ -21,7 +21,8 @@ _DIGITS = frozenset(b"0123456789ABCDEF")
 
 
 def byte_range(given: Sequence[object], whole: int) -> tuple[int, int, int]:
-    """(start of the hole, end of the hole, end of what is signed) of a /ByteRange in a file of `whole` bytes."""
+    """Return (start of the placeholder, its end, end of the signed bytes) of a /ByteRange in a file of `whole`
+    bytes."""
     numbers = [int(n) if isinstance(n, int) else -1 for n in given]
     if len(numbers) != 4 or numbers[0] != 0 or min(numbers) < 0:
         raise InvalidCertificate(f"the signed range {numbers} is not two parts from the start of the file")
@@ -33,7 +34,7 @@ def byte_range(given: Sequence[object], whole: int) -> tuple[int, int, int]:
 
 
 def read_hole(pdf: bytes, start: int, end: int) -> bytes:
-    """The bytes in pdf[start:end], which must be "<", upper-case hexadecimal, ">"; padding and all."""
+    """Return the bytes in pdf[start:end], padding included. They must be "<", upper-case hexadecimal, ">"."""
     if pdf[start : start + 1] != b"<" or pdf[end - 1 : end] != b">":
         raise InvalidCertificate("the hole of the signature is not exactly the string of its contents")
     digits = pdf[start + 1 : end - 1]
@@ -43,9 +44,9 @@ def read_hole(pdf: bytes, start: int, end: int) -> bytes:
 
 
 def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate]) -> x509.Certificate:
-    """The signer's certificate of a hole's content that is canonical to the last byte of its padding.
+    """Return the signer's certificate in a placeholder whose content is canonical to the last byte of its padding.
 
-    digest : SHA-256 of the bytes outside the hole. That the signature value fits is checked later, by pyhanko.
+    digest : SHA-256 of the bytes outside the placeholder. The signature value is checked later, by pyhanko.
     """
     signed = asn1_cms.ContentInfo.load(content)["content"]
     if len(signed["signer_infos"]) != 1:
@@ -66,7 +67,8 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
 
 
 def token_of(content: bytes) -> bytes | None:
-    """The timestamp beside a signature, None where there is none. Raises InvalidCertificate for anything else there."""
+    """Return the timestamp beside a signature, None if it has none. Raises InvalidCertificate if another attribute is
+    found there."""
     info = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]
     beside = list(info["unsigned_attrs"])
     if not beside:
@@ -78,19 +80,20 @@ def token_of(content: bytes) -> bytes | None:
 
 
 def signature_of(content: bytes) -> bytes:
-    """The signature value in a hole's content."""
+    """Return the signature value in a placeholder's content."""
     value: bytes = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]["signature"].native
     return value
 
 
 def _lower(value: bytes) -> bytes:
-    """The signature value with its s in the lower half, in DER: of every pair of valid values the one that is taken."""
+    """Return the signature value with its s in the lower half, in DER: the accepted one of each pair of valid
+    values."""
     r, s = decode_dss_signature(value)
     return encode_dss_signature(r, min(s, P256_ORDER - s))
 
 
 def _certificates(signed: asn1_cms.SignedData, trusted: Sequence[x509.Certificate]) -> tuple[bytes, bytes]:
-    """(signer's, CA's) certificate: just two are carried, one of them to the byte a trusted one."""
+    """Return (signer's, CA's) certificate. Exactly two are carried, and one of them is a trusted one to the byte."""
     carried = [choice.chosen.dump() for choice in signed["certificates"]]
     roots = {c.public_bytes(Encoding.DER) for c in trusted}
     own, known = [c for c in carried if c not in roots], [c for c in carried if c in roots]

@@ -1,4 +1,5 @@
-"""The signatures on a certificate: in order, each over all there was, by a key that was valid for its role then."""
+"""The signatures on a certificate: in order, each over the whole file so far, by a key that was valid for its role
+then."""
 
 import hashlib
 import io
@@ -35,15 +36,15 @@ _CLOCK_SLACK = timedelta(hours=24)  # between the clocks of the bench and of who
 _USAGE = KeyUsageConstraints(key_usage={"digital_signature", "non_repudiation"}, match_all_key_usages=True)
 _MOST_REVISIONS, _MOST_FIELDS = 8, 8  # what has more is no certificate and is not looked at further
 _ORDERS = ((TECHNICIAN,), (TECHNICIAN, QA))
-# What pyhanko has to say about a broken file ends up in the reason; nobody needs it on stderr too.
+# What pyhanko reports on a broken file is part of the reason; it is not repeated on stderr.
 for _library in ("pyhanko", "pyhanko_certvalidator"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
 
 @dataclass(frozen=True)
 class Signed:
-    """One valid signature. doubt: why its time alone does not carry it, None where it does. stamped: the timestamp
-    beside it, None where there is none. disposition: of a unit that was not accepted, as who countersigned decided."""
+    """One valid signature. doubt: why its time does not suffice to accept it, None if it does. stamped: the timestamp
+    beside it, None without one. disposition: of a unit that was not accepted, as decided in the countersignature."""
 
     role: str
     person: str
@@ -61,7 +62,7 @@ def signatures_of(
     revoked: Sequence[Revoked],
     stamping: Sequence[x509.Certificate],
 ) -> tuple[tuple[Signed, ...], bytes]:
-    """The valid signatures, and the bytes that the first one covers."""
+    """Return the valid signatures, and the bytes that the first one covers."""
     if not pdf.startswith(b"%PDF-"):
         raise InvalidCertificate("not a PDF file" if pdf else "the file is empty")
     embedded = guarded("the PDF", lambda: _embedded(PdfFileReader(io.BytesIO(pdf))))
@@ -92,7 +93,8 @@ def signatures_of(
 
 
 def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
-    """Technician, or technician and QA, each in a revision of its own after the first; nothing else in the file."""
+    """Return the signatures: technician, or technician and QA, each in a revision of its own after the first, and
+    nothing else in the file."""
     if reader.encrypted:
         raise InvalidCertificate("the file is encrypted")
     _check_forms(reader)
@@ -117,8 +119,8 @@ def _embedded(reader: PdfFileReader) -> list[EmbeddedPdfSignature]:
 
 
 def _check_forms(reader: PdfFileReader) -> None:
-    """Raises InvalidCertificate for a form with many fields or with fields below fields, in any revision: the program
-    writes two. Fields that name each other twice make a walk over them twice as long at every level."""
+    """Raise InvalidCertificate if any revision has a form with many fields or with fields below fields: the program
+    writes two. Fields that name each other twice would double the time of a walk over them at every level."""
     revisions = reader.xrefs.total_revisions
     if revisions > _MOST_REVISIONS:
         raise InvalidCertificate(f"the file has {revisions} revisions for two signatures: something else was added")
@@ -133,7 +135,7 @@ def _check_forms(reader: PdfFileReader) -> None:
 def _certificate(
     pdf: bytes, embedded: EmbeddedPdfSignature, place: tuple[int, int, int], trust: Sequence[x509.Certificate]
 ) -> x509.Certificate:
-    """Certificate of a signature whose hole is canonical and whose digest fits the document."""
+    """Return the certificate of a signature whose placeholder is canonical and whose digest fits the document."""
     start, end, last = place
     content = read_hole(pdf, start, end)
     if embedded.pkcs7_content != content:
@@ -167,7 +169,7 @@ def _signature(
 
 
 def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x509.Certificate]) -> Stamped | None:
-    """The timestamp beside a signature. Raises InvalidCertificate for one that is wrong, or says another day than the
+    """Return the timestamp beside a signature. Raises InvalidCertificate if it is wrong, or its day is not that of the
     signer's clock."""
     token = token_of(embedded.pkcs7_content)
     if token is None:
@@ -184,8 +186,9 @@ def _stamped(embedded: EmbeddedPdfSignature, when: datetime, roots: Sequence[x50
 def _doubt(
     certificate: x509.Certificate, when: datetime, revoked: Sequence[Revoked], stamped: Stamped | None
 ) -> str | None:
-    """Raises InvalidCertificate for a signature made after its key was revoked. One made before holds, unless somebody
-    else may have the key: he could have set the clock back, but not that of a trusted timestamp."""
+    """Return why a signature made before its key was revoked is in doubt, None if it is not. It is if another person
+    may have the key, who could have set the clock back, but not that of a trusted timestamp. Raises InvalidCertificate
+    if the signature was made after its key was revoked."""
     person = authority.person_of(certificate)
     for entry in revoked:
         if entry.serial_number != certificate.serial_number:
@@ -213,7 +216,8 @@ def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: da
 def _check_by_pyhanko(
     embedded: EmbeddedPdfSignature, trust: Sequence[x509.Certificate], when: datetime, covers_all: bool
 ) -> None:
-    """Digest, signature value, chain, key usage, coverage and what changed since, as pyhanko sees them."""
+    """Check with pyhanko: digest, signature value, chain, key usage, coverage, and changes since. Raises
+    InvalidCertificate."""
     roots = [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in trust]
     context = ValidationContext(trust_roots=roots, moment=when, allow_fetching=False)
     status = validate_pdf_signature(embedded, context, key_usage_settings=_USAGE)

@@ -1,4 +1,4 @@
-"""What a certificate states beside its result, held against the attached spec, the signatures and its own times.
+"""Comparison of the statements beside a certificate's result with the attached spec, the signatures and its own times.
 
 `accept.certificate.verify.statements` lists every statement and how it is checked.
 """
@@ -33,10 +33,10 @@ SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the stor
 
 
 def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool) -> list[Step]:
-    """Compare spec, operator, statement and provenance with what they are derived from.
+    """Compare spec, operator, statement and provenance with their sources.
 
-    A demonstration signs for every operator. Raises InvalidCertificate for a statement that is wrong; a step is not
-    complete if another program made the certificate or a statement is absent."""
+    A demonstration signs for every operator. Raises InvalidCertificate if a statement is wrong; a step is not complete
+    if another program made the certificate or a statement is absent."""
     _check_spec(contents)
     technician = None if demo else signatures[0].person
     if technician and contents.format > BEFORE and not same_person(contents.operator, technician):
@@ -61,7 +61,8 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
 def check_copies(
     contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked]
 ) -> list[Step]:
-    """Check that quality assurance signed of whom a recording is that counts although it stands elsewhere too."""
+    """Check that quality assurance signed the decision on where each recording belongs that is counted although it
+    exists elsewhere too."""
     since = {entry.serial_number: entry.since for entry in revoked}
     steps = []
     for copy in contents.result.get("copies") or ():
@@ -84,7 +85,7 @@ def check_copies(
 
 
 def _check_spec(contents: CertificateContent) -> None:
-    """The spec's name, title and instruments are those in its text."""
+    """Raise InvalidCertificate if the spec's name, title and instruments are not those in its text."""
     try:
         spec = parse(contents.spec_text.encode(), "the attached spec")
     except SpecError as e:
@@ -99,8 +100,8 @@ def _check_spec(contents: CertificateContent) -> None:
 
 
 def _check_form(given: Mapping[str, Any]) -> None:
-    """Raises InvalidCertificate if a statement of the provenance is not of the form that it is written in, and if the
-    bench did not sign the head of its store."""
+    """Raise InvalidCertificate if a statement of the provenance does not have its form, or if the bench did not sign
+    the head of its store."""
     if "attempt" in given and (type(given["attempt"]) is not int or given["attempt"] < 1):
         raise InvalidCertificate(f"provenance.attempt is {given['attempt']!r}, expected a whole number from 1")
     replaced = given.get("replaces")
@@ -127,14 +128,15 @@ def _check_keys(name: str, given: Any, form: Mapping[str, Any]) -> None:
 
 
 def _other_program(contents: CertificateContent) -> Step:
-    """The hash of the code is the certificate's own word: nothing that depends on it makes a certificate valid."""
+    """Return the step for a certificate of another program. The hash of the code is the certificate's own claim:
+    nothing that depends on it makes a certificate valid."""
     says = "" if contents.statement == STATEMENT else "; it says of the verdicts what this program does not say"
     program = f"accept {contents.accept_version}, code {contents.code_sha256[:12]}"
     return Step(f"it was made by another program ({program}; here {version.code_sha256()[:12]}){says}", complete=False)
 
 
 def _times(replaced: Mapping[str, Any] | None, signatures: Sequence[Signed]) -> list[Step]:
-    """A certificate is signed after the judgement that it replaces."""
+    """Check that a certificate was signed after the judgement that it replaces."""
     if replaced is None:
         return []
     before, signed = _time_of(replaced["time"]), signatures[0].when

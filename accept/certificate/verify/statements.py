@@ -1,7 +1,7 @@
-"""Every statement of a certificate and how it is checked: nothing is believed that can be looked up.
+"""Every statement of a certificate and how it is checked: a statement that can be looked up is not taken on trust.
 
 A statement is derived again from the attached bytes, or carries a signature that is verified, or is looked up in the
-bench's store or its published list. A field that this table does not name is refused (`unlisted`).
+bench's store or its published list. A field that is not in this table is refused (`unlisted`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -95,13 +95,13 @@ STATEMENTS = (
 
 
 def statement_of(document: str, path: str) -> Statement | None:
-    """Return the row for a field, by its keys joined by dots; None if there is none."""
+    """Return the row for a field, given by its keys joined by dots; None if the table has no such row."""
     rows = (s for s in STATEMENTS if s.document == document)
     return next((s for s in rows if not s.field or path == s.field or path.startswith(f"{s.field}.")), None)
 
 
 def unlisted(contents: CertificateContent) -> list[str]:
-    """Return the fields of manifest and result that no row of the table checks."""
+    """Return the fields of manifest and result that are not in the table."""
     documents = {MANIFEST: contents.manifest(), RESULTS: contents.result}
     return [
         f"{document}: {path}"

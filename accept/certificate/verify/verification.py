@@ -1,4 +1,4 @@
-"""Verification by anyone who holds the bench's CA certificate. What is not proven is not valid."""
+"""Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ Known = Callable[[bytes, CertificateContent, datetime, UnitResult | None], Seque
 
 
 class Validity(StrEnum):
-    """What verification comes to."""
+    """The outcome of a verification."""
 
     VALID = "valid"  # signed, and judged again with the same result, and its page compared
     SIGNED = "signed"  # the signatures hold, but something that bears on the verdict could not be looked at
@@ -43,7 +43,7 @@ class Validity(StrEnum):
 
 @dataclass(frozen=True)
 class Verification:
-    """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was looked at.
+    """Whether a certificate holds; `reason` in one line, `details` a line for each thing that was checked.
 
     spec_sha256, head: of the spec that it was judged by, and where the bench's store stood. demo: made by a demo.
     approved: quality assurance signed the spec with its model files, or it comes with the program. current: no later
@@ -64,7 +64,7 @@ class Verification:
 
     @property
     def valid(self) -> bool:
-        """Plainly valid: signed, and all of it looked at."""
+        """Whether it is plainly valid: signed, and checked completely."""
         return self.outcome is Validity.VALID
 
     @property
@@ -89,7 +89,7 @@ def verify(
     trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
     only them. records : folder with the records that were too large to attach. revoked : what the trusted authorities
-    revoked. known : what a bench's own store says of it. stamping : trusted roots of time stamping authorities. Never
+    revoked. known : comparison with a bench's own store. stamping : trusted roots of time stamping authorities. Never
     raises on any bytes, and takes no longer than `accept.base.watchdog` allows for judging one unit.
     """
     limit = judging_s()
@@ -173,7 +173,8 @@ def _summary(contents: CertificateContent, signatures: Sequence[Signed]) -> str:
 
 
 def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:
-    """Of the authorities that are trusted those of the asked kind: a demonstration's passphrase is no secret."""
+    """Return the trusted authorities, those of demonstrations if `demo`, else all others: a demonstration's passphrase
+    is no secret."""
     if not trust:
         raise InvalidCertificate("no CA is trusted: give its certificate")
     roots = [ca for ca in trust if authority.is_demo(ca) == demo]
@@ -184,7 +185,7 @@ def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certifica
 
 
 def _check_persons(signatures: Sequence[Signed]) -> None:
-    """Four eyes are those of two persons."""
+    """Raise InvalidCertificate if one person signed in both roles."""
     if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
         raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
 
@@ -192,7 +193,8 @@ def _check_persons(signatures: Sequence[Signed]) -> None:
 def _check_attached_list(
     contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
 ) -> None:
-    """Keys that were revoked already when the unit was judged, by the list as it was then."""
+    """Raise InvalidCertificate if a signer's key was already revoked when the unit was judged, by the list of that
+    time."""
     given = contents.provenance.get("crl")
     if given is None:
         return
@@ -212,14 +214,14 @@ def _check_attached_list(
 
 
 def _words_of_disposition(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:
-    """What was decided about a unit that was not accepted; one that was has nothing to decide."""
+    """Return the disposition of a unit that was not accepted; an accepted unit has none."""
     if len(signatures) < 2 or contents.result["verdict"] == UnitVerdict.ACCEPTED:
         return []
     return [f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}"]
 
 
 def _words_of_time(signed: Signed) -> str:
-    """Which time it is: a trusted timestamp's, or the bench's clock."""
+    """Return the source of a signature's time: a trusted timestamp, or the bench's clock."""
     by_heads = "the bench's clock; the signed heads of its store order certificates"
     if signed.stamped is None:
         return f"time of the {signed.role}: {by_heads}"
@@ -232,7 +234,7 @@ def _words_of_time(signed: Signed) -> str:
 
 
 def _words_of_revocation(stamped: Stamped) -> str:
-    """Whether it can be seen, without asking anybody, that the authority's certificate was good."""
+    """Return whether the document itself shows that the authority's certificate was not revoked."""
     if stamped.proven:
         return ", whose certificate was not revoked then, by what its servers answered and this document keeps"
     return "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
