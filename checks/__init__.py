@@ -1,1 +1,1 @@
-"""What measurements mean: pure functions of arrays."""
+"""Evaluation of measurements: pure functions of arrays."""

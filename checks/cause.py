@@ -1,8 +1,7 @@
-"""Why a quantity has no value or cannot pass: causes with their parameters, and the one place with their sentences.
+"""Causes why a quantity has no value or cannot pass, with their parameters and their sentences.
 
 A cause goes through the program as it is: a check raises it, a finding carries it, the workflow picks its advice by it,
-results.json holds it under `cause`. Only `str(reason)` is a sentence.
-"""
+results.json holds it under `cause`. Only `str(reason)` is a sentence."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +20,7 @@ _CHANNELS = frozenset({"channel", "other", "reference"})  # parameters that name
 
 @unique
 class Cause(Enum):
-    """The value is the sentence; its fields are the cause's parameters."""
+    """Causes: the value is the sentence; its fields are the cause's parameters."""
 
     # Entries and records
     NOT_MEASURED = "not measured"

@@ -1,4 +1,4 @@
-"""How a check declares itself, once: its inputs, its quantities and the function that measures.
+"""Declaration of a check, in one place: its inputs, its quantities and the function that measures.
 
 The reader of `unit.toml`, the form in the workflow, the validation of a spec and the documentation all come from here.
 """

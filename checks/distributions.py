@@ -1,8 +1,7 @@
-"""The few distributions that the checks need, by scipy.special, to the last digit as scipy.stats has them.
+"""Distributions that the checks need, by scipy.special, equal to those of scipy.stats to the last digit.
 
 scipy.stats takes a second and a half to load, longer than most commands run; a test holds every function to it.
-Arguments broadcast; what comes back has their shape.
-"""
+Arguments broadcast; the result has their shape."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What can be wrong with the data or the model that a check is given."""
+"""Errors in the data or the model that a check is given."""
 
 from checks.cause import Cause, Reason, because
 from specs.errors import AcceptError

@@ -1,4 +1,4 @@
-"""What a check returns: quantities, each with its expanded uncertainty and the budget behind it."""
+"""Results of a check: quantities, each with its expanded uncertainty and its budget."""
 
 import math
 from collections.abc import Mapping

@@ -12,10 +12,9 @@ from checks.errors import RecordError
 class Record:
     """Uniformly sampled channels.
 
-    t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`.
-    name : where it came from, for messages; sha256 : hash of the source file ("" if it came from no file); remarks :
-    how its columns were read if not as they are, for a person.
-    """
+    t : (N,) time [s], increasing; channels : name -> (N,) finite values in `units[name]`. name : its origin, for
+    messages; sha256 : hash of the source file ("" if it came from no file); remarks : how its columns were read, if not
+    as they are."""
 
     t: Array
     channels: Mapping[str, Array]

@@ -1,4 +1,4 @@
-"""Numbers as they are shown: a value to the second digit of its uncertainty. Nothing is ever judged on them."""
+"""Rounded numbers for display: a value to the second digit of its uncertainty. No verdict depends on them."""
 
 import math
 

@@ -1,8 +1,7 @@
 """Frequency responses from the drive to sensor stack, encoder and interferometer ([STB] 3.1, 3.2, 4.1, 5.1).
 
 Curves come from H1 on short segments, as in [STB]; resonances and the zero from the leakage-free estimator and local
-fits. Data that fail a gate (too short, dead, turned, exchanged, offset, incoherent) give no result at all.
-"""
+fits. Data that fail a gate (too short, dead, reversed, exchanged, offset, incoherent) give no result at all."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
 """Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer ([STB] 6.2).
 
-It reads the records of the frequency responses. A coarse table of a model's ratio says where to begin, a joint fit of
+It reads the records of the frequency responses. A coarse table of a model's ratio gives the starts, and a joint fit of
 misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. Data or a model that do not carry an
-answer give none: missing bands, turned channels, a model that does not explain the responses, an answer at the edge.
-"""
+answer give no result: missing bands, reversed channels, a model that does not explain the responses, an answer at the
+edge."""
 
 import numpy as np
 

@@ -134,8 +134,8 @@ def _check_fit(creep: CreepFit, deflection: float) -> None:
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
-    """Return the deflection as in [STB] 3.1.7: mean of half a second before the first step minus that of half a second
-    under load."""
+    """Return the deflection as in [STB] 3.1.7: the difference between the means over half a second before the first
+    step and over half a second under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
         return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))

@@ -1,1 +1,1 @@
-"""Measurements of one unit that must agree with each other, or none of them counts."""
+"""Consistency of the measurements of one unit; those that contradict each other do not count."""

@@ -1,8 +1,7 @@
-"""Findings of measurements that contradict each other: none of both can pass.
+"""Findings of measurements that contradict each other: neither can pass.
 
-Which of the two is wrong cannot be seen from them, so both are without a result. What fails by its own limits fails as
-before: a contradiction makes no unit better.
-"""
+Which of the two is wrong cannot be seen from them, so both are without a result. A finding that fails by its own limits
+fails as before: a contradiction does not improve a unit."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,1 +1,1 @@
-"""Where the APA sits between its joints."""
+"""Misalignment of the APA between its joints."""

@@ -1,13 +1,12 @@
 """The misalignment of a strut's APA from the joints' axis, by the responses of encoder, interferometer and sensor.
 
-The table of the ratio de / da says where to begin; from there the misalignment is calibrated together with every
-uncertain parameter of the strut and with the gain, delay and slow fall of the drive. An answer that the data or the
-model do not carry is none: `MisalignmentEstimate.reason` says why.
+The table of the ratio de / da gives the starts; from them the misalignment is calibrated together with every uncertain
+parameter of the strut and with the gain, delay and slow fall of the drive. An answer that the data or the model do not
+carry is withheld: `MisalignmentEstimate.reason` gives the reason.
 
-What is estimated is where the line runs along which the APA pushes. The metal sits there too unless the APA is lopsided
-in itself, and no record tells the two apart: a model file that knows how lopsided such APAs are says so (`[apa]
-lopsided_x_um`, with an sd), and U then holds for the metal.
-"""
+The estimate is the position of the line along which the APA pushes. The metal is there too unless the APA itself is
+asymmetric, and no record distinguishes the two: a model file may state how asymmetric such APAs are (`[apa]
+lopsided_x_um`, with an sd), and U then holds for the metal."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -203,7 +202,8 @@ def _rearranged(found: Sequence[Calibration], data: Dataset) -> list[Led]:
 def _leads(
     model: Model, data: Dataset, free: Sequence[Sequence[Free]], draws: int = 0, close: bool = False
 ) -> list[Led]:
-    """Return the ends of the searches, the best first; none if one comes to values that no strut has, or to NaN."""
+    """Return the ends of the searches, the best first, without searches that come to values that no strut has, or to
+    NaN."""
     found: list[Led] = []
     for each in free:
         try:

@@ -1,4 +1,4 @@
-"""What an estimate of the misalignment says."""
+"""Result of an estimate of the misalignment."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

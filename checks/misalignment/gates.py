@@ -1,4 +1,4 @@
-"""When an estimated misalignment is no answer, and why."""
+"""Gates of an estimated misalignment: the reasons why it is not an answer."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

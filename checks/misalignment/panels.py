@@ -1,4 +1,4 @@
-"""Pictures of an estimated misalignment: model against data, and how likely each place is."""
+"""Pictures of an estimated misalignment: model and data, and the likelihood of each place."""
 
 import numpy as np
 

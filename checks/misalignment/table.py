@@ -1,8 +1,7 @@
-"""The ratio de / da tabulated over the misalignment, and where in the table measured responses lie.
+"""Table of the ratio de / da over the misalignment, and the place of measured responses in it.
 
 The ratio holds no actuator gain, no amplifier and no delay. Its rows differ by a few shapes only, so the table is held
-as coefficients on a basis: the misfit at every grid point is then a quadratic form, and a query one small product.
-"""
+as coefficients on a basis: the misfit at every grid point is then a quadratic form, and a query one small product."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,1 +1,1 @@
-"""Signals, whatever they are measured for."""
+"""Signal processing, independent of the check that uses it."""

@@ -1,8 +1,6 @@
 """Hum of the mains in the records: a line that the drive does not explain.
 
-It is no matter of the strut and not in the model; but whoever reads that a response is noisier than it should be wants
-to know where to look.
-"""
+It does not belong to the strut or the model, but it explains a response that is noisier than it should be."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,15 +19,15 @@ STANDS_OUT = 8.0  # times the median of what the drive does not explain: chance 
 
 @dataclass(frozen=True)
 class Hum:
-    """Frequency of a line [Hz], and its amplitude in the channel's unit."""
+    """Line of the mains: frequency [Hz], and amplitude in the channel's unit."""
 
     f_Hz: float
     amplitude: float
 
 
 def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
-    """Return channel -> the strongest line about the frequencies of the mains that the drive Va does not explain;
-    without the channels in which none stands out."""
+    """Return, by channel, the strongest line about the frequencies of the mains that the drive Va does not explain;
+    channels in which no line stands out are left out."""
     window = hann(record.t.size)
     f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
     near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)
@@ -43,7 +41,8 @@ def _lines(x: Array, window: Array) -> Complex:
 
 
 def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float]:
-    """Return the frequency and size of the line in Y at f (F,) that U does not explain; size 0 if none stands out."""
+    """Return the frequency and size of the line in Y at f (F,) that U does not explain; size 0 if no line stands
+    out."""
     best = (0.0, 0.0)
     for centre in MAINS_HZ:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)

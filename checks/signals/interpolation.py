@@ -1,13 +1,12 @@
 """The error that an encoder makes within each of its signal periods, found in the records of a response and taken out.
 
 The two signals of an encoder are not quite equal, so the reading x is off by c cos(2 pi x / p) + s sin(2 pi x / p) with
-the signal period p, and by its harmonics ([HEYDEMANN81]). To a small motion that is a gain of 1 + 2 pi s / p, to a
+the signal period p, and by its harmonics ([HEYDEMANN81]). For a small motion that is a gain of 1 + 2 pi s / p, for a
 large one it is noise: a response is off by percents in one band and not in the other.
 
 It repeats over position and not over time, which nothing else does. So: what the drive does not explain, by local
 polynomials over the spectrum, weighed by its own power; its transform over position; where a line stands out, c and s
-by least squares, with cosine and sine less what the drive explains of them too.
-"""
+by least squares, with cosine and sine less what the drive explains of them too."""
 
 from dataclasses import dataclass, replace
 
@@ -31,7 +30,7 @@ ZEROED = 50.0  # of the sum of squares in standard deviations: chance makes it o
 
 @dataclass(frozen=True)
 class PeriodicError:
-    """Of a reading x [m]: cosine_m cos(2 pi x / period_m) + sine_m sin(2 pi x / period_m)."""
+    """Periodic error of a reading x [m]: cosine_m cos(2 pi x / period_m) + sine_m sin(2 pi x / period_m)."""
 
     period_m: float
     cosine_m: float = 0.0
@@ -47,8 +46,8 @@ Errors = tuple[PeriodicError, ...]
 
 @dataclass(frozen=True, eq=False)
 class _Left:
-    """What the drive does not explain. x (n,) reading [m]; drive: what it explains; E (B, BINS) the reading's part that
-    is left."""
+    """Part of a reading that the drive does not explain. x (n,) reading [m]; drive: the part that it explains; E (B,
+    BINS) the residual of the reading."""
 
     x: Array
     drive: DrivePart
@@ -56,14 +55,16 @@ class _Left:
 
     @classmethod
     def of(cls, record: Record, channel: str, drive: str) -> "_Left | None":
-        """Return none for a record that has no such channel, is too short, or moves as no strut does."""
+        """Return the part of a channel that the drive does not explain; None if the record has no such channel, is too
+        short, or moves as no strut does."""
         if channel not in record.channels or drive not in record.channels:
             return None
         part = DrivePart.of(record[drive]) if np.ptp(record[channel]) < LONGEST_M else None
         return None if part is None else cls(record[channel][: part.n], part, part.left(record[channel]))
 
     def period(self, known: Errors) -> float | None:
-        """Of the strongest line over position that is not known, None where none stands out."""
+        """Return the period of the strongest line over position that is not among the known ones, or None if no line
+        stands out."""
         E = self._less(known)
         weighed = self.drive.in_time(E / power(E)[:, None])
         cells = np.rint(self.x / CELL_M).astype(np.intp)
@@ -80,7 +81,7 @@ class _Left:
         return float(1.0 / (k[top] + _between(size, top) * k[1])) if stands_out else None
 
     def fitted(self, errors: Errors) -> Errors:
-        """Return the same with the cosine and sine that explain most, and periods that do so too."""
+        """Return the errors with the periods, cosines and sines that explain most."""
         for turn in range(ROUNDS):
             root = np.sqrt(power(self._less(errors)))[:, None]
             place = self.x - _error(self.x, errors)
@@ -96,17 +97,18 @@ class _Left:
         return errors
 
     def _moved(self, errors: Errors, away: Array) -> Errors:
-        """With periods whose inverse is so much larger (L,) [1/m], by no more than the motion tells them apart."""
+        """Return the errors with each inverse period raised by the given amount (L,) [1/m], at most by the resolution
+        of the motion."""
         most = 0.5 / np.ptp(self.x)
         steps = np.clip(away, -most, most).tolist()
         return tuple(replace(e, period_m=1.0 / (1.0 / e.period_m + d)) for e, d in zip(errors, steps, strict=True))
 
     def cost(self, errors: Errors) -> float:
-        """Return the sum of squares of what is left, in standard deviations of it all."""
+        """Return the sum of squares of the residual, in its standard deviations."""
         return 2.0 * float(np.sum(np.abs(self._less(errors)) ** 2 / power(self.E)[:, None]))
 
     def _less(self, errors: Errors) -> Complex:
-        """Return (B, BINS) what neither the drive nor the errors explain."""
+        """Return the (B, BINS) residual that neither the drive nor the errors explain."""
         return self.E - self.drive.off(blocks(_error(self.x, errors))) if errors else self.E
 
 
@@ -119,7 +121,8 @@ def _between(size: Array, k: int) -> float:
 
 
 def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
-    """Return the largest first; empty if nothing repeats over position, or where the record is too short to say."""
+    """Return the periodic errors of an encoder, the largest first; empty if nothing repeats over position, or if the
+    record is too short to determine them."""
     left = _Left.of(record, channel, drive)
     found: Errors = ()
     while left is not None and len(found) < LINES:
@@ -131,8 +134,8 @@ def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va")
 
 
 def of_another_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
-    """Return the errors of the same encoder in another record: as they are, unless what comes out there explains far
-    more (the counter was set to zero in between). A motion of few periods cannot say so."""
+    """Return the errors of the same encoder in another record: unchanged, unless errors fitted there explain far more
+    (the counter was set to zero in between). A motion of few periods cannot show this."""
     left = _Left.of(record, channel, drive) if errors else None
     if left is None or np.ptp(left.x) < WHOLE * max(e.period_m for e in errors):
         return errors
@@ -141,7 +144,7 @@ def of_another_record(errors: Errors, record: Record, channel: str = "de", drive
 
 
 def said_of(errors: Errors) -> tuple[str, ...]:
-    """In words, for whoever reads an answer that was found without them; nothing where there is none."""
+    """Return remarks on the errors, for the reader of an answer from which they were removed; empty without errors."""
     if not errors:
         return ()
     each = [f"{1e9 * e.amplitude_m:.2g} nm that repeats every {1e6 * e.period_m:.3g} um" for e in errors]
@@ -157,7 +160,7 @@ def without_errors(record: Record, errors: Errors, channel: str = "de") -> Recor
 
 
 def _error(x: Array, errors: Errors) -> Array:
-    """Return (N,) of readings x (N,): the place is what is left without the error."""
+    """Return the error (N,) of readings x (N,); the position is the reading minus the error."""
     off = np.zeros_like(x)
     for _ in range(2):
         off = _at(x - off, errors)
@@ -171,12 +174,12 @@ def _at(x: Array, errors: Errors) -> Array:
 
 
 def _waves(x: Array, errors: Errors) -> Array:
-    """Return (2 L, N) cosine and sine of every period."""
+    """Return the (2 L, N) cosine and sine of every period."""
     angles = [2.0 * np.pi / e.period_m * x for e in errors]
     return np.array([wave(a) for a in angles for wave in (np.cos, np.sin)])
 
 
 def _slopes(x: Array, errors: Errors) -> Array:
-    """Return (L, N) derivatives of every error by 1 / period [m2]."""
+    """Return the (L, N) derivatives of every error by 1 / period [m2]."""
     turned = [replace(e, cosine_m=e.sine_m, sine_m=-e.cosine_m) for e in errors]
     return np.array([2.0 * np.pi * x * _at(x, (t,)) for t in turned])

@@ -1,9 +1,8 @@
-"""Who does not belong to a small fleet: robust scores, and a test with a stated rate of false alarms.
+"""Outliers of a small fleet: robust scores, and a test with a stated rate of false alarms.
 
-The k farthest from the median are set aside, k from nearly half of the fleet down to 1, and the nearest of them is held
-against all that are left: generalised extreme studentised deviates (Rosner 1983, Technometrics 25), written with the
-t statistic of a new value. So two bad units cannot hide each other, and the few that are left may be few.
-"""
+The k farthest from the median are set aside, k from nearly half of the fleet down to 1, and the nearest of them is
+compared with all others: generalised extreme studentised deviates (Rosner 1983, Technometrics 25), written with the t
+statistic of a new value. So two bad units cannot mask each other, and few units suffice."""
 
 import math
 from dataclasses import dataclass
@@ -23,9 +22,9 @@ _SMALL = {2: 1.196, 3: 1.495, 4: 1.363, 5: 1.206, 6: 1.200, 7: 1.140, 8: 1.129, 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Of n values: median; scale, the robust standard deviation; score (n,) = (value - median) over scale and the
-    value's own uncertainty together; p (n,) that chance puts a value so far out, for the whole fleet (1: not among the
-    farthest); outlier (n,)."""
+    """Scores of n values: median; scale, the robust standard deviation; score (n,) = (value - median) over scale and
+    the value's own uncertainty together; p (n,) the probability that chance puts a value so far out, for the whole
+    fleet (1: not among the farthest); outlier (n,)."""
 
     median: float
     scale: float
@@ -42,12 +41,11 @@ def robust_scale(x: Array) -> float:
 
 
 def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: bool = False) -> Scores:
-    """Return scores of values x (n,) with standard uncertainties u (n,), default 0.
+    """Return the scores of values x (n,) with standard uncertainties u (n,), default 0.
 
-    A value's own uncertainty is added to the scale, so that values which differ by less than they are known are never
-    flagged; so is the grid on which rounded values lie. only_high: small values are never odd.
-    Raises ValueError for fewer than 4 values, NaN or inf.
-    """
+    A value's own uncertainty is added to the scale, so that values which differ by less than their uncertainties are
+    never flagged; so is the grid on which rounded values lie. only_high: small values are never odd. Raises ValueError
+    if there are fewer than 4 values, NaN or inf."""
     u = np.zeros(x.size) if u is None else u
     if x.size < MIN_UNITS:
         raise ValueError(f"{x.size} value(s); {MIN_UNITS} or more are needed to call one odd")
@@ -62,13 +60,13 @@ def scores(x: Array, u: Array | None = None, chance: float = CHANCE, only_high: 
 
 
 def _grid(x: Array) -> float:
-    """Return the smallest difference between values that differ: how finely they were written, at best."""
+    """Return the smallest difference between unequal values: the finest resolution with which they were written."""
     steps = np.diff(np.unique(x))
     return float(steps.min()) if steps.size else 0.0
 
 
 def _probabilities(x: Array, u: Array, median: float, only_high: bool) -> Array:
-    """Each of the farthest gets the smallest p of all sets that hold it."""
+    """Return the probability of each of the farthest values: the smallest p of all sets that contain it."""
     away = x - median if only_high else np.abs(x - median)
     order = np.argsort(-away, kind="stable")
     p, most = np.ones(x.size), (x.size - 1) // 2
@@ -81,7 +79,7 @@ def _probabilities(x: Array, u: Array, median: float, only_high: bool) -> Array:
 
 
 def _against(value: float, u: float, rest: Array, only_high: bool) -> float:
-    """Return p of a new value against a sample (Student's t, both sides unless only_high)."""
+    """Return the probability p of a new value against a sample (Student's t, both sides unless only_high)."""
     spread = math.hypot(float(np.std(rest, ddof=1)) * math.sqrt(1 + 1 / rest.size), u)
     apart = value - float(np.mean(rest))
     if spread == 0.0:

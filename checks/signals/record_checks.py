@@ -1,9 +1,8 @@
 """Checks of a record before any physics: dead channels, sample offset, polarity, channels that were exchanged.
 
-What can be told: a channel that does not move, or moves without the drive; the delay and the sign of one channel
-against another where both follow one lightly damped structure; channels whose size or finest step belongs to the other.
-Two channels of equal size and step that both follow the drive cannot be told apart here; the gap workflow can.
-"""
+They detect: a channel that does not move, or moves without the drive; the delay and the sign of one channel against
+another if both follow one lightly damped structure; channels whose size or finest step belongs to the other. Two
+channels of equal size and step that both follow the drive cannot be distinguished here; the gap workflow can."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,11 +24,10 @@ FLICKER = 3  # values between which the last digit of a converter changes where 
 
 @dataclass(frozen=True)
 class ChannelDelay:
-    """Of a channel behind a reference. samples: positive when it comes later; sd: its standard deviation.
+    """Delay of a channel behind a reference. samples: positive if it comes later; sd: its standard deviation.
 
-    polarity : +1, -1, or 0 where the sign changes within the band (a zero or a resonance of only one of the two).
-    seen : False when the band holds too little common signal; then samples and sd are NaN.
-    """
+    polarity : +1, -1, or 0 if the sign changes within the band (a zero or a resonance of only one of the two). seen :
+    False if the band holds too little common signal; then samples and sd are NaN."""
 
     channel: str
     reference: str
@@ -42,8 +40,8 @@ class ChannelDelay:
 
 @dataclass(frozen=True)
 class Expected:
-    """What a channel looks like: largest departure from its median within lo..hi, finest step (None: not known), in its
-    unit."""
+    """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None if unknown), in
+    its unit."""
 
     lo: float
     hi: float
@@ -56,9 +54,9 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
     degrees whatever lies between. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of
-    +-50 samples, then by weighted least squares that give little weight to bins off the line (resonances).
-    sd knows the noise and the spread about the line; a fraction of a sample may still be physics (an amplifier's pole,
-    damping of close modes), which is for a model to tell."""
+    +-50 samples, then by weighted least squares that give little weight to bins off the line (resonances). sd knows the
+    noise and the spread about the line; a fraction of a sample may still be physics (an amplifier's pole, damping of
+    close modes), which only a model can distinguish."""
     part = frf.band(f_lo, f_hi).select(channel)
     part = part.independent()
     good = part.usable & _significant(part)[:, 0]
@@ -77,7 +75,7 @@ def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> Channe
 
 
 def _significant(frf: Frf) -> np.ndarray:
-    """Return (F, C) responses that chance does not explain: |H|^2/var is F(2, 2 nu) if there is none."""
+    """Return whether each response (F, C) is significant: |H|^2/var follows F(2, 2 nu) if there is no response."""
     limit = quantile(1 - CHANCE / max(1, frf.f.size), frf.nu)[:, None]
     finite = np.isfinite(frf.var) & (np.abs(frf.H) > 0)
     return finite & (np.abs(frf.H) ** 2 > limit * np.where(finite, frf.var, 0.0))
@@ -91,7 +89,8 @@ def _coarse(turns: Array, H: np.ndarray, sigma: Array) -> float:
 
 
 def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[float, float]:
-    """Return the weighted least squares of the phase about tau; Cauchy weights. The spread about the line widens sd."""
+    """Return the delay near tau by weighted least squares of the phase, with Cauchy weights, and its standard
+    deviation. The spread about the line widens sd."""
     x = -2 * np.pi * turns
     for _ in range(20):
         left = np.angle((H * np.exp(-1j * x * tau)) ** 2) / 2
@@ -102,7 +101,7 @@ def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[floa
 
 
 def _sign(H: np.ndarray, sigma: Array) -> int:
-    """Sign that 95 % of the weight agrees on, else 0."""
+    """Return the sign that 95 % of the weight agrees on, else 0."""
     share = float(np.sum(np.sign(H.real) / sigma**2) / np.sum(1 / sigma**2))
     return int(np.sign(share)) if abs(share) > 0.9 else 0
 
@@ -115,8 +114,8 @@ def _delay_words(channel: str, reference: str, tau: float, sd: float, polarity: 
 
 
 def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
-    """Return why x (N,) measures nothing: it does not move by more than its finest step, or not with the drive where a
-    response is given. Empty for a channel that is alive."""
+    """Return the reasons why x (N,) measures nothing: it does not move by more than its finest step, or, if a response
+    is given, not with the drive. Empty if the channel is alive."""
     levels = np.unique(x)
     if not np.isfinite(levels).all() or levels.size == 0:
         return (because(Cause.CHANNEL_EMPTY, channel=channel),)
@@ -130,7 +129,7 @@ def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
 
 
 def responds(frf: Frf, channel: str) -> bool:
-    """Return whether a channel follows the input of frf: in one bin clearly (Bonferroni), or in many a little
+    """Return whether a channel follows the input of frf: clearly in one bin (Bonferroni), or a little in many
     (Fisher)."""
     part = frf.independent().select(channel)
     driven = part.usable & (part.var[:, 0] > 0)
@@ -145,7 +144,7 @@ def responds(frf: Frf, channel: str) -> bool:
 
 
 def finest_step(x: Array) -> float | None:
-    """Return step of the grid on which all values of x (N,) lie; None if there is none to be seen."""
+    """Return the step of the grid on which all values of x (N,) lie, or None if no grid is seen."""
     steps = np.diff(np.unique(x))
     scale = float(np.max(np.abs(x), initial=0.0))
     steps = steps[steps > 1e-9 * scale]  # values that differ by rounding are one
@@ -158,7 +157,8 @@ def finest_step(x: Array) -> float | None:
 
 
 def mismatches(columns: Mapping[str, Array], expected: Mapping[str, Expected]) -> tuple[Reason, ...]:
-    """Return the channels that do not look like their names, a reason each; pairs that fit when exchanged have one."""
+    """Return a reason for each channel that does not look like its name, and one for each pair that fits if
+    exchanged."""
     names = [n for n in expected if n in columns]
     seen = {n: _looks(columns[n]) for n in names}
     wrong = [n for n in names if not _fits(seen[n], expected[n])]
@@ -194,8 +194,8 @@ PILED_SAMPLES = 50  # below that a pile may be chance
 
 
 def overload(channel: str, x: NDArray[np.float64]) -> tuple[Reason, ...]:
-    """Return what says that x (N,) is clipped: its largest or smallest value comes far more often than the next one;
-    empty where neither does. Not for a channel that may wait at its extreme, as a triangle that is held does."""
+    """Return a reason if x (N,) is clipped: its largest or smallest value occurs far more often than the next one. Not
+    for a channel that may rest at its extreme, as a held triangle does."""
     for end, ordered in (("largest", -x), ("smallest", x)):
         lowest = float(ordered.min())
         count = int(np.count_nonzero(ordered == lowest))

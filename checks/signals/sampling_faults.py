@@ -1,10 +1,10 @@
 """Faults of sampling, seen in a record before any model: clipped or held values, lost samples, a clock that jitters.
 
-None of them is a linear effect of the strut or its bench, and each ends in responses that look sound: noisier, or with
-poles where nothing resonates. Two looks find them. What the drive does not explain, block by block of the spectrum and
-each block over its own power, is even in time for any linear system in noise; where it bursts, something happened. And
-a sample can be foretold from those before it, but for the noise; where it cannot, by far, the series was cut there.
-"""
+None of them is a linear effect of the strut or its bench, and each leads to responses that look sound but are noisier,
+or have poles without a resonance. Two tests find them. The part that the drive does not explain, block by block of the
+spectrum and each block over its own power, is even in time for any linear system in noise; a burst in it marks a
+disturbance. And a sample can be predicted from those before it up to the noise; a much larger error marks a cut in the
+series."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -47,7 +47,7 @@ JITTER_SHARE = 0.1  # of what is left: below, jitter is not what matters
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What is looked at: the record's channels with the drive first, and what the drive leaves of the others."""
+    """Channels of a record, the drive first, and the part of the others that the drive does not explain."""
 
     record: Record
     drive: str
@@ -60,7 +60,7 @@ class _Look:
         return (self.drive, *self.left)
 
     def foretold(self, channel: str) -> Array:
-        """Return how far each sample (N,) is off what those before it foretell, in standard deviations about there."""
+        """Return the error of predicting each sample (N,) from those before it, in local standard deviations."""
         if channel not in self.found:
             self.found[channel] = _off_foretold(self.record[channel])
         return self.found[channel]
@@ -70,9 +70,9 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return why a record must not be used, whatever it is compared with; empty if it is sound.
+    """Return the reasons why a record must not be used, whatever it is compared with; empty if it is sound.
 
-    Each record is looked at once: several checks ask for the same one."""
+    Each record is examined once, since several checks use the same one."""
     known = _KNOWN.setdefault(record, {})
     there = tuple(c for c in outputs if c in record.channels)
     key = " ".join((drive, *there))
@@ -97,7 +97,8 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
 
 
 def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
-    """Return a channel that stays at one value while the drive moves: the longest such run; clipped, at its extreme."""
+    """Return a reason if a channel stays at one value while the drive moves: held, or clipped if the value is its
+    extreme."""
     x, u = record[channel], record[drive]
     i, n, usual = _longest_run(x)
     if n < max(HELD_SAMPLES, HELD_BY * usual) or not np.std(u[i : i + n]) > MOVING * np.std(u):
@@ -108,8 +109,8 @@ def _held(record: Record, channel: str, drive: str) -> tuple[Reason, ...]:
 
 
 def _longest_run(x: Array) -> tuple[int, int, int]:
-    """Return the first sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000
-    keep."""
+    """Return the first sample and the length of the longest run of equal values of x (N,), and the length that 999 of
+    1000 runs do not exceed."""
     first = np.concatenate([[0], np.flatnonzero(np.diff(x)) + 1])
     lengths = np.diff(np.concatenate([first, [x.size]]))
     at = int(np.argmax(lengths))
@@ -127,8 +128,8 @@ def _at(record: Record, sample: int) -> float:
 
 
 def _lost(look: _Look) -> tuple[Reason, ...]:
-    """Return samples missing in all channels or in one, or a disturbed one: where what the drive does not explain
-    bursts, or where a channel jumps and is late or early from there on."""
+    """Return the reasons if samples are missing in all channels or in one, or if one is disturbed: the part that the
+    drive does not explain bursts, or a channel jumps and is late or early from there on."""
     bursts = [sample for E in look.left.values() if (sample := _burst(look.part, E)) is not None]
     if not bursts:
         if not any(_unexplained_share(look, c) > UNEXPLAINED for c in look.left):
@@ -148,8 +149,8 @@ def _lost(look: _Look) -> tuple[Reason, ...]:
 
 
 def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """Return a block that is missing in every channel: drive and outputs jump at once. Where the drive goes on,
-    somebody may have hit the bench."""
+    """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive goes on, the
+    bench may have been hit."""
     at = cut.get(look.drive)
     together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
     if len(together) < 2 or at is None:
@@ -159,7 +160,7 @@ def _cut_together(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
 
 
 def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """Return the channels that come earlier or later from where they jump on."""
+    """Return a reason for each channel that comes earlier or later after a jump."""
     shifts = [(c, at, _shift(look, c, at)) for c, at in cut.items()]
     return tuple(
         because(
@@ -171,7 +172,7 @@ def _slipped(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
 
 
 def _disturbed(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason, ...]:
-    """One channel that jumps on its own, by much."""
+    """Return a reason if one channel jumps on its own, by much."""
     if len(cut) != 1:
         return ()
     ((channel, at),) = cut.items()
@@ -186,16 +187,16 @@ def _disturbed(look: _Look, cut: Mapping[str, int], near: slice) -> tuple[Reason
 
 
 def _unexplained_share(look: _Look, channel: str) -> float:
-    """Return part of a channel's power that the drive does not explain, of half of the blocks that hold power at
-    all."""
+    """Return the share of a channel's power that the drive does not explain, over half of the blocks that hold any
+    power."""
     size = power(blocks(look.record[channel][: look.part.n]))
     strong = size >= np.quantile(size, 0.8)
     return float(np.median(power(look.left[channel])[strong] / size[strong])) * SHARE
 
 
 def _burst(part: DrivePart, E: Complex) -> int | None:
-    """Return the first sample of the slot where most is left unexplained, each block over its own power; None if it is
-    even."""
+    """Return the first sample of the slot with the largest unexplained part, each block over its own power, or None if
+    that part is even in time."""
     left = part.in_time(E / np.sqrt(power(E))[:, None])
     whole = left.size // SLOT * SLOT
     size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
@@ -204,7 +205,7 @@ def _burst(part: DrivePart, E: Complex) -> int | None:
 
 
 def _off_foretold(x: Array) -> Array:
-    """Return (N,) errors of linear prediction over their standard deviation about there; 0 for the first AHEAD
+    """Return the errors (N,) of linear prediction over their local standard deviation; 0 for the first AHEAD
     samples."""
     centred = (x - x.mean()) / (np.std(x) or 1.0)
     at = np.unique(np.linspace(AHEAD, x.size - 1, min(x.size, TRAINED_ON)).astype(np.intp))
@@ -228,8 +229,8 @@ def _off_foretold(x: Array) -> Array:
 
 
 def _shift(look: _Look, channel: str, at: int) -> int:
-    """Return samples by which a channel comes earlier after a cut than before it; 0 if it does not, or the parts are
-    short."""
+    """Return the number of samples by which a channel comes earlier after a cut than before it; 0 if it does not, or if
+    the parts are short."""
     u = look.record[look.drive]
     y = look.record[channel]
     if channel == look.drive:
@@ -263,15 +264,15 @@ def _cross_spectrum(u: Array, y: Array) -> Complex | None:
 
 
 def _jitter(look: _Look) -> tuple[Reason, ...]:
-    """Return times of samples that scatter: the error of each is its velocity times that of its time, so the error
-    grows with the velocity, sample by sample. Two channels must say so: an encoder's interpolation alone looks
-    alike."""
+    """Return a reason if the sampling times scatter: the error of a sample is its velocity times the error of its time,
+    so it grows with the velocity. Two channels must show this, since the interpolation error of an encoder looks the
+    same."""
     found = [s for c, E in look.left.items() if (s := _time_error(look, c, E)) > JITTER_s]
     return (because(Cause.SAMPLING_JITTER, jitter_us=1e6 * max(found)),) if len(found) > 1 else ()
 
 
 def _time_error(look: _Look, channel: str, E: Complex) -> float:
-    """Return the standard deviation [s] of the times of a channel's samples; 0 if its error does not go with its
+    """Return the standard deviation [s] of a channel's sampling times; 0 if its error does not grow with its
     velocity."""
     y = look.record[channel][: look.part.n]
     velocity = np.gradient(y) * look.record.fs

@@ -1,4 +1,4 @@
-"""Whether two channels hold the same samples, from a few hundred bytes of each.
+"""Sketches of channels: a few hundred bytes that show whether two channels hold the same samples.
 
 A channel that is measured twice differs in its last digits; one that was stored twice does not, whatever file it is in.
 A sketch keeps 64 samples spread over the channel, and of a channel of coarse steps a hash of all its levels. Two
@@ -10,8 +10,7 @@ the ratios of successive swings between them, which gain, offset, sign and place
 (a bottom-k sketch, [Broder]). Two channels that share a quarter of them are one; of the recorded units and the
 population here no two share more than a tenth. A fifth cut off and noise of 3e-6 of the span are recognised, noise of
 1e-5 in three of four channels, and 3e-5 no more. Not recognised are a copy that was filtered or resampled, and a
-record with few different swings, as of a slow sine: its turning points are those of every unit.
-"""
+record with few different swings, as of a slow sine: its turning points are those of every unit."""
 
 import base64
 import hashlib
@@ -42,8 +41,9 @@ FEW = 16  # values that differ: what has fewer, as a force at rest, is no eviden
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """values: (64,) samples, float32, none where they tell nothing; levels: hash of the channel's own levels, "" where
-    it has none; swings: (64,) or fewer hashes of the swings between turning points, none in sketches of before."""
+    """Sketch of a channel. values: (64,) samples, float32, empty if they are not distinctive; levels: hash of the
+    channel's own levels, "" if its steps are fine; swings: (64,) or fewer hashes of the swings between turning points,
+    empty in sketches of earlier versions."""
 
     values: Array
     levels: str
@@ -55,7 +55,7 @@ class Sketch:
 
     @classmethod
     def parse(cls, text: str) -> "Sketch":
-        """Return the inverse of `str`. Raises ValueError."""
+        """Return the sketch that `str` wrote. Raises ValueError if the text is not a sketch."""
         packed, colon, rest = text.partition(":")
         levels, _, swung = rest.partition(":")
         try:
@@ -68,8 +68,8 @@ class Sketch:
         return cls(values, levels, swings)
 
     def keys(self) -> list[int]:
-        """Return what an index finds it by, of 63 bits: two sketches of the same samples share one, others as good as
-        none."""
+        """Return its keys for an index, 63 bits each: two sketches of the same samples share one, others practically
+        never."""
         found = [f"levels {self.levels}".encode()] if self.levels else []
         if self.values.size:
             steps = np.round(_normal(self.values) / KEY_STEP).astype("<i4").reshape(-1, KEY_SAMPLES)
@@ -79,7 +79,7 @@ class Sketch:
         return [key_of(one) for one in found]
 
     def same(self, other: "Sketch") -> bool:
-        """Return whether both are of the same samples, or one is a part of the other."""
+        """Return whether both are of the same samples, or one channel is a part of the other."""
         return self._same_swings(other) or self._same_samples(other)
 
     def _same_swings(self, other: "Sketch") -> bool:
@@ -108,12 +108,13 @@ class Sketch:
 
 
 def key_of(content: bytes) -> int:
-    """Return the key of anything that an index finds: 63 bits of its SHA-256."""
+    """Return the key of a text for an index: 63 bits of its SHA-256."""
     return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
 def sketch(x: Array) -> Sketch | None:
-    """Return sketch of a channel (N,); None for one that tells nothing, as a constant or a channel of a few levels."""
+    """Return the sketch of a channel (N,), or None if the channel is not distinctive: a constant, or one of a few
+    levels."""
     if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):
         return None
     picked = x[np.linspace(0, x.size - 1, SAMPLES).astype(int)]
@@ -126,8 +127,8 @@ def _swings(x: Array) -> NDArray[np.uint32]:
     """Return the hashes of three successive ratios of swings between turning points of a channel, the smallest in
     order.
 
-    How wide a turning point is seen is chosen by the channel, as that which gives most of them, and not by its length,
-    which a cut changes."""
+    The width of a turning point is the one that gives most of them; it does not depend on the length, which a cut
+    changes."""
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")
     wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]
@@ -158,7 +159,8 @@ def _triples(x: Array, width: int) -> Array:
 
 
 def _vertex(before: Array, at: Array, after: Array) -> Array:
-    """Return the height of the parabola through three samples about a turning point: another sampling finds it too."""
+    """Return the height of the parabola through three samples about a turning point: it is the same under another
+    sampling."""
     curvature = before - 2.0 * at + after
     with np.errstate(divide="ignore", invalid="ignore"):
         height = at - (after - before) ** 2 / (8.0 * curvature)
@@ -183,8 +185,8 @@ def _levels(x: Array) -> str:
 
 
 def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
-    """The count of each of x, by those of its values `there`: found by the steps from the first, which is quicker than
-    to search for it, unless two levels lie within one step."""
+    """Return the entry of `counts` for each of x, by its place among the values `there`: found by its number of steps
+    from the first, which is faster than a search, unless two levels lie within one step."""
     slots, found = (np.rint((v - there[0]) / step).astype(np.intp) for v in (there, x))
     by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
     by_slot[slots] = counts
@@ -192,12 +194,12 @@ def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> N
 
 
 def _normal(values: Array) -> Array:
-    """From the median, in parts of the span: whatever unit, gain and offset."""
+    """Return the values less their median, over their span: independent of unit, gain and offset."""
     return np.asarray((values - np.median(values)) / np.ptp(values))
 
 
 def _rounded(fine: Array, written: Array) -> NDArray[np.bool_]:
-    """Where `written` is `fine` with five digits; single precision adds its own rounding."""
+    """Return whether each of `written` is `fine` rounded to five digits; single precision adds its own rounding."""
     with np.errstate(divide="ignore", invalid="ignore"):
         digit = 10.0 ** (np.floor(np.log10(np.abs(written))) - DIGITS + 1)
         on_grid = np.abs(written / digit - np.round(written / digit)) <= 0.02

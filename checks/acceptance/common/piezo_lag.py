@@ -1,9 +1,8 @@
-"""A piezo stack lags behind its drive: how wide its loop must be, and what is too exact to have been measured.
+"""Lag of a piezo stack behind its drive: how wide its loop must be, and which data are too exact to be measured.
 
 The opening of a loop relative to its height is the sine of the loss angle. Multilayers of soft PZT lose 1 to 2 percent
 even at small signals and several at their full range ([DAMJANOVIC98]), so a response without a loop is the drive
-itself, looped back, or was shifted in time against it.
-"""
+itself, looped back, or was shifted in time against it."""
 
 import numpy as np
 

@@ -1,8 +1,7 @@
-"""The rate at which a record says that it was sampled, where a frequency comes out of it.
+"""Stated sampling rate of a record from which a frequency is measured.
 
 Nothing else in a record contradicts a wrong time step: with it every frequency is wrong by its share. So a spec may
-state the rates of the bench's clocks; where it does not, a rate that no clock is set to is at least remarked on.
-"""
+state the rates of the bench's clocks; if it does not, a rate that is unusual for a clock gets a remark."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations

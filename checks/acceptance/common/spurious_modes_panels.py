@@ -1,4 +1,4 @@
-"""Pictures of a hammer test: the impacts with their fate, and the FRF with its modes."""
+"""Pictures of a hammer test: the impacts, good or set aside, and the FRF with its modes."""
 
 from collections.abc import Mapping
 

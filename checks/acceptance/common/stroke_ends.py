@@ -1,4 +1,4 @@
-"""What a displacement reads at the ends of its voltage range, and how far the gauge drifts between them."""
+"""Displacement at the ends of the voltage range, and the drift of the gauge between them."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Typed values, and the uncertainties that a spec states for values that bring none."""
+"""Typed values, and the uncertainties that a spec states for values without their own."""
 
 from collections.abc import Sequence
 

@@ -1,8 +1,7 @@
-"""What the records of frequency responses must agree on, or there is no result, in words.
+"""Consistency of the records of frequency responses; contradictions give no result.
 
 One structure, measured twice and by three instruments: its bands meet, its pole is in every channel, no two channels
-hold the same samples, and a volt moves it as far as two sound stacks do.
-"""
+hold the same samples, and a volt moves it as far as two sound stacks do."""
 
 from collections.abc import Mapping
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""What the merged curves say beside their resonances: gains, mass line, stiffness, constants, coherence."""
+"""Quantities of the merged curves besides their resonances: gains, mass line, stiffness, constants, coherence."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What records beside the two bands say, in words: no verdict comes of it."""
+"""Notes on the records besides the two bands; they do not enter a verdict."""
 
 import numpy as np
 

@@ -1,4 +1,5 @@
-"""Pictures of the frequency responses: Bode plots with what is known, the fits, with and without the encoder."""
+"""Pictures of the frequency responses: Bode plots with their confidence regions, the fits, with and without the
+encoder."""
 
 from dataclasses import replace
 

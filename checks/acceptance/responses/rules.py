@@ -1,4 +1,4 @@
-"""What the frequency response check asks of its data: settings, and the gates that end in no result, in words."""
+"""Requirements of the frequency response check on its data: settings, and the gates that end in no result."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

@@ -24,12 +24,14 @@ MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands st
 
 
 class ExcitationError(AcceptError, ValueError):
-    """A signal that must not be played; the text says which value is wrong, or where the signal leaves its limits."""
+    """Error for a signal that must not be played; the text says which value is wrong, or at which time the signal
+    leaves its limits."""
 
 
 @dataclass(frozen=True)
 class Rig:
-    """What the signal is played on. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the stacks."""
+    """Rig on which the signal is played. The mean, 3.25 V at the DAC, is half way between -20 V and 150 V on the
+    stacks."""
 
     fs: float = 10_000.0
     mean_V: float = 3.25
@@ -73,11 +75,10 @@ def sweep(
     shape: AmplitudeShape | None = None,
     fade_s: float = 0.1,
 ) -> Excitation:
-    """Return swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
+    """Return a swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
     "lin".
 
-    Phase: [STB] 7.4; it ends anywhere, so the amplitude is faded at both ends. Raises ExcitationError.
-    """
+    Phase: [STB] 7.4; it ends at any phase, so the amplitude is faded at both ends. Raises ExcitationError."""
     _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
     _usable(rig, f_start_Hz, f_end_Hz)
     t = np.arange(_samples(rig, duration_s) + 1) / rig.fs
@@ -88,7 +89,7 @@ def sweep(
 
 
 def _swept(t: Array, f0: float, f1: float, duration: float, law: str) -> tuple[Array, Array]:
-    """Return the phase [rad] and momentary frequency [Hz], its derivative over 2 pi."""
+    """Return the phase [rad] and the momentary frequency [Hz], its derivative over 2 pi."""
     if law == "lin":
         rate = (f1 - f0) / duration
         return 2 * np.pi * (f0 + rate * t / 2) * t, f0 + rate * t
@@ -135,10 +136,9 @@ def noise(
 
 
 def sines(rig: Rig, f_Hz: float, amplitudes_V: Sequence[float], cycles: int = 3) -> Excitation:
-    """Return sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
+    """Return a sine whose amplitude grows after every `cycles` periods, for hysteresis loops ([STB] 3.1.6, 7.6).
 
-    Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow.
-    """
+    Raises ExcitationError unless the amplitudes [V at the DAC] are positive and grow."""
     _positive(f_Hz=f_Hz, cycles=cycles)
     _usable(rig, f_Hz, f_Hz)
     amplitudes = np.asarray(amplitudes_V, dtype=float)
@@ -167,12 +167,12 @@ def multisine(
     crest_iterations: int = 0,
     lead_in: bool = True,
 ) -> Excitation:
-    """Return random-phase multisine: a line at every multiple of the resolution in the band, so many whole periods, one
-    more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
+    """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of whole
+    periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
+    shape.
 
     The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and what
-    differs between periods is noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError.
-    """
+    differs between periods is noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
     _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
     if not 0 <= crest_iterations <= MAX_CREST:
         raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")
@@ -196,7 +196,7 @@ def multisine(
 
 
 def _play(rig: Rig, core: Array, meaning: str, notes: tuple[str, ...] = ()) -> Excitation:
-    """Return ramp, excitation about the mean, ramp back; refused where it leaves the limits."""
+    """Return ramp, excitation about the mean and ramp back. Raises ExcitationError if it leaves the limits."""
     up = ramp(0.0, rig.mean_V, rig.ramp_s, rig.fs)
     down = ramp(rig.mean_V, 0.0, rig.ramp_s, rig.fs)
     Va = np.concatenate([up, rig.mean_V + core, down])

@@ -13,7 +13,7 @@ _FLOOR = 1e-8  # of the largest density: below, it is only rounding and the wind
 
 
 def panels(excitation: Excitation) -> dict[str, Panel]:
-    """Return panels "time": voltage at the DAC; "spectrum": lines of a periodic signal, density of others."""
+    """Return the panels "time": voltage at the DAC; "spectrum": lines of a periodic signal, density of others."""
     return {"time": _time(excitation), "spectrum": _spectrum(excitation)}
 
 
@@ -47,7 +47,7 @@ def _spectrum(e: Excitation) -> Panel:
 
 
 def _segment(e: Excitation) -> int:
-    """Return samples of a segment of the spectrum: long enough for the turns of a slow sine to be counted."""
+    """Return the number of samples of a segment of the spectrum, long enough to resolve a slow sine."""
     turns = np.count_nonzero(np.diff(np.signbit(e.proper))) / 2
     slow = _TURNS * e.proper.size / turns if turns else e.proper.size
     return int(min(max(round(_SEGMENT_s * e.fs), slow), e.proper.size))

@@ -15,20 +15,20 @@ LINES = ("all", "odd")
 
 @dataclass(frozen=True, eq=False)
 class MultisinePeriod:
-    """x (N,) one period, of rms one; lines (L,) the harmonics of 1/N that it holds."""
+    """Period of a multisine. x (N,) one period, of rms one; lines (L,) the harmonics of 1/N that it holds."""
 
     x: Array
     lines: NDArray[np.intp]
 
     @property
     def crest(self) -> float:
-        """Return the peak over rms."""
+        """Return the crest factor: peak over rms."""
         return float(np.max(np.abs(self.x)) / np.sqrt(np.mean(self.x**2)))
 
 
 def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> NDArray[np.intp]:
     """Return the lines of a period of n samples inside the band; "odd" leaves the even ones free to show even
-    distortion ([PS12] 4.3). Raises ValueError if none is left."""
+    distortion ([PS12] 4.3). Raises ValueError if no line is left."""
     if lines not in LINES:
         raise ValueError(f"lines '{lines}' are not known (known: {', '.join(LINES)})")
     first, last = int(np.ceil(band_Hz[0] * n / fs - 1e-9)), int(np.floor(band_Hz[1] * n / fs + 1e-9))
@@ -40,14 +40,14 @@ def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> ND
 
 
 def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeShape, rng: Generator) -> MultisinePeriod:
-    """One period of n samples: amplitudes by the shape, phases uniform and independent, rms one."""
+    """Return one period of n samples: amplitudes by the shape, phases uniform and independent, rms one."""
     amplitude = shape.gain(lines * fs / n)
     return _period(n, lines, amplitude * np.exp(2j * np.pi * rng.random(lines.size)))
 
 
 def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
     """Return the same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes
-    ([OSR88]). The best of all iterations; never worse than it was."""
+    ([OSR88]). The best of all iterations; never worse than the start."""
     n, lines = period.x.size, period.lines
     amplitude = np.abs(fft.rfft(period.x)[lines])
     best = current = period
@@ -61,7 +61,7 @@ def compressed(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
 
 
 def from_zero(period: MultisinePeriod) -> MultisinePeriod:
-    """Return the same period begun where it rises through zero most gently, so that it follows a constant without a
+    """Return the same period, starting at its gentlest rise through zero, so that it follows a constant without a
     step."""
     x, following = period.x, np.roll(period.x, -1)
     rising = np.flatnonzero((x <= 0) & (following > 0))

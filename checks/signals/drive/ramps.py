@@ -9,9 +9,9 @@ _AREA = 0.7  # under a trapezoid of height one
 
 
 def trapezoid(s: Array) -> Array:
-    """Return the share 0..1 of the way done at s (N,) in 0..1 of the time: the integral of a trapezoid of velocity,
-    which rises until 0.2, is constant until 0.7, falls until 0.9 and rests ([STB] 7.4). Value and velocity are
-    continuous."""
+    """Return the share 0..1 of the way that is done at the share s (N,) of the time: the integral of a trapezoid of
+    velocity, which rises until 0.2, is constant until 0.7, falls until 0.9 and rests ([STB] 7.4). Value and velocity
+    are continuous."""
     s = np.clip(s, 0.0, 1.0)
     rising = np.minimum(s, _FAST) ** 2 / (2 * _FAST)
     steady = np.clip(s - _FAST, 0.0, _SLOW - _FAST)
@@ -21,7 +21,7 @@ def trapezoid(s: Array) -> Array:
 
 
 def ramp(start: float, end: float, duration_s: float, fs: float) -> Array:
-    """Return (N,) from start to end in duration_s [s] at fs [Hz]; the last sample is exactly the end."""
+    """Return a ramp (N,) from start to end in duration_s [s] at fs [Hz]; the last sample is exactly the end."""
     n = round(duration_s * fs)
     if n < 2:
         return np.empty(0)
@@ -30,7 +30,7 @@ def ramp(start: float, end: float, duration_s: float, fs: float) -> Array:
 
 
 def fade(n: int, samples: int) -> Array:
-    """Return (n,) ones with a half cosine from 0 over the first samples and back to 0 over the last."""
+    """Return a window (n,): ones, with a half cosine from 0 over the first samples and back to 0 over the last."""
     if samples < 1:
         return np.ones(n)
     k = np.arange(n)

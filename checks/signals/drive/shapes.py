@@ -89,7 +89,7 @@ class Both:
 
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:
-    """Return the notch for the largest peak of a first record's FRF: there the response stays about as small as at low
+    """Return a notch for the largest peak of a first record's FRF: there the response stays about as small as at low
     frequency ([STB] 3.1.1). Raises ValueError if no coherent peak stands out by a factor of two."""
     c = frf.index(channel)
     use = (frf.f >= _RESONANCE_FROM_Hz) & frf.usable & (frf.coherence[:, c] >= _COHERENCE_MIN)

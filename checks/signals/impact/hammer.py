@@ -35,9 +35,9 @@ _DRIVEN = 1e-3  # of the largest power, 30 dB down: below, the hammer drives not
 
 @dataclass(frozen=True, eq=False)
 class ImpactFrf:
-    """FRF over K good impacts. f (M,) [Hz]; F [N], Y [response unit] (K, M) windowed spectra; H (M,) = H1 of them;
-    var (M,) variance of H (total complex) from the scatter between impacts; added_decay [1/s] what the exponential
-    window added to the decay rate of every mode (0: no such window)."""
+    """FRF over K good impacts. f (M,) [Hz]; F [N], Y [response unit] (K, M) windowed spectra; H (M,) = H1 of them; var
+    (M,) variance of H (total complex) from the scatter between impacts; added_decay [1/s] the decay rate that the
+    exponential window added to every mode (0 without such a window)."""
 
     f: Array
     F: Complex
@@ -56,14 +56,14 @@ class ImpactFrf:
 
     @property
     def driven(self) -> NDArray[np.bool_]:
-        """Return (M,) bins where the force has power, 30 dB down at most: a half sine of width T has none about
-        1.5/T."""
+        """Return the bins (M,) in which the force has power, at most 30 dB below its largest: a half sine of width T
+        has none about 1.5/T."""
         power = np.sum(np.abs(self.F) ** 2, axis=0)
         return np.asarray(power >= _DRIVEN * power.max())
 
     @property
     def coherence(self) -> Array:
-        """Return (M,) in 0..1."""
+        """Return the coherence (M,) in 0..1."""
         cross = np.abs(np.sum(self.Y * self.F.conj(), axis=0)) ** 2
         power = np.sum(np.abs(self.F) ** 2, axis=0) * np.sum(np.abs(self.Y) ** 2, axis=0)
         coherence: Array = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0)
@@ -72,7 +72,7 @@ class ImpactFrf:
 
 @dataclass(frozen=True, eq=False)
 class HammerTest:
-    """Impacts with their fate, the FRF of the good ones (None if there are fewer than two), and the force."""
+    """Impacts, good or with their fault, the FRF of the good ones (None if there are fewer than two), and the force."""
 
     impacts: tuple[Impact, ...]
     frf: ImpactFrf | None
@@ -92,8 +92,8 @@ def analyse(
 ) -> HammerTest:
     """Return the averaged FRF of a hammer test.
 
-    force (N,) [N], response (N,), sampled together at fs [Hz]; band_Hz: where impacts must agree with one another.
-    Raises ValueError if the tracks differ in length, are not finite, or do not move at all."""
+    force (N,) [N], response (N,), sampled together at fs [Hz]; band_Hz: the band in which impacts must agree with one
+    another. Raises ValueError if the tracks differ in length, are not finite, or do not move at all."""
     _usable(force, response)
     rules = rules or ImpactRules()
     upward = upright(force)
@@ -125,7 +125,7 @@ def _usable(force: Array, response: Array) -> None:
 
 
 def _at_rest(response: Array, impacts: Sequence[Impact], fs: float, rules: ImpactRules) -> list[Impact]:
-    """Set aside impacts on a structure that still moves, from the hit before or from its surroundings."""
+    """Set aside impacts on a structure that still moves from the hit before or from its surroundings."""
     span = round(_BASELINE_s * fs)
     out = []
     for i in impacts:
@@ -170,8 +170,8 @@ def _blocks(
 
 
 def _force_window(impact: Impact, start: int, n: int, fs: float) -> Array:
-    """One over the hit and the ringing of the anti-alias filter after it, then a cosine to zero: the noise of the force
-    sensor is not force."""
+    """Return the force window: one over the hit and the ringing of the anti-alias filter after it, then a cosine to
+    zero: the noise of the force sensor is not force."""
     hold = impact.end - start + max(2 * (impact.end - impact.start), round(2 * _TAPER_s * fs))
     fall = max(round(_TAPER_s * fs), 1)
     k = np.arange(n)

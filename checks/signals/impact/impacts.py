@@ -1,4 +1,4 @@
-"""Impacts in the force track of an instrumented hammer: where they are, and which must be set aside and why."""
+"""Impacts in the force track of an instrumented hammer: their places, and which must be set aside and why."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _RINGING_SHARE = 0.25
 
 @dataclass(frozen=True)
 class ImpactRules:
-    """What makes an impact bad. Shares are of the impact's own peak; `level_ratio` is against the median peak.
+    """Rules by which an impact is bad. Shares are of the impact's own peak; `level_ratio` is against the median peak.
 
     ringing_samples: how long the filter of the analyser rings, which depends on its sampling rate alone."""
 
@@ -57,7 +57,7 @@ class Impact:
 
 
 def ringing(fs: float, rules: ImpactRules) -> float:
-    """Return how long a filter rings after a hit, in samples of fs [Hz]."""
+    """Return the time for which a filter rings after a hit, in samples at fs [Hz]."""
     return max(_RINGING_s * fs, rules.ringing_samples)
 
 
@@ -125,14 +125,15 @@ def _double_hit(upward: Array, impact: Impact, sigma: float, fs: float, rules: I
 
 
 def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
-    """Return the first and last sample of the pulse that are above half its peak."""
+    """Return the first and the last sample of the pulse above half its peak."""
     half, reach = 0.5 * impact.force_N, impact.end - impact.start + 1
     lo = min(_last_below(upward, impact.peak, half, reach) + 1, impact.peak)
     return lo, max(_first_below(upward, impact.peak, half, reach) - 1, impact.peak)
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
-    """Return flat tops; peaks at the stated range; and peaks that stop at exactly the same largest value."""
+    """Set the fault of overloaded impacts: flat tops, peaks at the stated range, and peaks that stop at exactly the
+    same largest value."""
     largest = max(i.force_N for i in impacts)
     shared = sum(i.force_N == largest for i in impacts) > 1
     out = []
@@ -150,8 +151,8 @@ def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> 
 
 
 def _flat_top(upward: Array, impact: Impact) -> int:
-    """Return samples of a flat top, 0 if the pulse is round. A half sine has 10 % of its half-height width within 0.5 %
-    of its peak; narrow pulses, of few samples, count as flat only when samples are exactly equal."""
+    """Return the number of samples of a flat top, 0 if the pulse is round. A half sine has 10 % of its half-height
+    width within 0.5 % of its peak; narrow pulses, of few samples, count as flat only when samples are exactly equal."""
     lo, hi = half_height(upward, impact)
     pulse = upward[lo : hi + 1]
     equal = int(np.sum(pulse >= impact.force_N * (1.0 - 1e-9)))
@@ -162,7 +163,7 @@ def _flat_top(upward: Array, impact: Impact) -> int:
 
 
 def available(impacts: Sequence[Impact], n: int, fs: float) -> NDArray[np.intp]:
-    """Return samples from each impact's start to just before the next impact, or to the record's end."""
+    """Return the number of samples from each impact's start to just before the next impact, or to the record's end."""
     gap = round(_RINGING_s * fs)
     starts = np.array([i.start for i in impacts])
     lengths: NDArray[np.intp] = np.append(starts[1:] - gap, n) - starts
@@ -200,7 +201,7 @@ def _level(impact: Impact, typical: float, ratio: float) -> Impact:
 
 
 def tally(impacts: Sequence[Impact]) -> str:
-    """Return '2 of 6 impacts good: 4 double hits'."""
+    """Return a summary as '2 of 6 impacts good: 4 double hits'."""
     faults = Counter(i.fault for i in impacts if i.fault)
     good = sum(i.good for i in impacts)
     listed = ", ".join(f"{n} {_PLURAL.get(fault, fault) if n > 1 else fault}" for fault, n in faults.most_common())

@@ -18,7 +18,8 @@ _SMOOTH_BINS = 11  # with fewer, bins that happen to scatter little get the weig
 
 @dataclass(frozen=True, eq=False)
 class LocalBins:
-    """Bins of a fit: z (B,) scaled frequency, H (B,), weight (B,) inverse variance, and the impacts' part in them."""
+    """Bins of a fit: z (B,) scaled frequency, H (B,), weight (B,) inverse variance, and the contributions of the
+    impacts."""
 
     f: Array
     z: Array
@@ -31,8 +32,8 @@ class LocalBins:
 
 
 def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins:
-    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as tell of its
-    pole."""
+    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz]: as many as carry information
+    on its pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
     return bins_about(frf, centre, min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df)))
@@ -53,8 +54,8 @@ def bins_about(frf: ImpactFrf, centre: float, half: float) -> LocalBins:
 
 
 def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
-    """Return the distance to the deepest point between this peak and a higher one inside the band: beyond, the other
-    rules."""
+    """Return the distance to the deepest point between this peak and a higher one inside the band; the other peak
+    dominates beyond it."""
     near = np.flatnonzero(np.abs(frf.f - centre) <= half)
     k = round(centre / frf.df)
     top = np.max(np.abs(frf.H[max(k - 2, 0) : k + 3]))
@@ -68,7 +69,7 @@ def _to_neighbour(frf: ImpactFrf, centre: float, half: float) -> float:
 
 
 def _without_gain(residual: Complex, predicted: Complex) -> Complex:
-    """Return the residuals (K, B) without the part that is a mere gain of the impact: it does not move a pole."""
+    """Return the residuals (K, B) without the part that is a gain of the impact, which does not move a pole."""
     power = np.maximum(np.sum(np.abs(predicted) ** 2, axis=1), np.finfo(float).tiny)
     gain = np.sum(residual * predicted.conj(), axis=1) / power
     rest: Complex = residual - gain[:, None] * predicted
@@ -76,7 +77,7 @@ def _without_gain(residual: Complex, predicted: Complex) -> Complex:
 
 
 def smooth(x: Array) -> Array:
-    """Return the running mean over a few bins: a variance from few impacts is too rough to weigh with."""
+    """Return the running mean over a few bins: a variance from few impacts is too rough for weights."""
     kernel = np.ones(_SMOOTH_BINS)
     return np.convolve(x, kernel, "same") / np.convolve(np.ones(x.size), kernel, "same")
 
@@ -105,7 +106,7 @@ def _with_pole(local: LocalBins, q: complex, order: int) -> Complex:
 
 
 def model(z: Array, theta: Complex) -> Complex:
-    """Return H (B,) of the unknowns (q, r, c0, c1, ...)."""
+    """Return the response H (B,) of the unknowns (q, r, c0, c1, ...)."""
     powers = z[:, None] ** np.arange(theta.size - 2)
     H: Complex = theta[1] / (z - theta[0]) + powers @ theta[2:]
     return H
@@ -118,14 +119,15 @@ def jacobian(z: Array, theta: Complex) -> Complex:
 
 
 def weighted_inverse(A: Complex, weight: Array) -> Complex:
-    """Return (P, B) matrix that maps data to weighted least-squares unknowns."""
+    """Return the (P, B) matrix that maps data to weighted least-squares unknowns."""
     root = np.sqrt(weight)
     inverse: Complex = np.asarray(np.linalg.pinv(A * root[:, None]) * root, dtype=np.complex128)
     return inverse
 
 
 def _gauss_newton(local: LocalBins, theta: Complex) -> Complex:
-    """The model is analytic in its complex unknowns, so complex least squares is the whole problem."""
+    """Return the unknowns by Gauss-Newton. The model is analytic in them, so complex least squares is the whole
+    problem."""
     cost = cost_of(local, theta)
     for _ in range(30):
         solve = weighted_inverse(jacobian(local.z, theta), local.weight)
@@ -148,7 +150,8 @@ def cost_of(local: LocalBins, theta: Complex) -> float:
 
 
 def frequency(local: LocalBins, theta: Complex) -> complex:
-    """Return p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part decay/2 pi."""
+    """Return the complex frequency p/2 pi j of the pole: its real part is the damped frequency [Hz], its imaginary part
+    decay/2 pi."""
     return local.centre + local.half * complex(theta[0])
 
 

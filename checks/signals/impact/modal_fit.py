@@ -1,9 +1,8 @@
 """Modal frequency and damping with intervals: a local rational fit around each peak of an impact FRF.
 
-A decay cut by the end of a block has the very same pole on the DFT's bins, so truncation does not bias it. The
-interval comes from what each impact says by itself, so that it also holds when the impacts differ in level or place,
-not only for noise.
-"""
+A decay cut by the end of a block has the very same pole on the DFT's bins, so truncation does not bias it. The interval
+comes from the estimates of the single impacts, so that it also holds when the impacts differ in level or place, not
+only for noise."""
 
 from dataclasses import dataclass
 
@@ -40,10 +39,10 @@ _DECAY_BINS = (
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """f_Hz: undamped natural frequency |p|/2 pi; damping_ratio -Re p/|p|; both with u_*, half of their 95 % interval
-    (t-quantile of the impacts' degrees of freedom), from scatter, and u_*_model, from the local polynomial where the
-    fit leaves more than the scatter. peak: |residue|/decay [response per N], u_peak its standard error. f, fit: curve.
-    """
+    """Mode of an FRF. f_Hz: undamped natural frequency |p|/2 pi; damping_ratio -Re p/|p|; both with u_*, half of their
+    95 % interval (t-quantile of the impacts' degrees of freedom), from scatter, and u_*_model, from the local
+    polynomial if the residual of the fit is above the scatter. peak: |residue|/decay [response per N], u_peak its
+    standard error. f, fit: curve."""
 
     f_Hz: float
     u_f_Hz: float
@@ -59,7 +58,7 @@ class Mode:
 
     @property
     def significant(self) -> bool:
-        """Return a decaying mode that stands out of the scatter; a line of the mains does not decay."""
+        """Return whether the mode decays and stands out of the scatter; a line of the mains does not decay."""
         damped = 2.0 * self.u_damping < self.damping_ratio < _DAMPING_MAX
         return damped and self.peak > _SIGNIFICANT * self.u_peak and 2.0 * self.u_f_Hz < 0.02 * self.f_Hz
 
@@ -90,7 +89,8 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float) -> NDArra
 
 
 def _distinct(modes: list[Mode]) -> list[Mode]:
-    """Return two peaks of noise on one mode give the same pole twice: the stronger fit stays."""
+    """Return the modes without duplicates: two peaks of noise on one mode give the same pole twice, of which the
+    stronger fit stays."""
     kept: list[Mode] = []
     for m in sorted(modes, key=lambda m: -m.peak):
         if all(abs(m.f_Hz - k.f_Hz) > 0.5 * _SEPARATION_Hz for k in kept):
@@ -166,8 +166,8 @@ def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
 
 
 def _model_error(frf: ImpactFrf, local: LocalBins, theta: Complex, pole: complex) -> tuple[float, float]:
-    """Return (frequency, damping) shift with one more order of the polynomial, where the fit leaves more than the
-    scatter."""
+    """Return the shift of (frequency, damping) with one more order of the polynomial, 0 if the residual of the fit is
+    within the scatter."""
     freedom = local.z.size - theta.size
     if cost_of(local, theta) * (frf.count - 1) < _MISFIT_FACTOR * freedom:
         return 0.0, 0.0

@@ -16,13 +16,13 @@ SETTLED_S = 0.3  # and creep compared with what it is from here on
 
 @dataclass(frozen=True, eq=False)
 class CreepFit:
-    """y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used` (N,).
+    """Fit of y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used`
+    (N,).
 
     deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,).
     per_moment (S, S): what each deflection changes by per second of error in the moment of each step;
     gamma_per_moment (S, S): the same of gamma [1/s]; later: gamma by the samples from 0.3 s after a step alone, NaN if
-    they are too few: a load that settles is over by then.
-    """
+    they are too few: a load that settles is over by then."""
 
     deflections: Array
     gamma: Array
@@ -45,12 +45,11 @@ class CreepFit:
 
 
 def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
-    """Fit of all steps at once, so that the creep of one goes on under the next.
+    """Fit all steps at once, so that the creep of one goes on under the next.
 
     The creep law (linear in log time, from 0.1 s on) and the superposition of its histories: Jung & Gweon, Rev. Sci.
     Instrum. 71 (2000) 1896. Samples from the passage of a step until it is quiet, and at least 0.1 s, are left out.
-    Raises ValueError when too few samples are left to tell the parameters apart.
-    """
+    Raises ValueError if too few samples are left to separate the parameters."""
     used = _used(t, steps, REFERENCE_S)
     columns = [np.ones_like(t), t - t.mean()]
     for s in steps:
@@ -80,7 +79,7 @@ def fit_creep(t: Array, y: Array, steps: Sequence[SignalStep]) -> CreepFit:
 
 
 def _used(t: Array, steps: Sequence[SignalStep], after_s: float) -> NDArray[np.bool_]:
-    """Return (N,) samples that are outside the passage of every step, and at least after_s [s] after it."""
+    """Return the mask (N,) of samples outside the passage of every step, and at least after_s [s] after it."""
     used = np.ones(t.size, dtype=bool)
     for s in steps:
         used &= (t <= s.quiet_to) | (t >= max(s.quiet_from, s.t + after_s))

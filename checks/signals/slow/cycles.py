@@ -54,8 +54,8 @@ def sine_cycles(drive: Array) -> list[Cycle]:
 
 
 def _passages(drive: Array, middle: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the first samples after the drive has gone up, and down, through the middle; what only trembles there is
-    none."""
+    """Return the first samples after the drive has gone up, and down, through the middle; mere noise there is not a
+    passage."""
     trembling = ABOVE_NOISE * float(np.median(np.abs(np.diff(drive, 2)))) / math.sqrt(6.0)
     side = np.where(drive > middle + trembling, 1, np.where(drive < middle - trembling, -1, 0))
     clear = np.flatnonzero(side)
@@ -66,8 +66,8 @@ def _passages(drive: Array, middle: float) -> tuple[NDArray[np.intp], NDArray[np
 
 
 def _period(up: int, ups: NDArray[np.intp], downs: NDArray[np.intp]) -> int | None:
-    """Return samples of the period that begins at `up`: to the next passage upwards, or twice the half period where a
-    pause, a change of amplitude or the end of the record follows."""
+    """Return the number of samples of the period that begins at `up`: to the next passage upwards, or twice the half
+    period if a pause, a change of amplitude or the end of the record follows."""
     later_downs, later_ups = downs[downs > up], ups[ups > up]
     if later_downs.size == 0:
         return None

@@ -18,11 +18,11 @@ EDGE_PERIODS = 3.0  # of the highest frequency, cut off at each end where the fi
 
 @dataclass(frozen=True, eq=False)
 class HighPass:
-    """y = (g + a s + b s^2) s/(s + w) u + offset + drift + decay of the state at the start.
+    """Fit of y = (g + a s + b s^2) s/(s + w) u + offset + drift + decay of the state at the start.
 
     corner : w / 2 pi [Hz]; terms : (g, a, b) in the unit of y per unit of u, times s, times s^2; unexplained : share of
-    the variance of y that is left; at_edge : the best corner lies at the end of what was tried; t, y, model : (N,).
-    """
+    the variance of y that is left; at_edge : whether the best corner lies at an end of the range that was tried; t, y,
+    model : (N,)."""
 
     corner: ScalarEstimate
     terms: tuple[float, float, float]
@@ -33,7 +33,7 @@ class HighPass:
     model: Array
 
     def response(self, f: Array) -> Array:
-        """Return the complex response (F,) at f (F,) [Hz], as a complex array."""
+        """Return the complex response (F,) at f (F,) [Hz]."""
         s = 2j * np.pi * f
         g, a, b = self.terms
         return np.asarray((g + a * s + b * s * s) * s / (s + 2 * np.pi * self.corner.value))
@@ -42,10 +42,11 @@ class HighPass:
 def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
     """Return the least-squares corner of the high-pass from u (N,) to y (N,), uniformly sampled at t (N,) [s].
 
-    Both are low-passed to `top_Hz` alike, which leaves their relation alone. The first and second derivative of u stand
-    for delay and for the resonances far above, to second order in frequency. For each corner the rest is linear
-    (variable projection: [GP73]), so the search is along one axis. There is no leakage in the time domain, and the
-    state at the start of the record is a parameter. Raises ValueError if too little is left of the record."""
+    Both are low-passed to `top_Hz` by the same filter, which does not change their relation. The first and second
+    derivative of u stand for delay and for the resonances far above, to second order in frequency. For each corner the
+    rest is linear (variable projection: [GP73]), so the search is along one axis. There is no leakage in the time
+    domain, and the state at the start of the record is a parameter. Raises ValueError if too little is left of the
+    record."""
     t, u, y = _band(t, u, y, top_Hz)
     size_u, size_y = float(np.ptp(u)), float(np.ptp(y))
     if size_u == 0.0 or size_y == 0.0:
@@ -101,7 +102,7 @@ def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Ar
 
 
 def _design(t: Array, u: Array, corner: float) -> Array:
-    """Return columns (N, 6) of the linear part for one corner [Hz]."""
+    """Return the columns (N, 6) of the linear part for one corner [Hz]."""
     dt = (t[-1] - t[0]) / (t.size - 1)
     h = 2 * math.pi * corner * dt
     a, mean = math.exp(-h), -math.expm1(-h) / h

@@ -51,10 +51,9 @@ def branches(drive: Array, middle: float, amplitude: float) -> list[Branch]:
 
 
 def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: float) -> ScalarEstimate:
-    """Return response of one branch where the drive is `at`, by a parabola over the samples within `reach` of it.
+    """Return the response of one branch at the drive `at`, by a parabola over the samples within `reach` of it.
 
-    Raises ValueError if fewer than `MIN_SAMPLES` samples lie there.
-    """
+    Raises ValueError if fewer than `MIN_SAMPLES` samples lie there."""
     v = (drive[branch.samples] - at) / reach
     near = np.abs(v) <= 1.0
     if near.sum() < MIN_SAMPLES:
@@ -66,8 +65,8 @@ def branch_at(drive: Array, response: Array, branch: Branch, at: float, reach: f
 def opening(
     drive: Array, response: Array, pair: tuple[Branch, Branch], middle: float, amplitude: float
 ) -> ScalarEstimate:
-    """Return width of the loop at mid-drive: response on the falling branch minus that on the rising one, so a response
-    that lags its drive opens positively. Raises ValueError if a branch has too few samples there."""
+    """Return the width of the loop at mid-drive: response on the falling branch minus that on the rising one, so a
+    response that lags its drive opens positively. Raises ValueError if a branch has too few samples there."""
     reach = NEAR_MIDDLE * amplitude
     first, second = (branch_at(drive, response, b, middle, reach) for b in pair)
     sign = -1.0 if pair[1].rising else 1.0
@@ -75,13 +74,13 @@ def opening(
 
 
 def last_pair(found: list[Branch]) -> tuple[Branch, Branch] | None:
-    """Return the last two adjoining branches: the loop has settled most there."""
+    """Return the last two adjoining branches: the loop is most settled there."""
     return (found[-2], found[-1]) if len(found) >= 2 else None
 
 
 def longest_stand(drive: Array, response: Array) -> tuple[int, float]:
     """Return (first sample, range of the drive in its unit) of the stretch over which a response (N,) repeats one value
-    while the drive (N,) runs furthest: of a response that is held, stuck or clipped."""
+    while the drive (N,) runs furthest: it is held, stuck or clipped there."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(response)) + 1])
     passed = np.maximum.reduceat(drive, starts) - np.minimum.reduceat(drive, starts)
     worst = int(np.argmax(passed))
@@ -89,5 +88,5 @@ def longest_stand(drive: Array, response: Array) -> tuple[int, float]:
 
 
 def thin(values: Array) -> Array:
-    """At most about `MAX_DRAWN` of the values (N,), evenly taken: a picture needs no more."""
+    """Return at most about `MAX_DRAWN` of the values (N,), evenly taken: a picture needs no more."""
     return values[:: max(1, values.size // MAX_DRAWN)]

@@ -9,7 +9,8 @@ from checks.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class LinearFit:
-    """y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and the design."""
+    """Fit of y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and the
+    design."""
 
     x: Array
     covariance: Array
@@ -29,7 +30,7 @@ def least_squares(design: Array, y: Array) -> LinearFit:
     """Return the ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its
     `colour`.
 
-    Raises ValueError if N <= p or the columns cannot be told apart."""
+    Raises ValueError if N <= p or the columns are linearly dependent."""
     n, p = design.shape
     if n <= p:
         raise ValueError(f"{n} samples cannot carry {p} parameters")
@@ -47,8 +48,7 @@ def colour(residual: Array) -> float:
     """Return how much more a slow combination of the samples scatters than if the residual (N,) were white: one plus
     twice the sum of the autocorrelation, Bartlett weights over 2 N^(1/3) lags ([NW87]).
 
-    Never below 1: a residual that looks bluer than white is no reason to claim more.
-    """
+    Never below 1: a residual that looks bluer than white does not justify a smaller uncertainty."""
     power = float(residual @ residual)
     if power == 0.0:
         return 1.0

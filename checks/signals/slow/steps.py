@@ -1,4 +1,4 @@
-"""Abrupt steps of a noisy, creeping signal: how many, when, and how long it takes to settle."""
+"""Abrupt steps of a noisy, creeping signal: their number, times and settling."""
 
 from dataclasses import dataclass
 
@@ -35,10 +35,10 @@ class SignalStep:
 
 
 def find_steps(t: Array, y: Array) -> list[SignalStep]:
-    """Return the steps in y (N,) over t (N,) [s], in time order; empty when nothing stands out of the scatter.
+    """Return the steps in y (N,) over t (N,) [s], in time order; empty if nothing stands out of the scatter.
 
-    A jump is the difference of the medians over 0.5 s after and before; a step is where the jumps are largest. Steps
-    less than about 1 s apart blur into one another. Raises ValueError if the record is too short to hold any."""
+    A jump is the difference of the medians over 0.5 s after and before; a step is at the largest jump. Steps less than
+    about 1 s apart blur into one another. Raises ValueError if the record is too short to hold any."""
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too few to hold a step, {MIN_SAMPLES} are needed")
     if (step := float(t[-1] - t[0]) / (t.size - 1)) > GAP_S:
@@ -63,7 +63,8 @@ def find_steps(t: Array, y: Array) -> list[SignalStep]:
 
 
 def _moving_until(t: Array, y: Array) -> Array:
-    """Return (M, 2) start and end of each interval of samples over which y changes far more than it usually does."""
+    """Return the (M, 2) start and end of each interval of samples over which y changes far more than it usually
+    does."""
     fast = np.flatnonzero(np.abs(np.diff(y)) > QUIET * _usual_change(y))
     return np.column_stack([t[fast], t[fast + 1]])
 
@@ -75,7 +76,7 @@ def _usual_change(y: Array) -> float:
 
 
 def _regions(jump: Array, floor: float) -> list[NDArray[np.intp]]:
-    """Return the unbroken stretches of indices where the jump is beyond the floor, with one sign each."""
+    """Return the unbroken stretches of indices with a jump beyond the floor and of one sign."""
     beyond = np.flatnonzero(np.abs(jump) > floor)
     if beyond.size == 0 or floor == 0.0:
         return []

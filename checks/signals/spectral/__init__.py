@@ -1,1 +1,1 @@
-"""Frequency responses and what is read off them."""
+"""Frequency responses and the quantities derived from them."""

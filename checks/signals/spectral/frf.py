@@ -51,11 +51,11 @@ class Frf:
 
     @property
     def stride(self) -> int:
-        """Return every stride-th bin of this grid is independent of the others."""
+        """Return the distance in bins of this grid at which errors are independent."""
         return len(self.correlation) + 1
 
     def index(self, channel: str) -> int:
-        """Return the column of a channel; KeyError says which there are."""
+        """Return the column of a channel. Raises KeyError with the existing names if it is missing."""
         if channel not in self.channels:
             raise KeyError(f"no channel '{channel}' (has: {', '.join(self.channels)})")
         return self.channels.index(channel)
@@ -70,17 +70,17 @@ class Frf:
         return self._at((self.f >= f_lo) & (self.f <= f_hi))
 
     def independent(self) -> "Frf":
-        """Return every stride-th bin, so that the errors of what is left are independent."""
+        """Return every stride-th bin, so that the errors of the remaining ones are independent."""
         return replace(self._at(slice(None, None, self.stride)), correlation=())
 
     def _at(self, bins: Mask | slice) -> "Frf":
-        """Some bins. `correlation` counts bins of the grid: pick a run of neighbours, or reset it."""
+        """Return some bins. `correlation` counts bins of the grid: pick a run of neighbours, or reset it."""
         return replace(
             self, f=self.f[bins], H=self.H[bins], coherence=self.coherence[bins], cov=self.cov[bins], nu=self.nu[bins]
         )
 
     def select(self, *channels: str) -> "Frf":
-        """Some channels, in the order asked for."""
+        """Return some channels, in the given order."""
         c = [self.index(name) for name in channels]
         return replace(
             self, H=self.H[:, c], channels=channels, coherence=self.coherence[:, c], cov=self.cov[:, c][:, :, c]
@@ -108,8 +108,8 @@ def h1(
 
 
 def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
-    """Return `h1` of channels of a record with segments of segment_s [s]. RecordError: a channel is not there.
-    ValueError: the record is shorter than two segments that share half of their samples."""
+    """Return `h1` of channels of a record with segments of segment_s [s]. Raises RecordError if a channel is missing,
+    ValueError if the record is shorter than two segments that share half of their samples."""
     if not 1.5 * segment_s * record.fs <= record.t.size:
         raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
     columns = {name: record[name] for name in outputs}
@@ -178,7 +178,7 @@ def power_floor(power: Array) -> float:
 
 
 def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
-    """Return cov (F, C, C), changed in place: its diagonal never negative by rounding, infinite where nothing was
+    """Return cov (F, C, C), changed in place: its diagonal is made non-negative, and infinite in bins that were not
     driven."""
     cov[~powered] = 0.0
     for c in range(cov.shape[1]):
@@ -187,7 +187,7 @@ def guarded_covariance(cov: Complex, powered: Mask) -> Complex:
 
 
 def named(y: Array | Mapping[str, Array]) -> dict[str, Array]:
-    """Return outputs as name -> (N,); the columns of an array are called y0, y1, ..."""
+    """Return the outputs by name, (N,) each; the columns of an array are called y0, y1, ..."""
     if isinstance(y, Mapping):
         return dict(y)
     columns = np.atleast_2d(np.asarray(y).T)

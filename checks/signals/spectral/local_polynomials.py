@@ -1,4 +1,4 @@
-"""Least squares about many bins at once: responses and transients as polynomials of the bin, and what is left over."""
+"""Least squares about many bins at once: responses and transients as polynomials of the bin, and their residuals."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ DEPENDENT = 1e-20  # share of a regressor's power left by the others, below whic
 
 @dataclass(frozen=True, eq=False)
 class LocalRegression:
-    """What a fit about one bin needs, the same for every bin.
+    """Regressors of a fit about one bin, the same for every bin.
 
     off_transient : (2 half + 1, m) orthonormal; its columns are blind to every transient of the order.
     regressors : (order + 1, 2 half + 1) powers of r / half, the constant last, projected by off_transient afterwards.
@@ -39,8 +39,8 @@ class LocalRegression:
 
 @dataclass(frozen=True, eq=False)
 class LocalPolynomialFit:
-    """Of B bins: H (B, C), its covariance (B, C, C), infinite where nothing tells H, coherence (B, C), and of the first
-    ones the weights (b, 2 half + 1) of their neighbours' Y in H."""
+    """Fits about B bins: H (B, C), its covariance (B, C, C), infinite if H is not determined, coherence (B, C), and of
+    the first ones the weights (b, 2 half + 1) of their neighbours' Y in H."""
 
     H: Complex
     cov: Complex
@@ -49,7 +49,7 @@ class LocalPolynomialFit:
 
     @classmethod
     def empty(cls, bins: int, channels: int, neighbours: int) -> "LocalPolynomialFit":
-        """To be filled batch by batch; in memory channel by channel, as the batches come and are worked with."""
+        """Return an empty fit, to be filled batch by batch; channel by channel in memory, in the order of use."""
         return cls(
             H=np.empty((channels, bins), dtype=complex).T,
             cov=np.empty((channels, channels, bins), dtype=complex).transpose(2, 0, 1),
@@ -66,8 +66,7 @@ def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomi
     """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each of
     them.
 
-    floor : power of the input over a neighbourhood below which it does not tell the response.
-    """
+    floor : power of the input over a neighbourhood below which it does not determine the response."""
     channels, points, B = len(near) - 1, near.shape[1], near.shape[2]
     found = LocalPolynomialFit.empty(B, channels, points)
     work = _work_space(local, channels, min(_filled(B), BATCH_BINS))
@@ -82,9 +81,9 @@ def _filled(bins: int) -> int:
 
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
-    """Return regressors, then outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order + 1 + C, m, B),
-    products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as what is done in
-    them."""
+    """Return arrays for regressors, then for outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order +
+    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as the
+    computation."""
     points, m = local.off_transient.shape
     number = len(local.regressors) + channels
     shapes = ((number, points, bins), (number, m, bins), (number, m, bins), (m, bins))
@@ -94,12 +93,11 @@ def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Compl
 def _solve(
     near: Complex, local: LocalRegression, floor: float, work: tuple[Complex, ...], found: LocalPolynomialFit
 ) -> None:
-    """Least squares about each bin by modified Gram-Schmidt, vectorised over the bins; fills `found`.
+    """Solve least squares about each bin by modified Gram-Schmidt, vectorised over the bins; fills `found`.
 
     near : (1 + C, 2 half + 1, B) transforms about each bin. The constant of G is the last regressor, so that its
-    coefficient is H at once, and what is left of it after the others is the power that tells H. With the outputs as
-    further columns the solution is backward stable ([BJORCK67]).
-    """
+    coefficient is H at once, and its remainder after the others is the power that determines H. With the outputs as
+    further columns the solution is backward stable ([BJORCK67])."""
     B, order = near.shape[2], len(local.regressors) - 1
     whole, columns, products, conjugate = (x[..., : _filled(B)] for x in work)
     whole[order + 1 :, :, :B] = near[1:]

@@ -40,10 +40,9 @@ def lpm(
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.
     order : of both polynomials. `coherence` is |H|^2 S_uu over itself plus the noise, over the neighbourhood.
-    Neighbours share their data: `stride` says how far apart bins are independent (2 half + 1 of the full grid).
-    Where u has no power of its own (a periodic u between its lines, a band not driven) the variance is infinite.
-    Raises ValueError for unequal lengths, NaN or inf, an empty band, fewer than 7 degrees of freedom.
-    """
+    Neighbours share their data: `stride` says how far apart bins are independent (2 half + 1 of the full grid). The
+    variance is infinite if u has no power of its own (a periodic u between its lines, a band not driven). Raises
+    ValueError for unequal lengths, NaN or inf, an empty band, or fewer than 7 degrees of freedom."""
     problem = LpmTransforms.of(u, y, fs, f_lo, f_hi, step, input)
     local = LocalRegression.of(order, half)
     bins = problem.bins(half)
@@ -53,14 +52,15 @@ def lpm(
 
 
 def lpm_record(record: Record, input: str, outputs: Sequence[str], f_lo: float, f_hi: float, step: int = 1) -> Frf:
-    """Return `lpm` of channels of a record, order and window at their defaults. RecordError: a channel is not there."""
+    """Return `lpm` of channels of a record, order and window at their defaults. Raises RecordError if a channel is
+    missing."""
     columns = {name: record[name] for name in outputs}
     return lpm(record[input], columns, record.fs, f_lo=f_lo, f_hi=f_hi, step=step, input=input)
 
 
 @dataclass(frozen=True, eq=False)
 class LpmTransforms:
-    """Transforms (1 + C, N // 2 + 1) of a record, input first, and the bins where the response is wanted."""
+    """Transforms (1 + C, N // 2 + 1) of a record, input first, and the bins at which the response is wanted."""
 
     spectra: Complex
     input: str
@@ -93,7 +93,8 @@ class LpmTransforms:
         return cls(spectra, input, tuple(outputs), len(u), fs, first, last, step)
 
     def bins(self, half: int) -> Bins:
-        """Return the wanted bins that have `half` neighbours on both sides. ValueError: there is none."""
+        """Return the wanted bins that have `half` neighbours on both sides. Raises ValueError if there are no such
+        bins."""
         # Bin 0 is left out of every neighbourhood: its offset is no response to the input.
         lo, hi = max(half + 1, self.first), min((self.n - 1) // 2 - half, self.last)
         if hi < lo:
@@ -126,7 +127,7 @@ class LpmTransforms:
 
 
 def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
-    """Return (1 + C, N // 2 + 1) transforms of the channels without their mean."""
+    """Return the (1 + C, N // 2 + 1) transforms of the channels without their mean."""
     sizes = {name: np.shape(c) for name, c in columns}
     if len(set(sizes.values())) != 1 or any(len(s) != 1 for s in sizes.values()):
         raise ValueError(f"expected channels of one equal length, got shapes {sizes}")

@@ -10,7 +10,7 @@ from checks.signals.spectral.frf import Frf, Mask, guarded_covariance
 
 @dataclass(frozen=True, eq=False)
 class _Spread:
-    """A response on the common grid of n bins; var (n, C) is infinite where it has no bin."""
+    """A response on the common grid of n bins; var (n, C) is infinite in bins that the response lacks."""
 
     H: Complex
     cov: Complex
@@ -34,14 +34,14 @@ class _Spread:
 
 
 def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
-    """Return low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse variance.
+    """Return the response low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse
+    variance.
 
     Grid: both equally spaced by the same step and on the same multiples of it (for lpm of records of different length:
     choose `step` so that the steps agree), and without a gap between them. Same input and channels in the same order.
     The variance of a weighted mean is raised for the weights being estimates ([MEIER53]), its degrees of freedom are
     Welch-Satterthwaite's, of the channel that has the fewest. `correlation` is the longer reaching of the two. Raises
-    ValueError for what does not fit together, naming it.
-    """
+    ValueError if the two do not fit together, with the difference."""
     step, offset = _common_grid(low, high)
     first = min(0, offset)
     n = max(low.f.size, offset + high.f.size) - first
@@ -52,7 +52,7 @@ def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
 
 
 def _combine(low: Frf, high: Frf, f: Array, a: _Spread, b: _Spread, w: Array, merge_Hz: float | None) -> Frf:
-    """Return w (n, C): weight of a in 0..1."""
+    """Return the mean of a and b; w (n, C): weight of a in 0..1."""
     v = 1.0 - w
     # Weights taken from the data are right on average only: the variance of the mean grows (none where w is 0 or 1).
     raised = np.sqrt(1.0 + 2.0 * w * v * (1.0 / a.nu + 1.0 / b.nu)[:, None]) if merge_Hz is None else np.ones(w.shape)
@@ -112,7 +112,7 @@ def _split(low: Frf, high: Frf, f: Array, merge_Hz: float, step: float) -> Array
 
 
 def _inverse_variance(a: _Spread, b: _Spread) -> Array:
-    """Return (n, C) weight of a; a bin that is unusable in one of them comes whole from the other."""
+    """Return the (n, C) weight of a; a bin that is unusable in one of them comes whole from the other."""
     only_a, only_b = a.usable & ~b.usable, b.usable & ~a.usable
     va, vb = (np.where(np.isfinite(x.var), x.var, 1.0) for x in (a, b))
     total = va + vb
@@ -121,7 +121,7 @@ def _inverse_variance(a: _Spread, b: _Spread) -> Array:
 
 
 def _effective_nu(a: _Spread, b: _Spread, w: Array) -> Array:
-    """Return (n,) Welch-Satterthwaite degrees of freedom of w a + (1 - w) b."""
+    """Return the (n,) Welch-Satterthwaite degrees of freedom of w a + (1 - w) b."""
     pa = w**2 * np.where(np.isfinite(a.var), a.var, 0.0)
     pb = (1.0 - w) ** 2 * np.where(np.isfinite(b.var), b.var, 0.0)
     spread = pa**2 / a.nu[:, None] + pb**2 / b.nu[:, None]

@@ -1,4 +1,4 @@
-"""Periodic excitation: no leakage, and the noise from what differs between periods ([PS12] 2.4)."""
+"""Periodic excitation: no leakage, and the noise from the differences between periods ([PS12] 2.4)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ def detect(u: Array, tolerance: float = TOLERANCE) -> PeriodicPart | None:
 
 
 def _shortest_period(u: Array, tolerance: float) -> int:
-    """Return the lag of the first deep dip of the squared difference of u and its shifted self; 0: none."""
+    """Return the lag of the first deep dip of the squared difference of u and its shifted self; 0 without one."""
     x = u - np.mean(u)
     n = x.size
     energy = np.concatenate([[0.0], np.cumsum(x * x)])
@@ -59,7 +59,7 @@ def _shortest_period(u: Array, tolerance: float) -> int:
 
 
 def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
-    """Grow the periodic part from the middle of u to where the signal stops repeating."""
+    """Return the periodic part, extended from the middle of u until the signal stops repeating."""
     jump = u[samples:] - u[:-samples]
     middle = u[u.size // 4 : -(u.size // 4)]
     rms = float(np.std(middle))
@@ -80,12 +80,11 @@ def _extent(u: Array, samples: int, tolerance: float) -> PeriodicPart | None:
 def periodic_frf(
     u: Array, y: Array | Mapping[str, Array], fs: float, period: PeriodicPart, skip: int = 1, *, input: str = "u"
 ) -> Frf:
-    """Return responses at the excited lines, with the variance over periods; no window, no leakage.
+    """Return the responses at the excited lines, with the variance over periods; no window, no leakage.
 
     u : (N,), y : (N,), (N, C) or name -> (N,), sampled at fs [Hz]. skip : first periods left to the transient.
     nu = periods - 1. Lines with less than 1e-6 of the strongest line's power are not excited and left out.
-    Raises ValueError if fewer than two periods remain, for unequal lengths, NaN or inf.
-    """
+    Raises ValueError if fewer than two periods remain, for unequal lengths, NaN or inf."""
     outputs = named(y)
     count = period.count - skip
     if count < 2 or skip < 0:
@@ -117,7 +116,7 @@ def periodic_frf(
 
 
 def _lines(name: str, x: Array, n: int, period: PeriodicPart, skip: int) -> Complex:
-    """Return (periods, samples // 2 + 1) transforms of the periods that are used."""
+    """Return the (periods, samples // 2 + 1) transforms of the periods that are used."""
     if np.shape(x) != (n,):
         raise ValueError(f"channel '{name}' has shape {np.shape(x)}; the input has ({n},)")
     first, last = period.start + skip * period.samples, period.start + period.count * period.samples

@@ -1,14 +1,13 @@
 """Poles that several outputs share, from the transforms of one record: rational locally, polynomial elsewhere.
 
-Over a band every transform obeys Y_c = H_c U + T_c + noise: H_c the response, T_c what the record's ends left ringing.
+Over a band every transform obeys Y_c = H_c U + T_c + noise: H_c the response, T_c the transient of the record's ends.
 Both have the poles of the structure, H_c = sum_k R_ck/(z - q_k) + P_c(z), T_c likewise, z = (f - centre)/half: the
 poles of the band by themselves, all else a polynomial. Nothing leaks, and the errors of the bins are independent
 ([PS12] 6.3 and 7.3; [MG12] for the local form).
 
 Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: [GP73]; the
 Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares is all of
-it.
-"""
+it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +30,7 @@ _FLOOR = 1e-10  # smallest noise over the largest transform: numbers without noi
 
 @dataclass(frozen=True, eq=False)
 class Transforms:
-    """Of a whole record without its mean: f (F,) [Hz], U (F,), Y (F, C)."""
+    """Transforms of a whole record without its mean: f (F,) [Hz], U (F,), Y (F, C)."""
 
     f: Array
     U: Complex
@@ -40,13 +39,13 @@ class Transforms:
 
     @classmethod
     def of(cls, record: Record, input: str, outputs: Sequence[str]) -> "Transforms":
-        """Return the transforms of channels of a record. RecordError: a channel is not there."""
+        """Return the transforms of channels of a record. Raises RecordError if a channel is missing."""
         columns = {name: record[name] for name in (input, *outputs)}
         return cls.of_columns(columns, input, record.fs)
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Array], input: str, fs: float) -> "Transforms":
-        """Return columns : name -> (N,), the input among them, sampled at fs [Hz]."""
+        """Return the transforms of columns: name -> (N,), the input among them, sampled at fs [Hz]."""
         X = {name: scipy.fft.rfft(x - np.mean(x)) for name, x in columns.items()}
         outputs = tuple(name for name in columns if name != input)
         f = np.arange(X[input].size) * (fs / len(columns[input]))
@@ -82,7 +81,7 @@ class PoleWindow:
     channels: tuple[str, ...]
 
     def thinned(self, bins: int) -> "PoleWindow":
-        """At most about so many of its bins, evenly."""
+        """Return the window with at most about the given number of its bins, evenly spread."""
         s = slice(None, None, max(1, self.f.size // bins))
         return replace(self, f=self.f[s], z=self.z[s], U=self.U[s], Y=self.Y[s], sd=self.sd[s])
 
@@ -95,15 +94,15 @@ class PoleWindow:
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
-        """Return the complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive when it
+        """Return the complex frequency [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive if it
         decays."""
         return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
 
 
 @dataclass(frozen=True, eq=False)
 class PoleFit:
-    """q (K,) scaled poles; residues (K, C) and polynomials (order + 1, C) of the response; covariance (K,) E|dq|^2;
-    residual (B, C) of Y over its noise."""
+    """Fit of poles to a window. q (K,) scaled poles; residues (K, C) and polynomials (order + 1, C) of the response;
+    covariance (K,) E|dq|^2; residual (B, C) of Y over its noise."""
 
     window: PoleWindow
     q: Complex
@@ -121,11 +120,11 @@ class PoleFit:
         return float(np.sum(np.abs(self.residual) ** 2))
 
     def frequencies(self) -> Complex:
-        """Return (K,) complex frequencies [Hz] of the poles."""
+        """Return the (K,) complex frequencies [Hz] of the poles."""
         return np.array([self.window.frequency(q) for q in self.q])
 
     def response(self) -> Complex:
-        """Return (B, C) fitted responses in the channels' units per unit of the input."""
+        """Return the (B, C) fitted responses in the channels' units per unit of the input."""
         terms = local_basis(self.window.z, self.q, self.order)
         return (terms @ np.vstack([self.residues, self.polynomials])) * self.window.scale
 
@@ -135,12 +134,12 @@ class PoleFit:
         return self.window.half * float(np.sqrt(self.variance[k] / 2))
 
     def amplitude(self, k: int) -> Array:
-        """Return (C,) height of the k-th resonance by itself, in the channels' units: |residue| over the decay."""
+        """Return the (C,) height of the k-th resonance by itself, in the channels' units: |residue| over the decay."""
         return np.asarray(np.abs(self.residues[k]) / abs(self.q[k].imag) * self.window.scale)
 
 
 def local_basis(z: Array, q: Complex, order: int) -> Complex:
-    """Return (B, K + order + 1): a column per pole, then the powers of z."""
+    """Return the basis (B, K + order + 1): a column per pole, then the powers of z."""
     terms = np.empty((z.size, q.size + order + 1), dtype=complex)
     terms[:, : q.size] = 1.0 / (z[:, None] - q)
     terms[:, q.size :] = np.vander(z, order + 1, increasing=True)
@@ -148,7 +147,7 @@ def local_basis(z: Array, q: Complex, order: int) -> Complex:
 
 
 def basis(w: PoleWindow, q: Complex, order: int) -> Complex:
-    """Return (B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
+    """Return the basis (B, 2 (K + order + 1)): the local terms driven by U, then those of the transient."""
     terms = local_basis(w.z, q, order)
     return np.concatenate([w.U[:, None] * terms, terms], axis=1)
 
@@ -159,8 +158,8 @@ def enough_bins(w: PoleWindow, poles: int, order: int) -> bool:
 
 
 def fit_poles(w: PoleWindow, start: Sequence[complex], order: int, rounds: int = ROUNDS) -> PoleFit | None:
-    """Fit with as many poles as `start` (scaled) names; None when one leaves the band or does not decay, or the band
-    has too few bins. The window's noise is used first, then in each round that of the residual."""
+    """Fit with as many poles as `start` (scaled) names; None if one leaves the band or does not decay, or the band has
+    too few bins. The window's noise is used first, then in each round that of the residual."""
     q = np.array(start, dtype=complex)
     if not enough_bins(w, q.size, order) or not _inside(q):
         return None
@@ -185,7 +184,8 @@ def _inside(q: Complex) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Elimination:
-    """coefficients (C, P); residual (C, B) weighted; tangent (C, B, K): its change with the poles."""
+    """Least squares on the columns of given poles. coefficients (C, P); residual (C, B) weighted; tangent (C, B, K):
+    its change with the poles."""
 
     coefficients: Complex
     residual: Complex
@@ -194,7 +194,7 @@ class _Elimination:
 
 
 def _iterate(w: PoleWindow, q: Complex, order: int) -> tuple[Complex, _Elimination]:
-    """Return Gauss-Newton with halved steps."""
+    """Return the poles and their elimination by Gauss-Newton with halved steps."""
     state = _eliminate(w, q, order)
     for _ in range(_ITERATIONS):
         step, gain = _step(state)
@@ -224,16 +224,16 @@ def eliminated(w: PoleWindow, A: Complex) -> tuple[Complex, Complex, Complex, Co
 
 
 def _within(A: Complex, X: Complex, y: Complex) -> Complex:
-    """Return (..., P, K) components of y (..., B, K) along the orthonormal A X."""
+    """Return the (..., P, K) components of y (..., B, K) along the orthonormal A X."""
     return _adjoint(_adjoint(y) @ A @ X)
 
 
 def _to_orthonormal(A: Complex) -> Complex:
-    """Return X (C, P, P): A X (C, B, P) has orthonormal columns. A X itself is for who asks: a fit needs products only.
+    """Return X (C, P, P) such that A X (C, B, P) has orthonormal columns. A X is left to the caller: a fit needs
+    products only.
 
-    By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; where A
-    is too near to dependent for that (a condition above about 1e4), by Householder's.
-    """
+    By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; if the
+    columns of A are too close to dependent for that (a condition above about 1e4), by Householder's."""
     gram = _adjoint(A) @ A
     length = np.sqrt(np.einsum("cpp->cp", gram).real)
     shorter = 1.0 / np.where(length > 0.0, length, 1.0)
@@ -291,7 +291,7 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """Return (K,) E|dq|^2 of estimates that are gain (K, C, B) times the errors, whose size, and likeness in different
-    channels, the residual (C, B) shows."""
+    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors; their size and their correlation
+    between channels come from the residual (C, B)."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

@@ -1,9 +1,8 @@
 """Resonances in a record: found by a test with a known rate of false alarms, then fitted with intervals.
 
-A pole is there when it explains more than chance lets the best of many tried poles explain. Candidates lie on a grid of
-frequencies and damping ratios; the best one is fitted, and the F test of what it adds to all channels, times the number
-of candidates (Bonferroni), must stay below CHANCE.
-"""
+A pole is accepted if it explains more than chance lets the best of many tried poles explain. Candidates lie on a grid
+of frequencies and damping ratios; the best one is fitted, and the F test of what it adds to all channels, times the
+number of candidates (Bonferroni), must stay below CHANCE."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,11 +25,11 @@ _NONE = np.zeros(0, dtype=complex)
 
 @dataclass(frozen=True, eq=False)
 class Resonance:
-    """f_Hz: undamped natural frequency |p|/2 pi; damping_ratio: -Re p/|p|. u_*: standard uncertainties from the
-    scatter, u_*_model from one order more of the polynomials. amplitude (C,): height by itself, in the channels' units.
+    """Resonance of a record. f_Hz: undamped natural frequency |p|/2 pi; damping_ratio: -Re p/|p|. u_*: standard
+    uncertainties from the scatter, u_*_model from one order more of the polynomials. amplitude (C,): height by itself,
+    in the channels' units.
 
-    p : probability that chance shows such a pole somewhere in the range searched. fit: the curve, k: its pole.
-    """
+    p : probability that chance shows such a pole somewhere in the range searched. fit: the curve, k: its pole."""
 
     f_Hz: float
     damping_ratio: float
@@ -45,7 +44,7 @@ class Resonance:
 
     @property
     def seen(self) -> bool:
-        """Return a pole that the data place: it decays, and its damping is known better than to a third."""
+        """Return whether the data determine the pole: it decays, and its damping is known to better than a third."""
         placed = 3.0 * self.u_damping < self.damping_ratio < DAMPING_MAX
         return self.p < CHANCE and placed and math.isfinite(self.u_Hz_model)
 
@@ -55,7 +54,7 @@ class Resonance:
 
 
 def find(w: PoleWindow, f_lo: float, f_hi: float, order: int = ORDER) -> Resonance | None:
-    """Return the strongest resonance in f_lo..f_hi [Hz] of a window, or None if chance shows as much."""
+    """Return the strongest resonance in f_lo..f_hi [Hz] of a window, or None if chance explains as much."""
     if not enough_bins(w, 1, order):
         return None
     best, tried = candidate(w, f_lo, f_hi, _NONE, order)
@@ -69,11 +68,10 @@ def find(w: PoleWindow, f_lo: float, f_hi: float, order: int = ORDER) -> Resonan
 def find_beside(
     w: PoleWindow, first: Resonance, f_lo: float, f_hi: float, share: float
 ) -> tuple[Resonance, Resonance] | None:
-    """Return (the first one fitted anew, a second one) when two poles fit better than one, else None.
+    """Return (the first resonance fitted again, a second one) if two poles fit better than one, else None.
 
     share : the second one alone must be this part of what the first one's fit shows at its frequency, in one channel at
-    least. A record without noise tells every flaw of a model: what is significant need not matter.
-    """
+    least. A record without noise shows every flaw of a model: a significant pole need not matter."""
     order = first.fit.order
     if not enough_bins(w, 2, order):
         return None
@@ -94,8 +92,8 @@ def find_beside(
 
 
 def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
-    """Return the complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); how many
-    were tried.
+    """Return the complex frequency [Hz] of the further pole that explains most beside the `known` (scaled); and the
+    number of those tried.
 
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
@@ -115,8 +113,8 @@ def _moves(w: PoleWindow, q: Complex) -> Complex:
 
 
 def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
-    """Return (N,) power of a residual (B,) that each of N columns explains beyond Q; none if next to nothing is left of
-    a column. What it leaves ringing would add little: it is left to the fit."""
+    """Return (N,) power of a residual (B,) that each of N columns explains beyond Q; 0 if almost nothing is left of a
+    column. The transient of the column would add little and is left to the fit."""
     before = np.sum(np.abs(columns) ** 2, axis=0)
     left = before - np.sum(np.abs(Q.conj().T @ columns) ** 2, axis=0)
     told = left > 1e-6 * before
@@ -124,8 +122,8 @@ def _explained(Q: Complex, residual: Complex, columns: Complex) -> Array:
 
 
 def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
-    """Return scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is not
-    tried more finely than the bins, nor more often than is worth its time."""
+    """Return the scaled candidates: every damping ratio at frequencies a half-power half-width apart; a narrow one is
+    not tried more finely than the bins, nor more often than is worth the time."""
     middle, bin_Hz = (f_lo + f_hi) / 2, float(w.f[1] - w.f[0])
     least = max(bin_Hz, len(DAMPING_RATIOS) * (f_hi - f_lo) / MAX_CANDIDATES)
     poles = [
@@ -137,10 +135,11 @@ def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
 
 
 def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
-    """Return p of the last pole of a fit against the poles `without` (scaled) it, times the candidates tried.
+    """Return the probability p of the last pole of a fit against the poles `without` (scaled) it, times the candidates
+    tried.
 
-    Both by the noise that the smaller fit leaves: it must not profit from a noise that the further pole has made small.
-    """
+    Both fits use the residual noise of the smaller fit, so that the further pole does not profit from noise that it
+    reduced itself."""
     order, w = fitted.order, _as_without(fitted, without)
     smaller, larger = (float(np.sum(np.abs(eliminated(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size
@@ -151,7 +150,7 @@ def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
 
 
 def _as_without(fitted: PoleFit, without: Complex) -> PoleWindow:
-    """Return the window of a fit with the noise that a fit of fewer poles leaves."""
+    """Return the window of a fit with the noise estimated by a fit of fewer poles."""
     w = fitted.window
     even = replace(w, sd=np.ones(w.sd.shape))
     for _ in range(2):

@@ -31,11 +31,10 @@ class Spectra:
 
 
 class Segments:
-    """Accumulates the spectra of `channels` records sampled together at fs [Hz].
+    """Accumulator of the spectra of `channels` records sampled together at fs [Hz].
 
     Periodic Hann window of `nperseg` samples, the mean of each segment removed, `noverlap` samples shared (default:
-    half), which are the defaults of scipy.signal.welch. Memory does not grow with what is fed.
-    """
+    half), which are the defaults of scipy.signal.welch. Memory does not grow with the length of the record."""
 
     def __init__(self, channels: int, fs: float, nperseg: int, noverlap: int | None = None) -> None:
         overlap = nperseg // 2 if noverlap is None else noverlap
@@ -64,7 +63,7 @@ class Segments:
         self._tail = np.array([c[used:] for c in columns], dtype=float)
 
     def _add_all(self, columns: Sequence[Array]) -> int:
-        """Add every whole segment; returns the samples that no later segment needs."""
+        """Add every whole segment; return the number of samples that no later segment needs."""
         whole = max(0, (len(columns[0]) - self.nperseg) // self.hop + 1)
         if whole:
             frames = [sliding_window_view(c, self.nperseg)[:: self.hop] for c in columns]
@@ -92,7 +91,7 @@ class Segments:
                 np.add(sums[i, j], np.dot(ones, parts), out=sums[i, j])
 
     def _means(self, frame: Array) -> Array:
-        """Return (K,) of segments (K, nperseg). Where half is shared, each sample is summed once, not twice."""
+        """Return the means (K,) of segments (K, nperseg). If half is shared, each sample is summed once, not twice."""
         hop = self.hop
         if 2 * hop != self.nperseg:
             return np.asarray(np.einsum("kn->k", frame) / self.nperseg)
@@ -100,7 +99,8 @@ class Segments:
         return np.asarray((halves[:-1] + halves[1:]) / self.nperseg)
 
     def spectra(self) -> Spectra:
-        """Return what has been fed so far. Raises ValueError for fewer than two segments and for NaN or inf."""
+        """Return the spectra of the samples so far. Raises ValueError if there are fewer than two segments, NaN or
+        inf."""
         if self.count < 2:
             raise ValueError(
                 f"{self.samples} samples hold {self.count} segment(s) of {self.nperseg} samples every {self.hop}; "
@@ -118,10 +118,9 @@ class Segments:
         return Spectra(f, sums, self.count, self.effective, self._correlation)
 
     def _hermitian(self) -> Complex:
-        """Return (F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
+        """Return the (F, M, M) sums of X_i conj(X_j), in memory channel by channel as they are worked with.
 
-        Below the diagonal they are as summed; on it stand the squares of real part and imaginary part, as such.
-        """
+        Below the diagonal they are as summed; on it stand the squares of real part and imaginary part, as such."""
         sums = self._sum.copy()
         diagonal = np.arange(len(sums))
         sums[diagonal, diagonal] = self._sum[diagonal, diagonal].real + self._sum[diagonal, diagonal].imag
@@ -131,10 +130,10 @@ class Segments:
 
     @property
     def effective(self) -> float:
-        """Return n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share information (Welch 1967, eq. 17).
+        """Return the effective number of segments n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share
+        information (Welch 1967, eq. 17).
 
-        rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap.
-        """
+        rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap."""
         K, w = self.count, self._window
         shifts = range(1, min(K - 1, (self.nperseg - 1) // self.hop) + 1)
         rho = [float(w[m * self.hop :] @ w[: -m * self.hop] / (w @ w)) for m in shifts]
@@ -151,13 +150,14 @@ def _window(n: int) -> tuple[Array, tuple[float, ...]]:
 
 
 def hann(n: int) -> Array:
-    """Return (n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it
+    """Return the (n,) periodic Hann window, as `scipy.signal.get_window` gives it, without the second that loading it
     takes."""
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
 def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex]:
-    """Return the windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them (K, F).
+    """Return arrays for the windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them
+    (K, F).
 
     All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
     are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and

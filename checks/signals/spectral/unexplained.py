@@ -1,8 +1,7 @@
-"""What the drive does not explain of a record, block by block of the spectrum and in time.
+"""Part of a record that the drive does not explain, block by block of the spectrum and in time.
 
 In each block of neighbouring bins Y = G U + T with polynomials G and T of the frequency, as in the local polynomial
-method ([PS12] 7.2), but blocks do not overlap: a projection instead of a fit about every bin.
-"""
+method ([PS12] 7.2), but blocks do not overlap: a projection instead of a fit about every bin."""
 
 from dataclasses import dataclass
 
@@ -18,8 +17,8 @@ SHARE = BINS / (BINS - 2 * (ORDER + 1))  # of the power of a bin over what the p
 
 @dataclass(frozen=True, eq=False)
 class DrivePart:
-    """n: samples that are used, a length that transforms fast; Q (B, BINS, 2 (ORDER + 1)): what a drive explains in
-    each of B blocks, orthonormal."""
+    """Part of a record that its drive explains. n: number of samples used, a length that transforms fast; Q (B, BINS, 2
+    (ORDER + 1)): orthonormal basis of that part in each of B blocks."""
 
     n: int
     Q: Complex
@@ -36,11 +35,11 @@ class DrivePart:
         return cls(n, np.linalg.qr(explaining)[0])
 
     def off(self, X: Complex) -> Complex:
-        """Return blocks X (B, BINS) without what the drive explains."""
+        """Return blocks X (B, BINS) without the part that the drive explains."""
         return X - (self.Q @ (np.conj(self.Q.transpose(0, 2, 1)) @ X[..., None]))[..., 0]
 
     def left(self, y: Array) -> Complex:
-        """Return the blocks (B, BINS) of a channel (N,) that the drive does not explain."""
+        """Return the blocks (B, BINS) of a channel (N,) without the part that the drive explains."""
         return self.off(blocks(y[: self.n]))
 
     def in_time(self, E: Complex) -> Array:
@@ -58,5 +57,5 @@ def blocks(x: Array) -> Complex:
 
 
 def power(E: Complex) -> Array:
-    """Return the mean power (B,) of a bin of each block, for what the projection has taken out."""
+    """Return the mean power (B,) of a bin of each block, corrected for the degrees of freedom of the projection."""
     return np.asarray(np.maximum(SHARE * np.mean(np.abs(E) ** 2, axis=1), 1e-300))

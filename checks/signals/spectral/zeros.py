@@ -15,9 +15,9 @@ _NO_POLE = np.zeros(0, dtype=complex)
 
 @dataclass(frozen=True, eq=False)
 class Zero:
-    """f_Hz: undamped frequency |s|/2 pi; damping_ratio: -Re s/|s|, negative for a zero in the right half plane.
-    u_Hz, u_damping: standard uncertainties from the scatter; u_*_model: from one order more of the polynomial.
-    f (B,), response (B,): the fitted curve. coherence: of output with input about the zero, 0..1."""
+    """Zero of a response. f_Hz: undamped frequency |s|/2 pi; damping_ratio: -Re s/|s|, negative for a zero in the right
+    half plane. u_Hz, u_damping: standard uncertainties from the scatter; u_*_model: from one order more of the
+    polynomial. f (B,), response (B,): the fitted curve. coherence: of output with input about the zero, 0..1."""
 
     f_Hz: float
     damping_ratio: float
@@ -31,7 +31,8 @@ class Zero:
 
     @property
     def side(self) -> str:
-        """Its kind: "minimum-phase", "non-minimum-phase", or "undecided" where the interval of the damping holds 0."""
+        """Return its kind: "minimum-phase", "non-minimum-phase", or "undecided" if the interval of the damping holds
+        0."""
         if abs(self.damping_ratio) <= 2.0 * math.hypot(self.u_damping, self.u_damping_model):
             return "undecided"
         return "minimum-phase" if self.damping_ratio > 0 else "non-minimum-phase"
@@ -39,7 +40,7 @@ class Zero:
 
 @dataclass(frozen=True, eq=False)
 class _Root:
-    """f: complex frequency [Hz] of the root nearest the axis; u: of its real and its imaginary part [Hz]."""
+    """Root nearest the axis. f: its complex frequency [Hz]; u: of its real and its imaginary part [Hz]."""
 
     f: complex
     u: float
@@ -50,8 +51,8 @@ class _Root:
 def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
     """Return the zero of the only channel of a window, or None if the polynomial has no root inside it.
 
-    The response is a polynomial of the frequency, so is what the record's ends left ringing. Errors move a root by the
-    polynomial's error there over its slope (first order)."""
+    The response is a polynomial of the frequency, and so is the transient of the record's ends. Errors move a root by
+    the polynomial's error there over its slope (first order)."""
     found, finer = _root(w, order), _root(w, order + 1)
     if found is None or finer is None:
         return None
