@@ -104,8 +104,8 @@ class Setting:
 
 
 def draw_rough(rng: np.random.Generator, calm: Setting) -> Setting:
-    """The same day on a rough bench: five times the noise, mains hum with its harmonics as ground loops make it, and an
-    encoder whose two signals are not quite equal."""
+    """Return the same day on a rough bench: five times the noise, mains hum with its harmonics as ground loops make it,
+    and an encoder whose two signals are not quite equal."""
     hum = rng.uniform(49.95, 50.05)
     return replace(
         calm,
@@ -120,7 +120,7 @@ def draw_rough(rng: np.random.Generator, calm: Setting) -> Setting:
 
 
 def draw_setting(rng: np.random.Generator) -> Setting:
-    """Near what the recorded units show, and a little worse than they are."""
+    """Return near what the recorded units show, and a little worse than they are."""
     return Setting(
         low_rms_V=rng.uniform(0.033, 0.045),
         low_Hz=rng.uniform(280, 330),
@@ -142,7 +142,7 @@ def draw_setting(rng: np.random.Generator) -> Setting:
 
 
 def linear(world: World) -> Rational:
-    """Va to de, da, Vs, but for delays and all that is not linear."""
+    """Return Va to de, da, Vs, but for delays and all that is not linear."""
     path = plant(world.strut)
     still = path.at(np.zeros(1))[1, 0].real
     for f_Hz, ratio, zeta in world.modes:
@@ -162,7 +162,7 @@ def _on_both(mode: Rational) -> Rational:
 
 
 def frf(world: World, f: Array) -> NDArray[np.complex128]:
-    """(3, F) response of what is linear in a world at f [Hz], delays and all."""
+    """Return (3, F) response of what is linear in a world at f [Hz], delays and all."""
     late = world.tau + np.array(world.lags)
     return linear(world).frf(f) * np.exp(-2j * np.pi * f * late[:, None])
 
@@ -178,7 +178,7 @@ class Playing:
         object.__setattr__(self, "path", linear(self.world))
 
     def drive(self, Va: Array, fs: float, every: int) -> Array:
-        """(3, N) de, da, Vs without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
+        """Return (3, N) de, da, Vs without noise for a drive Va (N,) at fs; every: by how much it is interpolated."""
         u = interpolate(Va, fs, every, self.world.tau)
         for bend in self.world.bends:
             u = bend(u)
@@ -189,7 +189,7 @@ class Playing:
 
 
 def interpolate(u: Array, fs: float, times: int, delay: float = 0.0) -> Array:
-    """(N times,) the drive between its samples, without images, late by `delay`."""
+    """Return (N times,) the drive between its samples, without images, late by `delay`."""
     size = fft.next_fast_len(u.size + 4096)
     f = fft.rfftfreq(size, 1 / fs)
     spectrum = fft.rfft(u, size) * np.exp(-2j * np.pi * f * delay)
@@ -207,7 +207,8 @@ def _late(y: Array, fs: float, lags: tuple[float, float, float]) -> Array:
 
 
 def _sprung(world: World, u: Array, dt: float, every: int) -> Array:
-    """(3, N) what a cubic spring on the payload adds: the payload's own modes step by step, then all for that force."""
+    """Return (3, N) what a cubic spring on the payload adds: the payload's own modes step by step, then all for that
+    force."""
     push, alone = plant(world.strut, column=1), plant(world.strut)
     to_payload, free = _payload(push), _payload(alone).run(u, dt)[0]
     force = np.array(_spring_force(free.tolist(), to_payload, world.cubic, dt))
@@ -215,7 +216,7 @@ def _sprung(world: World, u: Array, dt: float, every: int) -> Array:
 
 
 def _payload(path: Rational) -> Rational:
-    """The payload's motion by the axial mode and the statics of all others."""
+    """Return the payload's motion by the axial mode and the statics of all others."""
     slow = np.abs(path.poles) < 2 * np.pi * SPRING_BELOW_HZ
     mode = Rational(path.poles[slow], path.residues[1:2, slow], np.zeros(1))
     still = path.at(np.zeros(1))[1, 0].real - mode.at(np.zeros(1))[0, 0].real
@@ -223,7 +224,7 @@ def _payload(path: Rational) -> Rational:
 
 
 def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) -> list[float]:
-    """Force of the spring at every step; each step sees the last two forces drawn on."""
+    """Return force of the spring at every step; each step sees the last two forces drawn on."""
     (pole,), (residue,), still = path.poles, path.residues[0], float(path.direct[0])
     new, old, decay = step(pole, dt)
     state, before, force, out = 0j, 0.0, 0.0, []
@@ -237,7 +238,7 @@ def _spring_force(free: list[float], path: Rational, cubic: float, dt: float) ->
 
 
 def excitation(rng: np.random.Generator, s: Setting, high: bool) -> Array:
-    """(N,) noise of the low or the high record, with its preroll, before the converter."""
+    """Return (N,) noise of the low or the high record, with its preroll, before the converter."""
     n = int((s.seconds + s.preroll_s) * FS)
     white = rng.standard_normal(n)
     if high:
@@ -253,7 +254,7 @@ def quantise(x: Array, step: float, limit: float = np.inf) -> Array:
 
 
 def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
-    """(3, N) all that is added to de, da, Vs."""
+    """Return (3, N) all that is added to de, da, Vs."""
     t = np.arange(n) / fs
     white = rng.standard_normal((3, n)) * [[s.encoder_m], [s.interferometer_m], [s.sensor_V]]
     decay = np.exp(-2 * np.pi * s.coloured_Hz / fs)
@@ -268,7 +269,7 @@ def _noise(rng: np.random.Generator, s: Setting, n: int, fs: float) -> Array:
 
 
 def record(playing: Playing, s: Setting, rng: np.random.Generator, high: bool) -> dict[str, Array]:
-    """t, Va, Vs, de, da (N,) of one noise record."""
+    """Return t, Va, Vs, de, da (N,) of one noise record."""
     Va, y = _in_range(playing, excitation(rng, s, high))
     start = int(s.preroll_s * FS)
     y = y[:, start:]
@@ -285,7 +286,8 @@ def _exchanged(columns: dict[str, Array], pair: tuple[str, str] | None) -> dict[
 
 
 def _in_range(playing: Playing, u: Array) -> tuple[Array, Array]:
-    """Va and the response to it: played softer, as whoever stands there would, until the converter of Vs takes it."""
+    """Return Va and the response to it: played softer, as whoever stands there would, until the converter of Vs takes
+    it."""
     while True:
         Va = quantise(u, LSB_V, CONVERTER_V)
         y = playing.drive(Va, FS, TWICE)
@@ -302,7 +304,7 @@ def _read(y: Array, s: Setting) -> dict[str, Array]:
 
 
 def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[str, Array]:
-    """t, Va, de of slow sines of growing amplitude, 1 Hz."""
+    """Return t, Va, de of slow sines of growing amplitude, 1 Hz."""
     cycle = np.sin(2 * np.pi * np.arange(int(SLOW_FS)) / SLOW_FS)
     Va = np.concatenate([a * np.tile(cycle, SLOW_CYCLES) for a in SLOW_AMPLITUDES_V])
     y = playing.drive(Va, SLOW_FS, SLOW_TIMES if playing.world.cubic else 1) + _noise(rng, s, Va.size, SLOW_FS)
@@ -310,7 +312,8 @@ def slow_record(playing: Playing, s: Setting, rng: np.random.Generator) -> dict[
 
 
 def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -> Path:
-    """A unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in it."""
+    """Return a unit folder as a bench leaves it: two realisations of both bands, slow sines, `unit.toml`. No truth in
+    it."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     playing = Playing(world)

@@ -80,7 +80,7 @@ class Case:
         return world
 
     def write(self, parent: Path) -> Path:
-        """The unit's folder below `parent`. The truth is not in it."""
+        """Return the unit's folder below `parent`. The truth is not in it."""
         return write_unit(parent / self.serial, self.serial, self.world, self.setting, self.seed)
 
     def truth(self) -> dict[str, Any]:
@@ -92,15 +92,15 @@ class Case:
 
     @property
     def alike(self) -> list[str]:
-        """Names that are right although no effect of the library was hidden."""
+        """Return names that are right although no effect of the library was hidden."""
         faults = [name for name, it in (("dead_channel", self.dead), ("swapped_channels", self.exchanged)) if it]
         return sorted({name for each in self.outside for name in OUTSIDE[each].alike} | set(faults))
 
     def detectability(self, rounds: int = ROUNDS) -> float | None:
-        """Length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's own
-        parameters and their priors could do; none for what is not linear, or for a shell that is not its matrices: how
-        much of an effect its modes hide is what the workflow's stated limits have to say. rounds: of calibration; one
-        for the weak."""
+        """Return length of what is hidden, in standard deviations of noise and tolerance, beyond all that the model's
+        own parameters and their priors could do; none for what is not linear, or for a shell that is not its matrices:
+        how much of an effect its modes hide is what the workflow's stated limits have to say. rounds: of calibration;
+        one for the weak."""
         if not self.effects and not self.outside:
             return 0.0
         if self.strut.built is not None:
@@ -114,7 +114,7 @@ class Case:
 
 
 def _first(strut: Strut, modes: int = 10) -> dict[str, list[float]] | None:
-    """How the lowest modes of its shell differ, for whoever reads the truth afterwards."""
+    """Return how the lowest modes of its shell differ, for whoever reads the truth afterwards."""
     if strut.built is None:
         return None
     return {k: getattr(strut.built, k)[:modes].tolist() for k in ("frequency", "damping")}
@@ -131,8 +131,8 @@ def _start(strut: Strut, hidden: Strut) -> Array:
 
 
 def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, rounds: int, off: Array) -> float:
-    """Smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from the truth.
-    off: where to begin."""
+    """Return smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from the
+    truth. off: where to begin."""
     best, kept, step = np.inf, off, np.zeros(off.size)
     for _ in range(rounds + 1):
         left = _stacked(whiten, target - frf(World(_moved(strut, off)), f))
@@ -149,7 +149,7 @@ def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, 
 
 
 def _moved(strut: Strut, off: Array) -> Strut:
-    """The strut with each drawn parameter so many prior standard deviations further, none through zero."""
+    """Return the strut with each drawn parameter so many prior standard deviations further, none through zero."""
     moved = {}
     for (name, (mean, sd)), by in zip(priors().items(), off, strict=True):
         value = getattr(strut, name)
@@ -158,7 +158,7 @@ def _moved(strut: Strut, off: Array) -> Strut:
 
 
 def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
-    """(6 F,) real and imaginary parts, each of variance one where there is noise and tolerance alone."""
+    """Return (6 F,) real and imaginary parts, each of variance one if there is noise and tolerance alone."""
     white = np.sqrt(2) * np.concatenate(
         [linalg.solve_triangular(half, channel, lower=True) for half, channel in zip(whiten, x, strict=True)]
     )
@@ -174,8 +174,8 @@ def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
 
 
 def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
-    """Cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the record, and
-    the tolerance, which is smooth: an error of a model keeps its size over a tenth of a decade or so."""
+    """Return cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the
+    record, and the tolerance, which is smooth: an error of a model keeps its size over a tenth of a decade or so."""
     noise = np.array([s.encoder_m, s.interferometer_m, s.sensor_V]) ** 2 * 2 / FS
     high = f > MERGE_HZ
     drive = np.where(high, s.high_rms_V**2 / (s.high_to_Hz - s.high_from_Hz), s.low_rms_V**2 / s.low_Hz)
@@ -189,7 +189,8 @@ def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
 
 
 def counts(number: int, shares: Mapping[str, float] = SHARES) -> dict[str, int]:
-    """How many of each kind; every kind at least once from four units on, what rounding leaves goes to the largest."""
+    """Return how many of each kind; every kind at least once from four units on, what rounding leaves goes to the
+    largest."""
     most = max(shares, key=lambda kind: shares[kind])
     share = {kind: max(int(number * part), 1) for kind, part in shares.items() if kind != most}
     return share | {most: max(number - sum(share.values()), 0)}
@@ -212,7 +213,7 @@ def draw_cases(
 
 
 def _turns(kind: str, rng: np.random.Generator, names: Sequence[str]) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
-    """Names inside and outside the library, for one unit of a kind after the other, for ever."""
+    """Yield names inside and outside the library, for one unit of a kind after the other, for ever."""
     choices: dict[str, list[tuple[Sequence[str], Sequence[str]]]] = {
         "none": [((), ())],
         "one": [((name,), ()) for name in names],
@@ -239,7 +240,8 @@ def _case(serial: str, kind: str, inside: Sequence[str], outside: Sequence[str],
 
 
 def draw_weak(number: int, seed: int, prefix: str = "W") -> list[Case]:
-    """Units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the logarithm."""
+    """Return units with one effect, made weak: from hardly visible to what is drawn elsewhere, evenly in the
+    logarithm."""
     rng = np.random.default_rng([seed, 1])
     names = [name for name in DRAWN if LIBRARY[name].grows or LIBRARY[name].fades]
     turns = [names[k] for k in np.resize(rng.permutation(len(names)), number)]
@@ -253,6 +255,6 @@ def _weak(case: Case, name: str, rng: np.random.Generator) -> Case:
 
 
 def seal(cases: Sequence[Case]) -> tuple[str, str]:
-    """The truth of all units as one text, and its sha256: printed before anything is run."""
+    """Return the truth of all units as one text, and its sha256: printed before anything is run."""
     text = json.dumps({case.serial: case.truth() for case in cases}, indent=1, sort_keys=True)
     return text, hashlib.sha256(text.encode()).hexdigest()

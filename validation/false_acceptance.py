@@ -47,7 +47,7 @@ class Answer:
     reason: str | None
 
     def stated(self, axis: str) -> float:
-        """Probability of being outside."""
+        """Return probability of being outside."""
         return 1.0 - inside(self.value[axis], self.U[axis], LIMITS_UM[axis])
 
     def outside(self, axis: str) -> bool:
@@ -58,7 +58,7 @@ class Answer:
 
 
 def drawn(struts: int, seed: int) -> Iterator[tuple[float, Case]]:
-    """Struts about the limits, a third with each scatter."""
+    """Yield struts about the limits, a third with each scatter."""
     for k, scatter in enumerate(SCATTERS):
         number = struts // len(SCATTERS) + (k < struts % len(SCATTERS))
         (batch,) = draw_set("limit", seed + k, number, of=replace(SETS["limit"], frequency=scatter))
@@ -66,7 +66,7 @@ def drawn(struts: int, seed: int) -> Iterator[tuple[float, Case]]:
 
 
 def asked(scatter: float, case: Case, model: Path, kept: Path) -> Answer:
-    """What `accept misalign` says of a strut, kept in a file of its own."""
+    """Return what `accept misalign` says of a strut, kept in a file of its own."""
     if kept.exists():
         return Answer(**json.loads(kept.read_text()))
     with tempfile.TemporaryDirectory(prefix="struts-") as parent:
@@ -84,7 +84,8 @@ def asked(scatter: float, case: Case, model: Path, kept: Path) -> Answer:
 
 
 def table(answers: Sequence[Answer]) -> str:
-    """Stated against observed, in classes of what was stated; what a guarded limit accepts; what the intervals hold."""
+    """Return stated against observed, in classes of what was stated; what a guarded limit accepts; what the intervals
+    hold."""
     given = [a for a in answers if a.reason is None]
     rows = [(a.stated(axis), a.outside(axis)) for a in given for axis in LIMITS_UM]
     lines = [f"{len(given)} of {len(answers)} struts answered", "stated P(outside)   axes  mean stated  outside  95 %"]

@@ -28,7 +28,7 @@ class Rational:
     direct: Array
 
     def at(self, s: Complex) -> Complex:
-        """(C, F) value at complex frequencies s (F,) [rad/s]."""
+        """Return (C, F) value at complex frequencies s (F,) [rad/s]."""
         s = np.asarray(s, dtype=complex)
         pair = self.poles.imag > 0  # a real pole stands once, a pair twice
         poles = np.concatenate([self.poles, self.poles[pair].conj()])
@@ -40,11 +40,12 @@ class Rational:
         return self.direct[:, None] + found
 
     def frf(self, f: Array) -> Complex:
-        """(C, F) response at frequencies f (F,) [Hz]."""
+        """Return (C, F) response at frequencies f (F,) [Hz]."""
         return self.at(2j * np.pi * np.asarray(f))
 
     def run(self, u: Array, dt: float, every: int = 1) -> Array:
-        """(C, N) every so many-th output, from rest, for a drive that passes smoothly through its samples u (N every,).
+        """Return (C, N) every so many-th output, from rest, for a drive that passes smoothly through its samples u (N
+        every,).
 
         Poles below `FAST_HZ` take exact steps for a drive that is straight between samples, lifted beforehand by what
         straight lines take away from a smooth one. Faster ones forget within the padding: the smooth drive's spectrum.
@@ -66,7 +67,7 @@ class Rational:
         return y
 
     def times(self, other: "Rational", channels: Sequence[int] = (0, 1, 2)) -> "Rational":
-        """Product with a filter of one channel, on some channels only. No pole may stand in both."""
+        """Return product with a filter of one channel, on some channels only. No pole may stand in both."""
         on = np.zeros((self.direct.size, 1))
         on[list(channels)] = 1.0
         mine = self.residues * (1 - on + on * other.at(self.poles))
@@ -76,7 +77,7 @@ class Rational:
         return Rational(poles, np.hstack([mine, theirs]), direct)
 
     def plus(self, other: "Rational") -> "Rational":
-        """Sum of two of as many channels."""
+        """Return sum of two of as many channels."""
         poles = np.concatenate([self.poles, other.poles])
         return Rational(poles, np.hstack([self.residues, other.residues]), self.direct + other.direct)
 
@@ -86,7 +87,8 @@ class Rational:
 
 
 def step(pole: complex, dt: float) -> tuple[complex, complex, complex]:
-    """Weights of the new and the old sample of a straight drive in x' = pole x + u, and the decay over one step."""
+    """Return weights of the new and the old sample of a straight drive in x' = pole x + u, and the decay over one
+    step."""
     a = complex(pole) * dt
     z = np.exp(a)
     if abs(a) < SMALL:
@@ -95,24 +97,24 @@ def step(pole: complex, dt: float) -> tuple[complex, complex, complex]:
 
 
 def one(real_pole: float, residue: float, direct: float) -> Rational:
-    """A filter of one channel with one real pole [rad/s]."""
+    """Return a filter of one channel with one real pole [rad/s]."""
     return Rational(np.array([real_pole + 0j]), np.array([[residue + 0j]]), np.array([direct]))
 
 
 def lowpass(f_Hz: float) -> Rational:
-    """1 / (1 + s / w)."""
+    """Return 1 / (1 + s / w)."""
     w = 2 * np.pi * f_Hz
     return one(-w, w, 0.0)
 
 
 def highpass(f_Hz: float) -> Rational:
-    """s / (s + w)."""
+    """Return s / (s + w)."""
     w = 2 * np.pi * f_Hz
     return one(-w, -w, 1.0)
 
 
 def resonance(f_Hz: float, zeta: float, gain: float = 1.0, direct: float = 0.0) -> Rational:
-    """direct + gain w^2 / (s^2 + 2 zeta w s + w^2), zeta < 1."""
+    """Return direct + gain w^2 / (s^2 + 2 zeta w s + w^2), zeta < 1."""
     w = 2 * np.pi * f_Hz
     damped = w * np.sqrt(1 - zeta**2)
     pole = -zeta * w + 1j * damped

@@ -45,7 +45,7 @@ class Store:
     stamp: Stamp
 
     def finished(self, seeds: dict[str, int]) -> dict[str, Outcome]:
-        """Outcomes that are there already. seeds: name -> seed of every case that is to be run. Raises Mixed."""
+        """Return outcomes that are there already. seeds: name -> seed of every case that is to be run. Raises Mixed."""
         paths = {name: self.folder / f"{name}.json" for name in seeds}
         return {name: self._read(path, seeds[name]) for name, path in paths.items() if path.exists()}
 

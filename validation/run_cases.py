@@ -56,7 +56,8 @@ class Job:
 
 
 def run(job: Job) -> Outcome:
-    """Record the unit, hand its folder over, forget it. Whatever the workflow raises is an outcome of its own."""
+    """Return record the unit, hand its folder over, forget it. Whatever the workflow raises is an outcome of its
+    own."""
     module, function = job.workflow.split(":")
     workflow: Workflow = getattr(importlib.import_module(module), function)
     with tempfile.TemporaryDirectory(prefix="challenge-") as parent:
@@ -75,14 +76,14 @@ def run(job: Job) -> Outcome:
 
 
 def _misalign(folder: Path, model: Path) -> Mapping[str, Any]:
-    """What `accept misalign` writes; nothing where it wrote none."""
+    """Return what `accept misalign` writes; nothing if it wrote none."""
     out = folder.parent / "misalign.json"
     done = accept("misalign", str(folder), "--model", str(model), "--json", str(out))
     return dict(json.loads(out.read_text())) if out.exists() else {"reason": f"exit {done.returncode}: {done.stderr}"}
 
 
 def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
-    """The program itself, on one core."""
+    """Return the program itself, on one core."""
     return subprocess.run(
         [sys.executable, "-m", "accept", *arguments],
         cwd=ROOT,
@@ -97,8 +98,9 @@ def accept(*arguments: str) -> "subprocess.CompletedProcess[str]":
 def run_all(
     jobs: Sequence[Job], workers: int, store: Store | None = None, cluster: Cluster | None = None
 ) -> list[Outcome]:
-    """All outcomes, in the order of the jobs. workers: processes of this machine, 0 for none beside this one; cluster:
-    works instead of them. store: of finished ones, which are not run again. Raises Mixed, ClusterError, WorkFailed."""
+    """Return all outcomes, in the order of the jobs. workers: processes of this machine, 0 for none beside this one;
+    cluster: works instead of them. store: of finished ones, which are not run again. Raises Mixed, ClusterError,
+    WorkFailed."""
     done = {} if store is None else store.finished({job.name: job.case.seed for job in jobs})
     left = [job for job in jobs if job.name not in done]
     if done:
@@ -127,7 +129,7 @@ def _finished(jobs: Sequence[Job], workers: int) -> Iterable[tuple[Job, Outcome]
 
 
 def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]:
-    """A unit that no worker could do counts as a crash of the workflow."""
+    """Return a unit that no worker could do counts as a crash of the workflow."""
     looks = {model: looks_of(model) for model in {job.model for job in jobs}}
     for (job, _), found in cluster.unordered(run_far, [(job, looks[job.model]) for job in jobs]):
         if isinstance(found, GivenUp):
@@ -136,7 +138,8 @@ def _far(jobs: Sequence[Job], cluster: Cluster) -> Iterable[tuple[Job, Outcome]]
 
 
 def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
-    """`run` in a worker. Raises RuntimeError where it would run something else: a score of that would mean nothing."""
+    """Return `run` in a worker. Raises RuntimeError if it would run something else: a score of that would mean
+    nothing."""
     job, looks = item
     here = looks_of(job.model)
     differs = [what for what in looks if looks[what] != here[what]]
@@ -146,7 +149,7 @@ def run_far(item: tuple[Job, Mapping[str, str]]) -> Outcome:
 
 
 def looks_of(model: Path) -> Mapping[str, str]:
-    """Hashes of what a unit is run with: code (of this validation too), matrices, model file."""
+    """Return hashes of what a unit is run with: code (of this validation too), matrices, model file."""
     return {"code": _code(), str(MATRICES): _hash(MATRICES), str(model): _hash(model)}
 
 

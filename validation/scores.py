@@ -39,7 +39,7 @@ class Outcome:
 
     @property
     def refused(self) -> bool:
-        """Whether the workflow said that these records cannot be used, rather than broke off."""
+        """Return whether the workflow said that these records cannot be used, rather than broke off."""
         return self.error is not None and self.error.partition(":")[0] in REFUSALS
 
     @property
@@ -64,12 +64,12 @@ class Outcome:
 
     @property
     def unnamed(self) -> bool:
-        """Something is missing, and it has no name."""
+        """Return something is missing, and it has no name."""
         return not self.named and self.verdict in OPEN
 
     @property
     def label(self) -> str:
-        """What it said first, in one word."""
+        """Return what it said first, in one word."""
         if self.verdict == "error":
             return "error"
         if self.named:
@@ -79,12 +79,12 @@ class Outcome:
 
     @property
     def identifiable(self) -> bool:
-        """What is not linear has no such number; it was drawn large enough to be seen."""
+        """Return what is not linear has no such number; it was drawn large enough to be seen."""
         seen = float(self.truth.get("detectability") or nan)
         return not isfinite(seen) or seen >= IDENTIFIABLE
 
     def sizes(self, effect: str) -> list[int]:
-        """Size of each reported class that holds the effect; a name is a class of one."""
+        """Return size of each reported class that holds the effect; a name is a class of one."""
         alone = [1] if effect in self.named else []
         return alone + [len(c["effects"]) for c in self.gap.get("ambiguous", ()) if effect in c["effects"]]
 
@@ -107,7 +107,7 @@ Judge = Callable[[float], bool]
 
 
 def wilson(hits: int, n: int, level: float = WILSON) -> tuple[float, float]:
-    """Interval of a proportion ([WILSON27]). Nothing counted: all is possible."""
+    """Return interval of a proportion ([WILSON27]). Nothing counted: all is possible."""
     if n == 0:
         return 0.0, 1.0
     z, p = float(stats.norm.ppf((1 + level) / 2)), hits / n
@@ -123,7 +123,8 @@ def share(name: str, hits: Iterable[bool], target: str, good: Judge) -> Score:
 
 
 def middle(name: str, values: Iterable[float], target: str, good: Judge, of: Callable[..., float] = np.median) -> Score:
-    """A median (or another number `of`) with the smallest and the largest beside it. Anything not finite spoils it."""
+    """Return a median (or another number `of`) with the smallest and the largest beside it. Anything not finite spoils
+    it."""
     counted = [float(v) for v in values]
     whole = bool(counted) and all(isfinite(v) for v in counted)
     value = float(of(counted)) if whole else nan
@@ -144,12 +145,12 @@ def of_kind(outcomes: Outcomes, kind: str) -> list[Outcome]:
 
 
 def single(outcomes: Outcomes) -> list[tuple[Outcome, str]]:
-    """Units with one identifiable effect, and which."""
+    """Return units with one identifiable effect, and which."""
     return [(o, next(iter(o.true))) for o in of_kind(outcomes, "one") if o.identifiable]
 
 
 def right(outcomes: Outcomes) -> Iterator[tuple[str, Json, Json]]:
-    """Every effect that was named rightly: name, what was said of its parameters, what they were."""
+    """Yield every effect that was named rightly: name, what was said of its parameters, what they were."""
     for o in outcomes:
         for each in o.gap.get("named", ()):
             if each["effect"] in o.true:
@@ -157,7 +158,7 @@ def right(outcomes: Outcomes) -> Iterator[tuple[str, Json, Json]]:
 
 
 def errors(said: Json, true: Json) -> list[float]:
-    """Relative errors; the two of a misalignment together, since one of them may be near zero."""
+    """Return relative errors; the two of a misalignment together, since one of them may be near zero."""
     off = {p: said[p]["value"] - v if p in said else nan for p, v in true.items()}
     if set(true) == {"dx_um", "dy_um"}:
         return [float(np.hypot(*off.values()) / np.hypot(*true.values()))]
@@ -196,12 +197,12 @@ def rms(values: Sequence[float]) -> float:
 
 
 def slowest(values: Sequence[float]) -> float:
-    """What 95 % stay below."""
+    """Return what 95 % stay below."""
     return float(np.quantile(values, 0.95))
 
 
 def scores(outcomes: Outcomes) -> list[Score]:
-    """The table of the method, row by row. Units with weak effects are no part of its mix."""
+    """Return the table of the method, row by row. Units with weak effects are no part of its mix."""
     outcomes = [o for o in outcomes if o.kind != "weak"]
     nothing, outside, two = (of_kind(outcomes, kind) for kind in ("none", "outside", "two"))
     one = single(outcomes)
@@ -229,7 +230,7 @@ def scores(outcomes: Outcomes) -> list[Score]:
 
 
 def details(outcomes: Outcomes) -> list[Score]:
-    """What stands behind the table: the gap by channel and about modes, intervals and errors by effect, time."""
+    """Return what stands behind the table: the gap by channel and about modes, intervals and errors by effect, time."""
     outcomes = [o for o in outcomes if o.kind != "weak"]
     after = [o.gap.get("gap_after") or {} for o in outcomes if o.verdict == "explained"]
     by_channel: dict[str, list[float]] = {}
@@ -259,7 +260,8 @@ def _number(name: str, values: Iterable[float]) -> Score:
 
 
 def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:
-    """What must go wrong when the truth is taken away: the effect from the library, the labels from the units."""
+    """Return what must go wrong when the truth is taken away: the effect from the library, the labels from the
+    units."""
     true, shuffled, chance = shuffled_labels(outcomes)
     weak = of_kind(outcomes, "weak")
     drop, n = f"chance, {chance:.1%}", len(single(outcomes))
@@ -273,7 +275,7 @@ def controls(outcomes: Outcomes, removed: Outcomes) -> list[Score]:
 
 
 def shuffled_labels(outcomes: Outcomes, seed: int = 1) -> tuple[float, float, float]:
-    """First names right with the true labels, with shuffled ones (mean of many), and by chance."""
+    """Return first names right with the true labels, with shuffled ones (mean of many), and by chance."""
     pairs = [(o.named[0] if o.named else o.label, e) for o, e in single(outcomes)]
     if not pairs:
         return nan, nan, nan
@@ -285,7 +287,7 @@ def shuffled_labels(outcomes: Outcomes, seed: int = 1) -> tuple[float, float, fl
 
 
 def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
-    """Truth (a single effect, what lies outside, nothing) -> how often each first answer was given."""
+    """Return truth (a single effect, what lies outside, nothing) -> how often each first answer was given."""
     table: dict[str, Counter[str]] = {}
     for o in outcomes:
         truth = {"none": ["nothing"], "one": sorted(o.true), "outside": sorted(o.truth.get("outside", ()))}.get(o.kind)
@@ -295,8 +297,8 @@ def confusion(outcomes: Outcomes) -> dict[str, Counter[str]]:
 
 
 def power(outcomes: Outcomes, groups: int = 6) -> list[tuple[float, float, Score]]:
-    """Single effects, weak ones too, by detectability, in groups of one size: from, to, share in which something was
-    seen."""
+    """Return single effects, weak ones too, by detectability, in groups of one size: from, to, share in which something
+    was seen."""
     single = [*of_kind(outcomes, "weak"), *of_kind(outcomes, "one")]
     seen = [o for o in single if isfinite(float(o.truth["detectability"] or nan))]
     seen.sort(key=lambda o: float(o.truth["detectability"]))

@@ -47,7 +47,7 @@ TARGETS: Mapping[str, tuple[float, float]] = {
 
 
 def scores_of(name: str, outcomes: Outcomes) -> list[Score]:
-    """The row of a set."""
+    """Return the row of a set."""
     failed = [o.error is not None and not (name == "faults" and o.refused) for o in outcomes]
     rows = [
         share("errors, or refused", failed, "0 %", most(0.0)),
@@ -83,7 +83,7 @@ def _by_kind(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def _own(name: str, outcomes: Outcomes) -> Iterator[Score]:
-    """What only one set asks."""
+    """Yield what only one set asks."""
     if name == "rough":
         one = [o.named[:1] == [next(iter(o.true))] for o in of_kind(outcomes, "one")]
         yield share("one effect: first name right", one, ">= 90 %", least(0.90))
@@ -99,7 +99,8 @@ def _own(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def above_limit(o: Outcome, effect: str) -> bool:
-    """Whether the effect is as large as the limit that the unit's own answer states; without one it has to be seen."""
+    """Return whether the effect is as large as the limit that the unit's own answer states; without one it has to be
+    seen."""
     if o.verdict != "no_missing_effect":
         return True
     limits = o.gap.get("detection_limits", {}).get(effect, {})
@@ -114,7 +115,7 @@ def above_limit(o: Outcome, effect: str) -> bool:
 
 
 def grows(o: Outcome) -> bool:
-    """Whether a channel is worse with what was named than without."""
+    """Return whether a channel is worse with what was named than without."""
     before, after = ((o.gap.get(k) or {}).get("channels") or {} for k in ("gap_before", "gap_after"))
     return not after or any(float(after[c]) > float(before.get(c, nan)) * (1 + 1e-9) for c in after)
 
@@ -130,13 +131,13 @@ def says_period(o: Outcome) -> bool:
 
 
 def _numbers(gap: Json, unit: str) -> list[float]:
-    """Every number with that unit in what was said in words."""
+    """Return every number with that unit in what was said in words."""
     words = " ".join(str(w) for w in (*gap.get("notes", ()), *(u.get("words", "") for u in gap.get("unnamed", ()))))
     return [float(x) for x in re.findall(rf"(\d+(?:\.\d+)?)\s*{unit}\b", words)]
 
 
 def faulty_right(o: Outcome) -> bool:
-    """Named as what it is, or refused; no other name."""
+    """Return named as what it is, or refused; no other name."""
     return o.refused or (o.error is None and not o.false_names)
 
 
@@ -156,7 +157,7 @@ def misalignment(name: str, outcomes: Outcomes) -> Iterator[Score]:
 
 
 def rms_row(name: str, off: Sequence[float], limit: float) -> Score:
-    """Root mean square with its 95 % interval, of errors that are normal; limit not a number: none is set."""
+    """Return root mean square with its 95 % interval, of errors that are normal; limit not a number: none is set."""
     n = len(off)
     value = rms(off) if n else nan
     lo, hi = (value * sqrt(n / x) for x in stats.chi2.ppf([0.975, 0.025], n)) if n else (nan, nan)
@@ -195,13 +196,13 @@ def acceptances(outcomes: Outcomes) -> list[tuple[float, bool]]:
 
 
 def inside(value: float, U: float, limit: float) -> float:
-    """Probability that what is measured as a value with U lies inside a limit on either side of zero."""
+    """Return probability that what is measured as a value with U lies inside a limit on either side of zero."""
     sd = max(U / U_FACTOR, 1e-12)
     return float(stats.norm.cdf((limit - value) / sd) - stats.norm.cdf((-limit - value) / sd))
 
 
 def wrong_acceptances(outcomes: Outcomes) -> Score:
-    """How many of the accepted are outside, against how many the stated probabilities make likely."""
+    """Return how many of the accepted are outside, against how many the stated probabilities make likely."""
     accepted = acceptances(outcomes)
     stated = np.array([p for p, _ in accepted])
     n = len(accepted)
@@ -212,7 +213,7 @@ def wrong_acceptances(outcomes: Outcomes) -> Score:
 
 
 def time_of_all(outcomes: Outcomes) -> list[Score]:
-    """Over all sets."""
+    """Return over all sets."""
     seconds = [o.seconds for o in outcomes]
     return [
         middle("seconds of one core, median", seconds, "<= 5 s", most(5.0)),

@@ -75,9 +75,9 @@ class Batch:
 
 
 def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, of: Set | None = None) -> list[Batch]:
-    """The units of a set, in batches; a set that does not learn is one batch without. units: default the full number.
-    weak: how many units with one weak effect on top, in the exact set alone; of: the set where it differs from that of
-    its name."""
+    """Return the units of a set, in batches; a set that does not learn is one batch without. units: default the full
+    number. weak: how many units with one weak effect on top, in the exact set alone; of: the set where it differs from
+    that of its name."""
     it = of or SETS[name]
     number, own = it.units if units is None else units, [seed, zlib.crc32(name.encode())]
     batches = []
@@ -100,7 +100,7 @@ def draw_set(name: str, seed: int, units: int | None = None, weak: int = 0, *, o
 
 
 def _sizes(number: int) -> list[int]:
-    """Units of each batch."""
+    """Return units of each batch."""
     return [min(BATCH, number - start) for start in range(0, number, BATCH)]
 
 
@@ -115,7 +115,7 @@ def _drawn(it: Set, number: int, seed: Sequence[int], prefix: str) -> list[Case]
 
 
 def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, beside: Array | None) -> Case:
-    """The unit on a shell and a bench of its set."""
+    """Return the unit on a shell and a bench of its set."""
     strut = case.strut
     if not it.exact:
         strut = replace(strut, built=draw_shell(rng, it.frequency, DAMPING, bias, it.lopsided))
@@ -127,12 +127,12 @@ def _dress(case: Case, it: Set, rng: np.random.Generator, bias: Array | None, be
 
 
 def _beside(rng: np.random.Generator) -> Array:
-    """(2,) [m] from where the head is read to where the ruler is, alike in a batch: it is how they are glued."""
+    """Return (2,) [m] from where the head is read to where the ruler is, alike in a batch: it is how they are glued."""
     return np.array([rng.normal(0.0, 0.3e-3), rng.choice([-1.0, 1.0]) * rng.uniform(0.5e-3, 1.5e-3)])
 
 
 def _about_a_limit(case: Case, k: int, rng: np.random.Generator) -> Case:
-    """Misaligned by about the limit of dx and of dy in turns, on either side of it."""
+    """Return misaligned by about the limit of dx and of dy in turns, on either side of it."""
     sign = rng.choice([-1.0, 1.0], 2)
     near = rng.uniform(*ABOUT_UM)
     if k % 2 == 0:
@@ -143,7 +143,7 @@ def _about_a_limit(case: Case, k: int, rng: np.random.Generator) -> Case:
 
 
 def _faulty(case: Case, k: int, rng: np.random.Generator) -> Case:
-    """Vs reversed, a channel without a signal, two channels exchanged: in turns."""
+    """Return Vs reversed, a channel without a signal, two channels exchanged: in turns."""
     match k % 3:
         case 0:
             return replace(case, effects={"sensor_polarity": LIBRARY["sensor_polarity"].draw(rng)})

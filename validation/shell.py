@@ -35,7 +35,7 @@ class Built:
 
 @cache
 def _elastic() -> tuple[Array, Array, Array, Array, Array]:
-    """K, M of the file, angular frequencies (m,), M V (n, m) and V (n, m) of the elastic modes."""
+    """Return K, M of the file, angular frequencies (m,), M V (n, m) and V (n, m) of the elastic modes."""
     content = scipy.io.loadmat(MATRICES)
     K, M = (np.asarray((content[k] + content[k].T) / 2, dtype=float) for k in "KM")
     w2, shapes = linalg.eigh(K, M)
@@ -44,19 +44,19 @@ def _elastic() -> tuple[Array, Array, Array, Array, Array]:
 
 
 def count() -> int:
-    """Elastic modes of the free shell."""
+    """Return elastic modes of the free shell."""
     return int(_elastic()[2].size)
 
 
 def across(size: int) -> Array:
-    """(size,) picks the elongation of the sensor stack."""
+    """Return (size,) picks the elongation of the sensor stack."""
     pick = np.zeros(size)
     pick[6 * NODES["sensor_right"]], pick[6 * NODES["sensor_left"]] = 1.0, -1.0
     return pick
 
 
 def free_shell(built: Built | None) -> tuple[Array, Array, Array, float]:
-    """K, M, C for a damping ratio of one (n, n), and the stiffness across the sensor stack, of a free shell."""
+    """Return K, M, C for a damping ratio of one (n, n), and the stiffness across the sensor stack, of a free shell."""
     K, M, omega, MV, V = _elastic()
     pick = across(K.shape[0]) @ V
     if built is None:
@@ -70,8 +70,8 @@ def free_shell(built: Built | None) -> tuple[Array, Array, Array, float]:
 def draw_shell(
     rng: np.random.Generator, frequency: float, damping: float, bias: Array | None = None, lopsided: float = 0.0
 ) -> Built:
-    """A shell whose frequencies scatter by `frequency` and damping ratios by `damping` (1 sd, relative), about what is
-    alike in its batch, bias (m,); lopsided: 1 sd of the coupling of each pair of the lowest modes."""
+    """Return a shell whose frequencies scatter by `frequency` and damping ratios by `damping` (1 sd, relative), about
+    what is alike in its batch, bias (m,); lopsided: 1 sd of the coupling of each pair of the lowest modes."""
     m = count()
     common = np.ones(m) if bias is None else bias
     coupling = np.zeros((m, m))
@@ -86,5 +86,5 @@ def draw_shell(
 
 
 def draw_bias(rng: np.random.Generator, sd: float) -> Array:
-    """(m,) what is alike in all shells of a batch: the model is wrong by it for each of them."""
+    """Return (m,) what is alike in all shells of a batch: the model is wrong by it for each of them."""
     return np.maximum(1 + sd * rng.standard_normal(count()), LEAST)

@@ -95,7 +95,7 @@ DRAWN: Mapping[str, tuple[str, str, float]] = {
 
 @cache
 def priors() -> dict[str, tuple[float, float]]:
-    """Field of Strut -> (mean, standard deviation), SI, as the model file states them."""
+    """Return field of Strut -> (mean, standard deviation), SI, as the model file states them."""
     text = tomllib.loads(MODEL_FILE.read_text())
     stated = {field: (text[section][name], scale) for field, (section, name, scale) in DRAWN.items()}
     return {field: (entry["value"] * scale, entry["sd"] * scale) for field, (entry, scale) in stated.items()}
@@ -106,7 +106,7 @@ def nominal() -> Strut:
 
 
 def draw(rng: np.random.Generator) -> Strut:
-    """A strut with every parameter from its prior; those that a sign would make another thing keep theirs."""
+    """Return a strut with every parameter from its prior; those that a sign would make another thing keep theirs."""
     values = {field: _draw(rng, mean, sd) for field, (mean, sd) in priors().items()}
     return Strut(**values, modal=bool(rng.integers(2)))
 
@@ -119,7 +119,7 @@ def _draw(rng: np.random.Generator, mean: float, sd: float) -> float:
 
 
 def _lever(at: Array) -> Array:
-    """(3, 6): displacement of a point rigidly at a node, from the node's three and three: u + theta x r."""
+    """Return (3, 6): displacement of a point rigidly at a node, from the node's three and three: u + theta x r."""
     x, y, z = at
     return np.hstack([np.eye(3), np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])])
 
@@ -148,7 +148,7 @@ class _Assembly:
         self.C += along.T @ (c[:, None] * along)
 
     def point(self, node: int, at: Array) -> Array:
-        """(3, size) displacement of a point fixed to a node."""
+        """Return (3, size) displacement of a point fixed to a node."""
         pick = np.zeros((3, self.K.shape[0]))
         pick[:, 6 * node : 6 * node + 6] = _lever(at)
         return pick
@@ -186,7 +186,8 @@ def _encoder(a: _Assembly, strut: Strut) -> None:
 
 
 def matrices(strut: Strut) -> tuple[Array, Array, Array, Array, Array]:
-    """M, C, K (n, n), inputs (n, 2): per volt of Va and per newton on the payload, outputs (3, n): de, da, Vs."""
+    """Return M, C, K (n, n), inputs (n, 2): per volt of Va and per newton on the payload, outputs (3, n): de, da,
+    Vs."""
     a = _Assembly(strut)
     _joint(a, strut, NODES["bottom"], -1.0)
     _joint(a, strut, NODES["top"], +1.0)
@@ -234,7 +235,7 @@ def plant(strut: Strut, column: int = 0) -> Rational:
 
 
 def modes_Hz(strut: Strut, clamped: bool = False) -> Array:
-    """Undamped frequencies [Hz], rising; clamped: with the payload held."""
+    """Return undamped frequencies [Hz], rising; clamped: with the payload held."""
     M, _, K, _, _ = matrices(strut)
     free = np.ones(M.shape[0], dtype=bool)
     free[-2] = not clamped

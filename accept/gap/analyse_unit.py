@@ -69,8 +69,8 @@ def run_gap(
     without: Sequence[str] = (),
     say: Say = lambda _: None,
 ) -> dict[str, Any]:
-    """gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are taken
-    out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
+    """Return gap.json of a unit as a dictionary; with out, the files are written there too. without: effects that are
+    taken out of the library. Raises UnitError, RecordError, SpecError, ModelError, GapRefused."""
     done = analyse(folder, model, without, say)
     if out is not None:
         write(done, out)
@@ -83,7 +83,7 @@ def analyse(
     without: Sequence[str] = (),
     say: Say = lambda _: None,
 ) -> GapAnalysis:
-    """The workflow on a unit."""
+    """Return the workflow on a unit."""
     held = loaded(unit)
     given = opened(model)
     say("reading the records")
@@ -116,8 +116,8 @@ def analyse(
 
 
 def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = False) -> tuple[Added, ...]:
-    """gap.json, gap.pdf and model.toml into a folder; empirical: what has no name is added to the model, and what that
-    was comes back; html: gap.html as well. Raises PictureError where that needs what is not installed."""
+    """Return gap.json, gap.pdf and model.toml into a folder; empirical: what has no name is added to the model, and
+    what that was comes back; html: gap.html as well. Raises PictureError if that needs what is not installed."""
     from accept.gap.report_pdf import render  # loads reportlab and matplotlib: only when wanted
 
     model = out / "model.toml"
@@ -137,7 +137,8 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
 
 
 def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
-    """Responses of the channels that there are, to where the model holds, and what is lost where one is missing."""
+    """Return responses of the channels that there are, to where the model holds, and what is lost where one is
+    missing."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
     notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} is valid up to there",)
     try:
@@ -156,7 +157,7 @@ def _read(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
 
 
 def _quality(A: Dataset) -> tuple[str, ...]:
-    """Notes on channels that say little. Raises GapRefused where none says anything."""
+    """Return notes on channels that say little. Raises GapRefused if none says anything."""
     poor = {c: float((A.noise[:, i] > NOISE_ALONE * abs(A.H[:, i]) ** 2).mean()) for i, c in enumerate(A.channels)}
     if min(poor.values()) > 0.5:
         raise GapRefused("no channel follows the drive in half of the band: coherence is too low to say anything")
@@ -164,7 +165,7 @@ def _quality(A: Dataset) -> tuple[str, ...]:
 
 
 def _hum(low: Record) -> tuple[str, ...]:
-    """A note on what the mains add to the records."""
+    """Return a note on what the mains add to the records."""
     units = {"Vs": (1e3, "mV"), "de": (1e9, "nm"), "da": (1e9, "nm")}
     lines = hum(low, tuple(units))
     if not lines:

@@ -69,7 +69,7 @@ def _row(effect: str, entries: Sequence[Document], documents: Sequence[Document]
 
 
 def _mean(values: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Weighted mean, its 95 % interval, and the chance of the spread."""
+    """Return weighted mean, its 95 % interval, and the chance of the spread."""
     x = [float(v["value"]) for v in values]
     sd = [
         max((v["ci95"][1] - v["ci95"][0]) / (2 * TWO_SIDED_95), 1e-12 * max(abs(float(v["value"])), 1e-12))

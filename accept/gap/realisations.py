@@ -18,7 +18,7 @@ HALVES = "a single realisation: one half of it is fitted, the other half judged,
 
 
 def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Dataset, tuple[str, ...]]:
-    """A to fit and B to judge with; a single realisation is cut in two halves, and a note says so."""
+    """Return a to fit and B to judge with; a single realisation is cut in two halves, and a note says so."""
     if measured.second is not None:
         return measured.first, measured.second, ()
     A, B = _halves(measured, measured.records, tolerance)
@@ -28,7 +28,7 @@ def realisations(measured: Responses, tolerance: float) -> tuple[Dataset, Datase
 def trials_of(
     unit: LoadedUnit, measured: Responses, tolerance: float
 ) -> tuple[tuple[ConditionTrial, ...], tuple[str, ...]]:
-    """The unit's experiments, and why one cannot be used."""
+    """Return the unit's experiments, and why one cannot be used."""
     trials, lost = [], []
     for name in unit.folder.experiments:
         try:

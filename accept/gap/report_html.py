@@ -12,7 +12,7 @@ from checks.gap.decision.result import Result
 
 
 def render_html(serial: str, result: Result, added: Sequence[Added] = ()) -> bytes:
-    """The page. Raises PictureError where plotly is not installed."""
+    """Return the page. Raises PictureError if plotly is not installed."""
     named = [n.effect for n in result.named]
     panels = {"map": disagreement(result), **bode_panels(result, elements_of(added))}
     return page(

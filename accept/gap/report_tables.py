@@ -44,7 +44,8 @@ def _gap(result: Result) -> PageTable:
 
 
 def _taken_away(result: Result) -> str:
-    """Which values the map, the curves, level and phase before have, where they are not those that G before has."""
+    """Return which values the map, the curves, level and phase before have, where they are not those that G before
+    has."""
     alike = bool(result.before.names) or not result.named
     return "" if alike else ". Their before, as on the map: the named effects removed, all other values unchanged"
 
@@ -106,5 +107,5 @@ def _fitted(result: Result) -> PageTable:
 
 
 def _pairs(of: Sequence[Pair]) -> str:
-    """`750.4 Hz, 0.01; 5999 Hz, 0.7`."""
+    """Return `750.4 Hz, 0.01; 5999 Hz, 0.7`."""
     return "; ".join(f"{number(f)} Hz, {ratio:.2g}" for f, ratio in of)

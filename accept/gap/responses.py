@@ -57,7 +57,7 @@ def responses(
     f_lo: float = F_LO,
     f_hi: float = F_HI,
 ) -> Responses:
-    """Responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+    """Return responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
 
     Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used, for the same causes
     as judging."""
@@ -102,7 +102,7 @@ def refuse_faults(records: Mapping[str, Record]) -> None:
 
 
 def records_of(values: Values) -> dict[str, Record]:
-    """The records among values, by input name."""
+    """Return the records among values, by input name."""
     return {name: value for name, value in values.items() if isinstance(value, Record)}
 
 

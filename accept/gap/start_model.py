@@ -21,7 +21,7 @@ class StartModel:
 
     @classmethod
     def of(cls, spec: Spec, model: str | None = None) -> "StartModel | None":
-        """The one named, else the spec's; None where neither names one: then no workflow is run."""
+        """Return the one named, else the spec's; None if neither names one: then no workflow is run."""
         name = model or (spec.gap.model if spec.gap else None)
         return None if name is None else cls.at(name)
 
@@ -30,11 +30,11 @@ class StartModel:
         return cls(name, _sha256(name))
 
     def answer(self, found: Mapping[str, Any]) -> dict[str, Any]:
-        """The key `gap` of a result: gap.json without the serial, and the model it began from."""
+        """Return the key `gap` of a result: gap.json without the serial, and the model it began from."""
         return {key: value for key, value in found.items() if key != "serial"} | self._about | {"reason": None}
 
     def refused(self, reason: str) -> dict[str, Any]:
-        """The same where the workflow gave no answer."""
+        """Return the same where the workflow gave no answer."""
         return self._about | {"verdict": REFUSED, "reason": reason}
 
     @property
@@ -43,20 +43,20 @@ class StartModel:
 
 
 def same_start(known: Mapping[str, Any] | None, start: StartModel | None) -> bool:
-    """Whether a stored explanation began where one would begin now, from a model that is still the same."""
+    """Return whether a stored explanation began where one would begin now, from a model that is still the same."""
     if known is None or start is None:
         return known is None and start is None
     return (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
 
 
 def applies(folder: UnitFolder) -> bool:
-    """Whether there are responses to explain."""
+    """Return whether there are responses to explain."""
     section = folder.sections.get("frf")
     return section is not None and bool(section.entries)
 
 
 def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
-    """Whether the improved model that a stored explanation speaks of lies where it says."""
+    """Return whether the improved model that a stored explanation speaks of lies where it says."""
     improved = (known or {}).get("improved")
     return improved is None or (out / str(improved)).is_file()
 

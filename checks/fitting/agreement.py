@@ -31,8 +31,9 @@ class Contradiction:
 
 
 def contradiction(response: Response, found: Fit, unseen: Dataset | None = None) -> Contradiction | None:
-    """The band and channel that noise, tolerance and what the fit leaves unknown explain least, where chance does not
-    explain it either. unseen: data that were not fitted, judged instead of the fitted ones, at the fit's tolerance."""
+    """Return the band and channel that noise, tolerance and the uncertainty of the fit explain least, if chance does
+    not explain it either. unseen: data that were not fitted, judged instead of the fitted ones, at the fit's
+    tolerance."""
     if unseen is None:
         return _worst(found.datasets, found.residuals, found.told)
     data = replace(unseen, tolerance=found.datasets[0].tolerance)
@@ -42,7 +43,7 @@ def contradiction(response: Response, found: Fit, unseen: Dataset | None = None)
 
 
 def predicted(response: Response, found: Fit, data: Dataset) -> Complex:
-    """(F, C, C) covariance of the prediction that the fit leaves."""
+    """Return the covariance (F, C, C) of the prediction after the fit."""
     J = response.jacobian(data.f, found.names, found.at, data.channels)
     p, F, C = J.shape
     half = np.linalg.cholesky(found.cov + 1e-14 * np.diag(np.diag(found.cov))).T @ J.reshape(p, F * C)

@@ -41,7 +41,7 @@ class Calibration:
 
 
 def itself(model: Model) -> Response:
-    """A model as it is, behind nothing."""
+    """Return the model itself, with nothing in series."""
     return model
 
 
@@ -54,8 +54,9 @@ def calibrate(
     unseen: Dataset | None = None,
     starts: int = 1,
 ) -> Calibration:
-    """The model's uncertain parameters fitted. free: what is free, by default all that is uncertain; wrap: what is
-    fitted, made of the model; unseen: another realisation, to judge a tolerance by. Raises ModelError as `fit` does."""
+    """Return the fit of the model's uncertain parameters. free: the free parameters, by default all uncertain ones;
+    wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
+    ModelError as `fit` does."""
     free = free_of(model) if free is None else free
     quick = of_damping(model, "modal") if model.scatters else None
     first = quick or model
@@ -64,8 +65,8 @@ def calibrate(
 
 
 def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
-    """A calibration with the form of damping that the data ask for beyond doubt and, for a model that scatters, with
-    the finest tolerance that the data bear."""
+    """Return a calibration with the form of damping that the data ask for beyond doubt and, for a model that scatters,
+    with the finest tolerance that the data bear."""
     best = better_damped(found, wrap)
     own = best.fit.datasets[0].tolerance
     for tolerance in (t for t in FINER if found.model.scatters and found.model.least <= t < own):
@@ -80,7 +81,7 @@ def refined(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = No
 
 
 def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
-    """The calibration with the other form of damping where that is beyond doubt the likelier."""
+    """Return the calibration with the other form of damping if that is more likely beyond doubt."""
     other = of_damping(found.model, OTHER[found.model.damping])
     if other is None:
         return found
@@ -100,8 +101,8 @@ def better_damped(found: Calibration, wrap: Wrap = itself) -> Calibration:
 
 
 def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
-    """Best of some Gauss-Newton steps for the other form of damping with the derivatives of this one, which differ by
-    little: values (p,) and cost. Where no step helps, the search for the other form is spared."""
+    """Return the best of some Gauss-Newton steps for the other form of damping with the derivatives of this one, which
+    differ by little: values (p,) and cost. If no step helps, the search for the other form is skipped."""
     now, x = found.fit, found.fit.values
     unit, W = np.array([p.unit for p in now.free]), prior_rows(now.free, now.joint)
     lo, hi, prior = (np.array([getattr(p, k) for p in now.free]) for k in ("lo", "hi", "prior"))
@@ -123,8 +124,8 @@ def _stepped(found: Calibration, other: Response) -> tuple[Array, float]:
 
 @lru_cache(maxsize=8)
 def of_damping(model: Model, damping: str) -> Model | None:
-    """The model with another form of damping, or None where it cannot have it. Remembered, because what is solved of a
-    model is remembered with it."""
+    """Return the model with another form of damping, or None if it cannot have it. Cached, because the solutions of a
+    model are cached with it."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

@@ -36,12 +36,12 @@ class Driven:
     model: Model
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
-        """(F, C) at f (F,) [Hz]."""
+        """Return the response (F, C) at f (F,) [Hz]."""
         own, drive = _split(changes)
         return self.model.frf(f, own, channels) * _factor(f, drive, channels)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
-        """(P, F, C) per unit of each name."""
+        """Return the derivatives (P, F, C) per unit of each name."""
         own, drive = _split(changes)
         factor = _factor(f, drive, channels)
         moving = [n for n in names if n not in _LOGS]
@@ -61,7 +61,7 @@ _LOGS: dict[str, Callable[[Array], NDArray[np.complexfloating]]] = {
 
 
 def mechanics(changes: Values) -> dict[str, float]:
-    """Of all values, those that are the model's own."""
+    """Return those of all values that are the model's own."""
     return {n: v for n, v in changes.items() if n not in _LOGS}
 
 
@@ -75,6 +75,6 @@ def _factor(f: Array, drive: Values, channels: tuple[str, ...]) -> Complex:
 
 
 def _log(name: str, f: Array, channels: tuple[str, ...]) -> Complex:
-    """(F, C) derivative of the logarithm of the responses by a parameter."""
+    """Return the derivative (F, C) of the logarithm of the responses by a parameter."""
     there = np.array([SKEWED.get(name, c) == c for c in channels], dtype=float)
     return np.asarray(_LOGS[name](f)[:, None] * there)

@@ -32,8 +32,8 @@ class Constant:
 
 
 def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
-    """ga and gs by formulas (4.3) and (4.6) and the script of [STB] 4.2.3; the model supplies what it would show with
-    both constants one.
+    """Return ga and gs by formulas (4.3) and (4.6) and the script of [STB] 4.2.3; the model supplies what it would show
+    with both constants one.
 
     f (F,) [Hz], de (F,) [m/V] and Vs (F,) [V/V] to Va. ga is the mean of |de| over 10..20 Hz by the static gain; gs is
     the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The published script takes sizes only and writes both
@@ -62,10 +62,10 @@ def fit_constants(
     changes: Values = NOTHING,
     bands: Mapping[str, tuple[float, float]] | None = None,
 ) -> dict[str, Constant]:
-    """ga and gs by weighted least squares on the complex responses, sign included, with their 95 % intervals.
+    """Return ga and gs by weighted least squares on the complex responses, sign included, with their 95 % intervals.
 
     f (F,) [Hz]; H and variance: channel -> (F,) complex response and the variance of it (total of both parts). ga from
-    de (da where there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts where
+    de (da if there is no de) within `bands`, default 10..20 Hz; gs from Vs, 400..500 Hz. The scatter counts where
     it exceeds the stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
     f = frequencies(f)
     limits = {"ga": STATIC_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
@@ -83,8 +83,8 @@ def fit_constants(
 
 
 def _moved_by_parameters(unit: Model, f: Array, channel: str) -> Array:
-    """(P,) relative change of a channel's gain over f when each uncertain parameter of the model moves by its standard
-    deviation, linearised. The constants themselves are what is sought."""
+    """Return the relative change (P,) of a channel's gain over f when each uncertain parameter of the model moves by
+    its standard deviation, linearised. The constants themselves are excluded, because they are sought."""
     names = [name for name in unit.sds if not name.startswith("constants.")]
     x = unit.frf(f, channels=(channel,))[:, 0]
     slopes = unit.jacobian(f, names, channels=(channel,))[:, :, 0]
@@ -93,7 +93,7 @@ def _moved_by_parameters(unit: Model, f: Array, channel: str) -> Array:
 
 
 def _unit_model(model: Model, changes: Values) -> tuple[Model, str]:
-    """The model with ga = gs = 1, and the name of its sensor constant."""
+    """Return the model with ga = gs = 1, and the name of its sensor constant."""
     gs_name = "gs_V_per_N" if "constants.gs_V_per_N" in model.values else "gs_V_per_m"
     return model.with_values({**changes, "constants.ga_N_per_V": 1.0, f"constants.{gs_name}": 1.0}), gs_name
 
@@ -108,7 +108,8 @@ def _band(f: Array, band: tuple[float, float]) -> np.ndarray:
 def _real_gain(
     f: Array, H: Complex, variance: Array, unit: Model, channel: str, band: tuple[float, float]
 ) -> tuple[float, float, int]:
-    """Real factor between measured and unit response, its standard uncertainty and the number of frequencies."""
+    """Return the real factor between measured and unit response, its standard uncertainty and the number of
+    frequencies."""
     inside = _band(f, band)
     y, x = H[inside], unit.frf(f[inside], channels=(channel,))[:, 0]
     if not (np.isfinite(y).all() and np.isfinite(variance[inside]).all() and (variance[inside] > 0).all()):

@@ -35,7 +35,7 @@ class Free:
 
     @property
     def unit(self) -> float:
-        """What a step of one means to the search."""
+        """Return the value that corresponds to x, in which one is a natural step of the search."""
         if self.scale is not None:
             return self.scale
         return self.sd if np.isfinite(self.sd) else max(abs(self.begin) * 0.1, 1e-12)
@@ -68,18 +68,19 @@ class Coordinates:
         return np.clip(np.where(self.log, grown, self.origin + self.unit * x), self.lo, self.hi)
 
     def x(self, values: Array) -> Array:
-        """The inverse; a value on the other side of zero is infinitely far."""
+        """Return the x of a value; infinite for a value on the other side of zero."""
         ratio = values / self._origin
         logs = np.log(np.where(ratio > 0.0, ratio, 1.0)) * self._origin / self.unit
         beyond = np.where(self._origin > 0.0, -np.inf, np.inf)
         return np.where(self.log, np.where(ratio > 0.0, logs, beyond), (values - self.origin) / self.unit)
 
     def slope(self, x: Array) -> Array:
-        """(p,) derivative of each value by its x."""
+        """Return the derivative (p,) of each value by its x."""
         return np.where(self.log, self.values(x) / self._origin, 1.0) * self.unit
 
     def bounds(self) -> tuple[Array, Array]:
-        """Where the search may go: physical bounds, and for a part with a prior not beyond all likelihood."""
+        """Return the bounds (p,) of the search: the physical ones, narrowed for parameters with a prior to values that
+        are likely at all."""
         return np.maximum(self.x(self.lo), -self.reach), np.minimum(self.x(self.hi), self.reach)
 
     @property

@@ -56,41 +56,41 @@ class Dataset:
 
     @property
     def reference(self) -> Complex:
-        """(F, C) what the tolerance is a part of."""
+        """Return the response (F, C) that the tolerance is a fraction of."""
         return self.H if self.scale is None else self.scale
 
     def around(self, model: Complex) -> "Dataset":
-        """The same with the tolerance as a part of a model's response (F, C). A part of the measured one pulls a fit
-        down, because bins that noise made small then count more (Peelle's puzzle; [DAGOSTINI94])."""
+        """Return the same with the tolerance as a fraction of a model's response (F, C). A fraction of the measured one
+        pulls a fit down, because bins that noise made small then count more (Peelle's puzzle; [DAGOSTINI94])."""
         return replace(self, scale=model)
 
     @property
     def noise(self) -> Array:
-        """(F, C) variance of the noise, total complex."""
+        """Return the variance (F, C) of the noise, total complex."""
         diagonal: Array = np.einsum("fcc->fc", self.cov).real
         return diagonal
 
     @property
     def variance(self) -> Array:
-        """(F, C) noise variance plus squared tolerance: what G divides the squared residual by."""
+        """Return the noise variance (F, C) plus squared tolerance: what G divides the squared residual by."""
         return self.noise + (self.relative * np.abs(self.reference)) ** 2
 
     @property
     def relative(self) -> float | Array:
-        """The relative model error: one number, or (F, C) where it depends on frequency and channel."""
+        """Return the relative model error: one number, or (F, C) if it depends on frequency and channel."""
         return self.tolerance if self.by_frequency is None else np.hypot(self.tolerance, self.by_frequency)
 
     @cached_property
     def whitener(self) -> Whitener:
-        """Turns residuals (F, C) into real numbers of unit variance: noise and tolerance with their correlations."""
+        """Turn residuals (F, C) into real numbers of unit variance: noise and tolerance with their correlations."""
         return whitener(self.f, self.reference, self.cov, self.nu, self.relative)
 
     def on_bench(self, learned: LearnedBench | None) -> "Dataset":
-        """Return the same with what a learned bench says of units that differ, if there is one."""
+        """Return the same with the learned bench's scatter between units, if the model has a learned bench."""
         return self if learned is None else replace(self, by_frequency=learned.tolerance_at(self.f, self.channels))
 
     def select(self, channels: Iterable[str]) -> "Dataset":
-        """Some channels, in the order asked for. Raises RecordError naming one that is not there."""
+        """Return some channels, in the order asked for. Raises RecordError naming one that the data lack."""
         wanted = tuple(channels)
         for c in wanted:
             if c not in self.channels:
@@ -102,18 +102,18 @@ class Dataset:
         return replace(self, H=H, cov=cov, channels=wanted, scale=scale, by_frequency=more)
 
     def band(self, f_lo: float, f_hi: float) -> "Dataset":
-        """The bins with f_lo <= f <= f_hi [Hz]."""
+        """Return the bins with f_lo <= f <= f_hi [Hz]."""
         return self.at((self.f >= f_lo) & (self.f <= f_hi))
 
     def at(self, bins: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Dataset":
-        """Some bins."""
+        """Return some of the bins."""
         scale = None if self.scale is None else self.scale[bins]
         more = None if self.by_frequency is None else self.by_frequency[bins]
         f, H, cov, nu = self.f[bins], self.H[bins], self.cov[bins], self.nu[bins]
         return replace(self, f=f, H=H, cov=cov, nu=nu, scale=scale, by_frequency=more)
 
     def thinned(self, bins: int) -> "Dataset":
-        """At most `bins` of the bins, spread over log f: for a first, quick fit."""
+        """Return at most `bins` of the bins, spread over log f: for a first, quick fit."""
         if self.f.size <= bins:
             return self
         wanted = np.geomspace(self.f[0], self.f[-1], bins)
@@ -121,7 +121,7 @@ class Dataset:
 
 
 def dataset_of(frf: Frf, tolerance: float = 0.0, name: str = "responses") -> Dataset:
-    """The usable, independent bins of an estimate. Raises RecordError when there are none."""
+    """Return the usable, independent bins of an estimate. Raises RecordError if there are none."""
     bins = frf.independent()
     good = bins.usable
     if not good.any():
@@ -141,8 +141,8 @@ def dataset_from_records(
     f_hi: float = F_HI,
     name: str | None = None,
 ) -> Dataset:
-    """Responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone. An error of
-    the encoder's interpolation that low shows is taken out of both.
+    """Return the responses of one realisation: low up to merge_Hz [Hz] and high above it; without high, low alone. An
+    error of the encoder's interpolation that low shows is taken out of both.
 
     Raises RecordError for a channel that is missing, no merge frequency, or a band without drive."""
     called = name or low.name
@@ -158,12 +158,12 @@ def dataset_from_records(
 
 
 def _as_low(high: Record | None, errors: Errors, drive: str) -> Record | None:
-    """Without the errors that the encoder made in the other record."""
+    """Return the high record without the errors of the encoder's interpolation that the low one shows."""
     return high and without_errors(high, of_another_record(errors, high, drive=drive))
 
 
 def joined(below: Dataset, above: Dataset) -> Dataset:
-    """Two bands of one response, one after the other."""
+    """Join two bands of one response."""
     if below.channels != above.channels:
         raise RecordError(f"{below.name}: channels {below.channels} below and {above.channels} above")
     f, H, cov, nu = (np.concatenate([getattr(d, k) for d in (below, above)]) for k in ("f", "H", "cov", "nu"))
@@ -178,7 +178,7 @@ def simulated(
     rng: np.random.Generator,
     tolerance: float = 0.0,
 ) -> Dataset:
-    """H (F, C) with noise drawn from a known covariance (F, C, C): to test what fits, and to know its power."""
+    """Return H (F, C) with noise drawn from a known covariance (F, C, C): to test fits and to know their power."""
     L = np.linalg.cholesky(cov)
     e = (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0)
     return Dataset(f, H + np.einsum("fij,fj->fi", L, e), channels, cov, np.full(f.size, np.inf), tolerance, "simulated")
@@ -197,7 +197,7 @@ def _of_record(
 
 
 def _input_power(record: Record, input: str, f: Array) -> Array:
-    """(F,) power of the input over the window about each bin."""
+    """Return the power (F,) of the input over the window about each bin."""
     u = record[input]
     power = np.abs(rfft(u - np.mean(u))) ** 2
     window = np.convolve(power, np.full(STEP, 1.0 / STEP), mode="same")

@@ -61,14 +61,14 @@ class Descent:
 
     @property
     def normal(self) -> Array:
-        """(p, p) J'J at x: asked for only where a search ends for good."""
+        """Return J'J (p, p) at x; only computed when a search has ended."""
         if self.known is not None:
             return self.known
         return self.problem.normal(self.x, self.problem.residual(self.x))[0]
 
 
 def descend(problem: Residuals, x: Array, steps: int, to: Precision = CLOSE) -> Descent:
-    """At most so many steps from x down, as far as a precision asks."""
+    """Descend from x by at most so many steps, until the precision is reached."""
     lo, hi = problem.bounds()
     x = np.clip(x, lo, hi)
     r = problem.residual(x)
@@ -99,15 +99,15 @@ def descend(problem: Residuals, x: Array, steps: int, to: Precision = CLOSE) -> 
 
 
 def _stretch(slope: float, taken: float, fall: float) -> float:
-    """By how much the next step should be longer than that of Gauss and Newton, as the last one shows: where residuals
-    curve away, J'J overstates the curvature, and step after step would stop at a part of the way."""
+    """Return the factor by which the next step should be longer than a Gauss-Newton step, judged by the last one: where
+    residuals curve away, J'J overstates the curvature, and step after step would stop at a part of the way."""
     curvature = 2.0 * (taken * slope - fall) / taken**2
     return LONGEST if curvature * LONGEST <= slope else max(slope / curvature, 1.0)
 
 
 def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:
-    """The next x, inside the bounds, and by how much the cost should fall on the way. What lies on a bound and would
-    leave it stays there."""
+    """Return the next x, inside the bounds, and by how much the cost should fall on the way. A parameter on a bound
+    that would leave it stays there."""
     free = ~(((x <= lo) & (g > 0.0)) | ((x >= hi) & (g < 0.0)))
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))

@@ -58,38 +58,39 @@ class Fit:
 
     @property
     def at(self) -> dict[str, float]:
-        """Name -> fitted value."""
+        """Return name -> fitted value."""
         return dict(zip(self.names, (float(v) for v in self.values), strict=True))
 
     @property
     def sds(self) -> dict[str, float]:
-        """Name -> standard uncertainty."""
+        """Return name -> standard uncertainty."""
         return dict(zip(self.names, (float(s) for s in np.sqrt(np.diag(self.cov))), strict=True))
 
     def interval(self, name: str, p: float = 0.95) -> tuple[float, float]:
-        """Interval that holds the truth with probability p."""
+        """Return the interval that holds the truth with probability p."""
         half = float(stats.norm.ppf(0.5 + 0.5 * p)) * self.sds[name]
         return self.at[name] - half, self.at[name] + half
 
     @property
     def gaps(self) -> dict[str, Gap]:
-        """G of every channel, all datasets together."""
+        """Return G of every channel, all datasets together."""
         return gaps(self.datasets, self.residuals, self.told)
 
     def gaps_at(self, tolerance: float) -> dict[str, Gap]:
-        """The same with another tolerance: that of the model's file, where the fit went below it."""
+        """Return the same with another tolerance: that of the model's file, if the fit went below it."""
         return gaps([replace(s, tolerance=tolerance) for s in self.datasets], self.residuals, self.told)
 
     @property
     def told(self) -> float:
-        """How many parameters the data told: those that a prior held count by what the data made of them."""
+        """Return the number of parameters that the data determined; one with a prior counts by the share that the data
+        contribute."""
         W = prior_rows(self.free, self.joint)
         return len(self.names) - float(np.einsum("rp,pq,rq->", W, self.cov, W))
 
 
 def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
-    """The model's uncertain parameters with their priors and physical bounds; names: only these, priors where they have
-    one. What is known of several together is the model's `joint`. Raises ModelError for an unknown name."""
+    """Return the model's uncertain parameters with their priors and physical bounds; names: only these, priors where
+    they have one. What is known of several together is the model's `joint`. Raises ModelError for an unknown name."""
     wanted = tuple(model.sds) if names is None else tuple(names)
     out = []
     for name in wanted:
@@ -111,13 +112,13 @@ def fit(
     seed: int = 0,
     coarse_bins: int = COARSE_BINS,
 ) -> Fit:
-    """Maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint: what is known
-    of several parameters together.
+    """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
+    what is known of several parameters together.
 
     Where the search is led to values with which nothing stands, the ModelError says what to look for in the records.
 
     starts: how many, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
-    best goes on with all. Raises ModelError when nothing is free or no start can be evaluated."""
+    best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
     led = lead(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
     return finish(response, datasets, led[0], joint=joint, tried=led)
 
@@ -147,9 +148,9 @@ def lead(
     close: bool = False,
     coarse_bins: int = COARSE_BINS,
 ) -> list[Led]:
-    """Where searches on few bins and with shrinking tolerances end, the best first. drawn: from draws about the start
-    alone; close: with the narrowest of them alone, because the wide ones would lead a start that is nearly right back
-    to where it came from. Raises ModelError as `fit` does."""
+    """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
+    about the start; close: use only the narrowest tolerance, because the wide ones would lead a start that is nearly
+    right back to where it came from. Raises ModelError as `fit` does."""
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
@@ -166,7 +167,7 @@ def lead(
 
 
 def work_of(steps: int, parameters: int, values: int) -> float:
-    """What so many steps take, in derivatives of responses (values: bins times channels)."""
+    """Return the work of so many steps, in derivatives of responses (values: bins times channels)."""
     return float(steps * (parameters + BESIDE) * values)
 
 
@@ -178,7 +179,7 @@ def finish(
     joint: JointPrior | None = None,
     tried: Sequence[Led] = (),
 ) -> Fit:
-    """The fit on all bins from where a search on few has led. Raises ModelError."""
+    """Return the fit on all bins, started from the end of a search on few. Raises ModelError."""
     sets = _sets(datasets)
     with _upright(response, sets, led.free):
         final = tuple(s.around(response.frf(s.f, led.at, s.channels)) for s in sets)
@@ -189,7 +190,8 @@ def finish(
 
 @contextmanager
 def _upright(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
-    """Where a search is led to values with which nothing stands, says what to look for in the records."""
+    """Raise ModelError naming what to look for in the records if a search reaches values at which the strut is not
+    held."""
     try:
         yield
     except NotHeld as e:
@@ -206,14 +208,14 @@ def _from(free: Sequence[Free], values: Array) -> tuple[Free, ...]:
 
 
 def _blurred(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
-    """The datasets at tolerances that shrink towards their own."""
+    """Return the datasets at tolerances that shrink towards their own."""
     own = max(s.tolerance for s in sets)
     wider = [t for t in TOLERANCES if t > own] or [own]
     return [tuple(replace(s, tolerance=max(s.tolerance, t)) for s in sets) for t in wider]
 
 
 def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
-    """From x through one problem after the other."""
+    """Descend from x through one problem after the other."""
     found = descend(ways[0], x, FEW_STEPS, LOOSE)
     for problem in ways[1:]:
         before = found.steps
@@ -223,8 +225,8 @@ def _down(ways: "Sequence[_FitProblem]", x: Array) -> Descent:
 
 
 def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
-    """A fit that goes on from another's values, with the same free parameters: on other data, at another tolerance, or
-    of a response that differs a little. Raises ModelError."""
+    """Return a fit that goes on from another's values, with the same free parameters: on other data, at another
+    tolerance, or of a response that differs a little. Raises ModelError."""
     values = found.at
     sets = tuple(s.around(response.frf(s.f, values, s.channels)) for s in datasets)
     problem = _FitProblem(response, sets, found.free, found.joint)
@@ -233,7 +235,7 @@ def resume(response: Response, found: Fit, datasets: Sequence[Dataset]) -> Fit:
 
 
 def unfitted(response: Response, datasets: Dataset | Sequence[Dataset], found: Fit, message: str) -> Fit:
-    """The state from which a fit began, of the same free parameters: for a search that ended no better."""
+    """Return the state from which a fit began, of the same free parameters: for a search that ended no better."""
     at = {p.name: p.prior for p in found.free}
     sets = tuple(s.around(response.frf(s.f, at, s.channels)) for s in _sets(datasets))
     problem = _FitProblem(response, sets, tuple(replace(p, start=None) for p in found.free), found.joint)
@@ -243,8 +245,8 @@ def unfitted(response: Response, datasets: Dataset | Sequence[Dataset], found: F
 
 
 def own_cost(found: Fit) -> float:
-    """Cost of a fit with the tolerance as a part of its own response, in which two ends of a search compare: one that
-    is a part of a response elsewhere may be of any size."""
+    """Return the cost of a fit with the tolerance as a fraction of its own response, by which two ends of a search are
+    compared: with a fraction of another response it may be of any size."""
     sets = tuple(s.around(s.H - r) for s, r in zip(found.datasets, found.residuals, strict=True))
     white = [s.whitener(r) for s, r in zip(sets, found.residuals, strict=True)]
     return found.prior_cost + 0.5 * sum(float(w @ w) for w in white)
@@ -267,7 +269,8 @@ class _FitProblem:
         return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
 
     def modelled(self, x: Array) -> tuple[Complex, ...]:
-        """(F, C) of every dataset; zero where the model cannot be built at x, so that the search turns back."""
+        """Return the response (F, C) for every dataset; zero if the model cannot be built at x, so that the search
+        turns back."""
         values = self.values(x)
         try:
             return tuple(self.response.frf(s.f, values, s.channels) for s in self.sets)
@@ -284,7 +287,7 @@ class _FitProblem:
         return np.concatenate([*white, self.off_prior(x)])
 
     def off_prior(self, x: Array) -> Array:
-        """(p,) standard deviations from the priors."""
+        """Return the distances (p,) from the priors in standard deviations."""
         off: Array = self.weight @ (self.coordinates.values(x) - self.prior)
         return off
 
@@ -326,7 +329,7 @@ class _Rough(_FitProblem):
 
     @staticmethod
     def _known(s: Dataset) -> Array:
-        """(F, C) weight of each logarithm."""
+        """Return the weight (F, C) of each logarithm."""
         return 1.0 / np.hypot(ROUGH, np.sqrt(s.noise) / np.abs(_not_zero(s.H)))
 
 

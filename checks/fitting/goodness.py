@@ -21,7 +21,7 @@ class Gap:
 
 
 def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: float = 0) -> dict[str, Gap]:
-    """G of every channel, all datasets together.
+    """Return G of every channel, all datasets together.
 
     residuals: (F, C) of each dataset, data minus model. fitted: number of parameters that these data were fitted with,
     taken off the degrees of freedom in equal parts; 0 on data that were not fitted. For a band, pass `data.band(...)`.
@@ -33,14 +33,15 @@ def gaps(datasets: Sequence[Dataset], residuals: Sequence[Complex], fitted: floa
 
 
 def overall(found: Mapping[str, Gap]) -> Gap:
-    """G of all channels together, as if they were independent."""
+    """Return G of all channels together, as if they were independent."""
     dof = sum(g.dof for g in found.values())
     G = sum(g.G * g.dof for g in found.values()) / dof
     return Gap(G, dof, float(stats.chi2.sf(G * dof, dof)))
 
 
 def _parts(data: Dataset, residual: Complex) -> dict[str, Array]:
-    """Channel -> (3, F): squared residual over variance; its mean and its variance where there is noise alone."""
+    """Return channel -> (3, F): squared residual over variance; its mean and its variance if the residual is noise
+    only."""
     nu = np.clip(data.nu, 3.0, 1e9)
     # |e|^2 over an estimated variance is F(2, 2 nu): its mean is above 1 and its tail heavier than chi-square's
     mean, spread = nu / (nu - 1.0), nu**3 / ((nu - 1.0) ** 2 * (nu - 2.0))

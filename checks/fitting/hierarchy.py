@@ -61,8 +61,8 @@ class Batch:
 
     @property
     def of_one_more(self) -> Array:
-        """(p, p) covariance of a unit of the same batch that was not seen: its scatter, and what is not known of the
-        mean."""
+        """Return (p, p) covariance of a unit of the same batch that was not seen: its scatter plus the uncertainty of
+        the mean."""
         return np.asarray(self.mean_cov + np.diag(self.scatter**2))
 
 
@@ -78,7 +78,8 @@ class Belonging:
 
 
 def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tuple[Array, Array]:
-    """Every unit's likelihood from its fit: precision (n, p, p) and pull (n, p), the precision times the estimate.
+    """Return every unit's likelihood from its fit: precision (n, p, p) and pull (n, p), the precision times the
+    estimate.
 
     theta (n, p), cov (n, p, p): posterior of each fit, whose prior N(mean, prior_cov) is taken out. Directions of which
     the data say nothing are left with none, whatever rounding makes of them. Raises numpy.linalg.LinAlgError for a
@@ -98,7 +99,7 @@ def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tupl
 
 
 def learn(precision: Array, pull: Array, prior: Prior) -> Batch:
-    """The batch from its units' likelihoods: precision (n, p, p), pull (n, p).
+    """Return the batch from its units' likelihoods: precision (n, p, p), pull (n, p).
 
     Works in units of the prior's scatter. Not converged: a size still moved after `STEPS` steps."""
     scale = prior.scatter
@@ -142,7 +143,8 @@ class _Sizes:
         self.bias = self.stated
 
     def fit(self, squares: Array, given: "_Given") -> float:
-        """One step: squares (n, p) weighted, from the mean. Returns the largest relative change."""
+        """Take one step from the weighted squares (n, p) of the distances from the mean; return the largest relative
+        change."""
         found = self._of_kind(squares.sum(axis=0)) + self.strength * self.core**2
         scatter = np.maximum(np.sqrt(found / (self.strength + len(squares) * self.members)), LEAST)
         off = self._of_kind((given.mean**2 + np.diag(given.mean_cov)) / self.stated**2) + self.strength
@@ -152,7 +154,7 @@ class _Sizes:
         return float(change)
 
     def _of_kind(self, each: Array) -> Array:
-        """(p,) sums over all parameters of the same kind."""
+        """Return the sums (p,) over all parameters of the same kind."""
         return np.asarray(np.bincount(self.kind, each)[self.kind])
 
 
@@ -176,22 +178,22 @@ class _Given:
         self.mean = self.mean_cov @ np.sum(tight * self.own, axis=0)
 
     def square(self) -> Array:
-        """(n, p) expected square of every unit's distance from the mean."""
+        """Return the expected square (n, p) of every unit's distance from the mean."""
         away = self.follows - np.eye(self.mean.size)
         spread = np.sum((away @ self.mean_cov) * away, axis=2)
         return np.asarray((self.own + away @ self.mean) ** 2 + np.diagonal(self.alone, axis1=1, axis2=2) + spread)
 
     def units(self) -> Array:
-        """(n, p)"""
+        """Return the weights (n, p) of the units' values."""
         return np.asarray(self.own + self.follows @ self.mean)
 
     def units_cov(self) -> Array:
-        """(n, p, p)"""
+        """Return the weighted precisions (n, p, p)."""
         return np.asarray(self.alone + self.follows @ self.mean_cov @ self.follows.transpose(0, 2, 1))
 
 
 def _inverses(stack: Array) -> Array:
-    """(n, p, p) inverses of symmetric positive definite matrices, scaled to a diagonal of one first."""
+    """Return the inverses (n, p, p) of symmetric positive definite matrices, scaled to a diagonal of one first."""
     size = 1.0 / np.sqrt(np.diagonal(stack, axis1=1, axis2=2))
     both = size[:, :, None] * size[:, None, :]
     inverse = np.linalg.inv(stack * both) * both
@@ -199,13 +201,14 @@ def _inverses(stack: Array) -> Array:
 
 
 def _weights(square: Array, nu: float) -> Array:
-    """What an observation counts for under t tails; square: its expected distance in scatters, squared."""
+    """Return the weight of an observation under t tails; square: its expected distance in scatters, squared."""
     return np.ones_like(square) if np.isinf(nu) else (nu + 1.0) / (nu + square)
 
 
 @cache
 def _core(nu: float) -> float:
-    """Scale of the t that fits a normal of sd 1 best, so that the scatter of ordinary units comes out as their sd."""
+    """Return the scale of the t that fits a normal of sd 1 best, so that the scatter of ordinary units comes out as
+    their sd."""
     if np.isinf(nu):
         return 1.0
 
@@ -219,12 +222,12 @@ def _core(nu: float) -> float:
 
 
 def belonging(precision: Array, pull: Array, prior: Prior) -> list[Belonging]:
-    """Each unit compared with the batch that the others make."""
+    """Compare each unit with the batch learned from the others."""
     return [compare(P, h, b) for P, h, b in zip(precision, pull, without_each(precision, pull, prior), strict=True)]
 
 
 def without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:
-    """For every unit the batch learned without it. Raises ValueError for a single unit."""
+    """Return for every unit the batch learned without it. Raises ValueError for a single unit."""
     n = len(pull)
     if n < 2:
         raise ValueError(f"{n} unit: leaving one out leaves none")
@@ -233,7 +236,7 @@ def without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:
 
 
 def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
-    """One unit's likelihood, precision (p, p) and pull (p,), against a batch that it is not in.
+    """Compare one unit's likelihood, precision (p, p) and pull (p,), with a batch that it is not in.
 
     What the unit's data move the expected values by has the covariance Q - V under the batch: Q before them, V after.
     """
@@ -255,7 +258,8 @@ def compare(precision: Array, pull: Array, batch: Batch) -> Belonging:
 
 
 def covered(belongings: Sequence[Belonging], level: float = 0.95) -> tuple[int, int]:
-    """How many parameters of all units lie within what the others foretell, and how many were compared."""
+    """Return how many parameters of all units lie within the prediction from the other units, and how many were
+    compared."""
     z = np.concatenate([np.zeros(0), *(b.z[np.isfinite(b.z)] for b in belongings)])
     return int(np.sum(np.abs(z) <= stats.norm.ppf(0.5 + level / 2))), int(z.size)
 
@@ -270,8 +274,8 @@ class Learned:
 
 
 def told_apart(batch: Batch, prior: Prior, correlated: float = 0.9) -> Learned:
-    """Which parameters' means the batch tells, and which pairs only together: those that correlate beyond `correlated`
-    although their priors do not."""
+    """Return the parameters whose means the batch determines, and the pairs that it determines only together: those
+    that correlate beyond `correlated` although their priors do not."""
     sd, before = np.sqrt(np.diag(batch.mean_cov)), prior.mean_sd
     rho = batch.mean_cov / np.outer(sd, sd)
     i, j = np.triu_indices(sd.size, 1)

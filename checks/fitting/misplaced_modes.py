@@ -39,8 +39,8 @@ def misplaced_modes(
     f_hi: float,
     own: Callable[[Values], Values] = dict,
 ) -> list[dict[str, float]]:
-    """Values at which one mode below f_hi [Hz] lies at a peak of the residual; few, or none. free: what is fitted;
-    own: of all values, those that the model itself has."""
+    """Return sets of values at which one mode below f_hi [Hz] lies at a peak of the residual, often none. free: the
+    fitted parameters; own: selects the model's own among all values."""
     movable = [p for p in free if p.name in model.mechanical and np.isfinite(p.sd)]
     if not movable:
         return []
@@ -55,7 +55,8 @@ def misplaced_modes(
 
 
 def peaks(f: Array, energy: Array) -> list[float]:
-    """Where on f (F,) [Hz] the most of an energy (F,) is, the largest first, each apart from the others."""
+    """Return the frequencies on f (F,) [Hz] where an energy (F,) is largest, the largest first, each apart from the
+    others."""
     left, out = energy.copy(), []
     for _ in range(PEAKS):
         k = int(np.argmax(left))
@@ -74,14 +75,14 @@ class _Modes:
     f_hi: float
 
     def at(self, values: Values) -> tuple[Array, Array]:
-        """(n,) frequencies [Hz], and (n, p) derivatives of their squares, relative."""
+        """Return the frequencies (n,) [Hz] and (n, p) derivatives of their squares, relative."""
         w2, slopes = self.model.square_slopes([p.name for p in self.free], self.own(values))
         n = int(np.sum(w2 < (2.0 * np.pi * self.f_hi) ** 2))
         return np.sqrt(w2[:n]) / (2.0 * np.pi), slopes[:, :n].T / w2[:n, None]
 
     def moved(self, at: Values, mode: int, to_Hz: float, strides: int) -> dict[str, float] | None:
-        """Values at which a mode has moved, the others as far as they can where they were. None where that is unlikely
-        or nothing stands."""
+        """Return values at which one mode has moved and the others have stayed as far as they can; None if such values
+        are unlikely or the strut is not held."""
         back = np.linalg.inv(prior_rows(self.free, self.model.joint))
         values, far = dict(at), 0.0
         try:

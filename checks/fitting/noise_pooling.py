@@ -12,7 +12,8 @@ ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if i
 
 
 def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
-    """cov (U, C, C) and degrees of freedom nu (U,) of the usable bins of a local fit, averaged over neighbours.
+    """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
+    averaged over neighbours.
 
     frf: independent bins; input_power (F,): that of the input about each bin, in any unit. What is averaged is the
     noise on the outputs, which is smooth; cov is that noise over the power of the input that was left to tell H by.
@@ -33,7 +34,8 @@ def shared_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
 
 
 def _power(frf: Frf) -> Array:
-    """(F,) part of the input's power that tells H: var is noise / power, coherence gives noise / input power."""
+    """Return the part (F,) of the input's power that determines H: var is noise / power, coherence gives noise / input
+    power."""
     c = np.argmin(np.abs(frf.coherence - 0.5), axis=1)  # there neither 1 - coherence nor coherence is round-off
     at = np.arange(frf.f.size)
     coherence, var = frf.coherence[at, c], frf.var[at, c]
@@ -43,7 +45,8 @@ def _power(frf: Frf) -> Array:
 
 
 def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
-    """(F,) windows whose noise (F, C) in any channel is beyond what chance makes of the median about it."""
+    """Return whether each window (F,) is an outlier, one whose noise (F, C) in any channel is beyond what chance makes
+    of the median about it."""
     wide = 2 * NEIGHBOURS + 1
     padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
     median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)
@@ -52,7 +55,7 @@ def _alone(noise: Array, nu: Array) -> NDArray[np.bool_]:
 
 
 def _moving(x: Complex) -> Complex:
-    """Sums over the neighbours on both sides along the first axis; fewer at the ends."""
+    """Return the sums over the neighbours on both sides along the first axis; fewer at the ends."""
     padded = np.pad(x, ((NEIGHBOURS, NEIGHBOURS), *((0, 0),) * (x.ndim - 1)))
     sums: Complex = np.sum([padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)], axis=0)
     return sums

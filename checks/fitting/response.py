@@ -13,7 +13,7 @@ class Response(Protocol):
     """A `Model` is one. Values are changes by name, in the names' units; f (F,) [Hz]."""
 
     def frf(self, f: Array, changes: Values, channels: Channels) -> Complex:
-        """(F, C)."""
+        """Return the response (F, C)."""
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
-        """(P, F, C) derivatives per unit of each name."""
+        """Return (P, F, C) derivatives per unit of each name."""

@@ -36,16 +36,16 @@ class Whitener:
     shrink: Array
 
     def __call__(self, residual: Complex) -> Array:
-        """(..., F, C) complex residuals -> (..., 2 F C) real numbers, independent and of unit variance: channel by
-        channel, real and imaginary part of each bin side by side."""
+        """Whiten complex residuals (..., F, C) to real numbers (..., 2 F C), independent and of unit variance: channel
+        by channel, real and imaginary part of each bin side by side."""
         white = _real(self._lower(residual))
         if self.U.size:
             white -= ((white @ self.U) * self.shrink) @ self.U.T
         return white
 
     def normal(self, slopes: Complex, white: Array) -> tuple[Array, Array]:
-        """(P, P) and (P,): products of whitened slopes (P, F, C) with each other and with whitened residuals (2 F C,),
-        in half the time that whitening the slopes takes."""
+        """Return the products (P, P) and (P,) of whitened slopes (P, F, C) with each other and with whitened residuals
+        (2 F C,), in half the time that whitening the slopes takes."""
         rows = _real(self._lower(slopes))
         A, g = rows @ rows.T, rows @ white
         if self.U.size:
@@ -55,12 +55,13 @@ class Whitener:
         return A, g
 
     def by_bin(self, white: Array) -> Complex:
-        """(..., F, C) complex of such numbers (..., 2 F C), each part of unit variance."""
+        """Return such numbers (..., 2 F C) as complex ones (..., F, C), each part of unit variance."""
         F, C, _ = self.inverse.shape
         return white.view(complex).reshape(*white.shape[:-1], C, F).swapaxes(-1, -2)
 
     def _lower(self, r: Complex) -> Complex:
-        """(..., C, F) lower triangle times residuals (..., F, C), entry by entry: quicker than many small products."""
+        """Return the lower triangle times residuals, (..., C, F), of residuals (..., F, C), entry by entry: quicker
+        than many small products."""
         r = r.swapaxes(-1, -2)
         out = np.empty(r.shape, dtype=complex)
         for i, row in enumerate(self._rows):
@@ -71,7 +72,7 @@ class Whitener:
 
     @cached_property
     def _rows(self) -> Complex:
-        """(C, C, F): the bins of an entry in one piece."""
+        """Return the factors as (C, C, F), in memory the bins of an entry in one piece."""
         return np.ascontiguousarray(np.moveaxis(self.inverse, 0, -1))
 
 
@@ -94,21 +95,22 @@ def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | A
 
 
 def _unsure(nu: Array, C: int) -> Array:
-    """Factor on an estimated covariance whose inverse would otherwise be too large on average by nu / (nu - C)."""
+    """Return the factor on an estimated covariance whose inverse would otherwise be too large on average by nu / (nu -
+    C)."""
     finite = np.where(np.isfinite(nu), nu, 1.0)
     return np.where(np.isfinite(nu), finite / np.maximum(finite - C, 1.0), 1.0)
 
 
 def _bins_of_one_error(f: Array) -> Array:
-    """(F,) how many bins lie within the width of one narrow error, at least one."""
+    """Return the number of bins (F,) that lie within the width of one narrow error, at least one."""
     if f.size < 2:
         return np.ones(f.size)
     return np.maximum(1.0, NARROW * f / np.gradient(f))
 
 
 def without_dips(f: Array, size: Array) -> Array:
-    """size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. A zero is where large
-    motions cancel: a small part of each of them is no small part of what is left."""
+    """Return the size (F, C) with every dip narrower than a narrow error filled up to its lower shoulder. At a zero
+    large motions cancel: a small part of each of them is a large part of what is left."""
     below = np.searchsorted(f, f * (1.0 - NARROW))
     above = np.searchsorted(f, f * (1.0 + NARROW), side="right")
     out = size.copy()
@@ -118,7 +120,7 @@ def without_dips(f: Array, size: Array) -> Array:
 
 
 def _smooth_errors(f: Array, size: Complex, inverse: Complex) -> Array:
-    """(2FC, m) whitened responses to the coefficients of the smooth errors, each of unit variance."""
+    """Return the whitened responses (2FC, m) to the coefficients of the smooth errors, each of unit variance."""
     F, C = size.shape
     columns = []
     for bump in _bumps(np.log2(f)):
@@ -129,7 +131,7 @@ def _smooth_errors(f: Array, size: Complex, inverse: Complex) -> Array:
 
 
 def _bumps(x: Array) -> list[Array]:
-    """Cosine bumps on x whose squares add up to one on every scale."""
+    """Return cosine bumps on x whose squares add up to one on every scale."""
     out = []
     for width in SCALES_OCTAVES:
         place = (x - x[0]) / width
@@ -141,6 +143,6 @@ def _bumps(x: Array) -> list[Array]:
 
 
 def _real(z: Complex) -> Array:
-    """(..., C, F) complex of unit total variance -> (..., 2 F C) real of unit variance each."""
+    """Return complex numbers (..., C, F) of unit total variance as real ones (..., 2 F C) of unit variance each."""
     parts: Array = (np.sqrt(2.0) * z).reshape(*z.shape[:-2], z.shape[-2] * z.shape[-1]).view(float)
     return parts

@@ -41,7 +41,8 @@ class Fixed:
 
 
 def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
-    """Model of a description. superelement: the matrices that `spec.apa_file` holds, already read, when the APA is one.
+    """Return the model of a description. superelement: the matrices that `spec.apa_file` holds, already read, when the
+    APA is one.
 
     reduced=False keeps every coordinate of the APA: slow, to test the reduction. The list `spec.effects` is not
     applied here. Raises ModelError."""
@@ -70,7 +71,7 @@ def build(spec: ModelSpec, superelement: Superelement | None = None, reduced: bo
 
 
 def _of_its_batch(spec: ModelSpec) -> JointPrior | None:
-    """What the batch that a unit comes from says of it, where the file knows one."""
+    """Return what a unit's batch tells about the unit, if the file names one."""
     batch = spec.population
     if batch is None:
         return None
@@ -97,9 +98,10 @@ def _learned_bench(spec: ModelSpec) -> LearnedBench | None:
 def _as_built(
     spec: ModelSpec, apa: Callable[[Values], ApaBody]
 ) -> tuple[Callable[[Values], ApaBody], dict[str, float], dict[str, float]]:
-    """The APA with factors on its free modes, where the file says that these differ from unit to unit: body, values and
-    prior standard deviations of the factors. A stiffness goes with the square of a frequency; every one counts, because
-    the modes make up the compliance, but how a mode far above the band is damped changes nothing within."""
+    """Return the APA with factors on its free modes, if the file states that these differ from unit to unit: body,
+    values and prior standard deviations of the factors. A stiffness goes with the square of a frequency; every one
+    counts, because the modes make up the compliance, but how a mode far above the band is damped changes nothing
+    within."""
     if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, Fixed):
         return apa, {}, {}
     modal, scatter = modal_apa(apa.body), spec.apa.mode_scatter
@@ -115,7 +117,7 @@ def _as_built(
 
 
 def file_nodes(spec: ModelSpec) -> Nodes:
-    """Interface nodes of a superelement's description, counted from 0."""
+    """Return interface nodes of a superelement's description, counted from 0."""
     if not isinstance(spec.apa, ApaSuperelement):
         raise ModelError(f"{spec.name}: apa.type is '{spec.apa.type}', only a superelement names its nodes")
     n = spec.apa.nodes
@@ -124,7 +126,7 @@ def file_nodes(spec: ModelSpec) -> Nodes:
 
 
 def _values(spec: ModelSpec) -> dict[str, float]:
-    """All parameters; what a file may leave out altogether is there with the value at which it does nothing."""
+    """Return all parameters; what a file may leave out altogether is there with the value at which it does nothing."""
     off = {"amplifier.f_Hz": math.inf, "amplifier.second_order_Hz": math.inf, **channel_path_off()}
     if spec.encoder is not None:
         off["encoder.bracket_Hz"] = math.inf
@@ -145,14 +147,14 @@ def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callab
 
 
 def _frame(geometry: FrameGeometry) -> Superelement:
-    """All nodes of the frame: the reduction here is by its two ends alone, so it is better than that of `frame_apa`,
-    and as cheap."""
+    """Return the superelement of all nodes of the frame: the reduction here is by its two ends alone, so it is better
+    than that of `frame_apa`, and as cheap."""
     K, M, points = frame_matrices(geometry)
     return Superelement(K, M, points, name="frame APA")
 
 
 def _replaced(part: Any, changes: Mapping[str, Any], path: str) -> Any:
-    """A frozen part with entries of the same names replaced, parts within parts too. Raises ModelError."""
+    """Return a frozen part with entries of the same names replaced, parts within parts too. Raises ModelError."""
     entries = {f.name for f in fields(part)}
     for key in changes:
         if key not in entries:

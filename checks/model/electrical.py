@@ -50,5 +50,5 @@ class Electrical:
 
 
 def highpass_corner(resistor_ohm: float, capacitance_F: float) -> float:
-    """Corner [Hz] of a stack of this capacitance on this resistor: 1 / (2 pi R C) ([STB] 3.1.9)."""
+    """Return the corner [Hz] of a stack of this capacitance on this resistor: 1 / (2 pi R C) ([STB] 3.1.9)."""
     return 1.0 / (2.0 * np.pi * resistor_ohm * capacitance_F)

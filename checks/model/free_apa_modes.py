@@ -22,7 +22,8 @@ from checks.model.structure.apa import ELASTIC_FROM, ApaBody
 
 @lru_cache(maxsize=16)
 def mode_names(modes: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Flat names of the factors on stiffness and on damping, each by rising frequency of the nominal modes."""
+    """Return the flat names of the factors on stiffness and on damping, each by rising frequency of the nominal
+    modes."""
     stiffness, damping = (tuple(f"{of}{k + 1}" for k in range(modes)) for of in (MODE_STIFFNESS, MODE_DAMPING))
     return stiffness, damping
 
@@ -39,7 +40,7 @@ class ModalApa:
         return self.body.size - ELASTIC_FROM
 
     def below(self, f_Hz: float) -> int:
-        """Elastic modes below a frequency."""
+        """Return the elastic modes below a frequency."""
         return int(np.sum(np.diag(self.body.K)[ELASTIC_FROM:] < (2.0 * np.pi * f_Hz) ** 2))
 
     def __call__(self, values: Mapping[str, float]) -> ApaBody:
@@ -53,7 +54,7 @@ class ModalApa:
         )
 
     def changes(self, damping_ratio: float, coordinates: Array | None) -> Modes:
-        """What the factors change in a system whose coordinates read the body's (n, ...) as its first rows."""
+        """Return what the factors change in a system whose coordinates read the body's (n, ...) as its first rows."""
         size = self.body.size
         rows = np.eye(size, size + 1) if coordinates is None else coordinates[:size]
         elastic = slice(ELASTIC_FROM, None)
@@ -62,7 +63,7 @@ class ModalApa:
 
 
 def modal_apa(body: ApaBody) -> ModalApa:
-    """An APA in the coordinates of its free modes. Raises LinAlgError for one without mass."""
+    """Return an APA in the coordinates of its free modes. Raises LinAlgError for one without mass."""
     w2, shapes = linalg.eigh(body.K, body.M)
     ring = np.concatenate([np.zeros(ELASTIC_FROM), np.sqrt(w2[ELASTIC_FROM:])])
     return ModalApa(

@@ -19,7 +19,7 @@ class JointPrior:
     covariance: Array
 
     def __post_init__(self) -> None:
-        """Raises ModelError for a covariance that is none."""
+        """Raise ModelError if the covariance is not symmetric and positive definite."""
         p = len(self.names)
         if self.mean.shape != (p,) or self.covariance.shape != (p, p):
             raise ModelError(
@@ -33,10 +33,10 @@ class JointPrior:
 
     @property
     def values(self) -> dict[str, float]:
-        """Name -> mean."""
+        """Return name -> mean."""
         return dict(zip(self.names, (float(v) for v in self.mean), strict=True))
 
     @property
     def sds(self) -> dict[str, float]:
-        """Name -> standard deviation."""
+        """Return name -> standard deviation."""
         return dict(zip(self.names, (float(v) for v in np.sqrt(np.diag(self.covariance))), strict=True))

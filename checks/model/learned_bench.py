@@ -22,7 +22,7 @@ class LearnedBench:
     tolerance: Array
 
     def __post_init__(self) -> None:
-        """Raises ModelError for shapes that do not agree and numbers that are none."""
+        """Raise ModelError if shapes do not agree or a value is not a number."""
         shape = (self.f.size, len(self.channels))
         for name in ("factor", "sd", "tolerance"):
             part = getattr(self, name)

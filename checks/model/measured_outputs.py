@@ -32,11 +32,12 @@ class OutputGains:
     da: int
 
     def __call__(self, H: Complex, static: Array) -> Complex:
-        """(F, C) responses to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per newton."""
+        """Return (F, C) responses to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per
+        newton."""
         return self.in_proportion(H, static) + self.alone
 
     def in_proportion(self, H: Complex, static: Array) -> Complex:
-        """(..., F, C) of H (..., F, c), static (..., c): all but cross-talk."""
+        """Return the responses (..., F, C) of H (..., F, c), static (..., c), without cross-talk."""
         moved = (H if self.picked == tuple(range(H.shape[-1])) else H[..., self.picked]) * self.gain
         if self.with_rest.any():
             moved += static[..., self.da][..., None, None] * self.with_rest
@@ -74,7 +75,7 @@ def output_gains(
 
 
 def _bench_mode(f: Array, v: Values) -> Complex:
-    """(F,) of the motion at rest, what the bench's own mode adds to both displacements."""
+    """Return what the bench's own mode adds to both displacements (F,), per motion at rest."""
     return suspension(f, 1.0, v["bench.mode_ratio"], v["bench.mode_Hz"], v["bench.mode_damping_ratio"])
 
 
@@ -85,7 +86,7 @@ def _index(have: Channels, channel: str) -> int:
 
 
 def _optics(f: Array, v: Values) -> Complex:
-    """(F,) factor on de of the encoder's scale and of its head's bracket."""
+    """Return the factor (F,) on de of the encoder's scale and of its head's bracket."""
     if "encoder.scale" not in v:
         return np.ones(f.shape, dtype=complex)
     return (1.0 + v["encoder.scale"]) * bracket(f, v["encoder.bracket_Hz"], v["encoder.bracket_damping_ratio"])

@@ -94,17 +94,17 @@ class Model:
 
     @cached_property
     def channels(self) -> tuple[str, ...]:
-        """Vs, de, da; a strut without encoder has no de."""
+        """Return Vs, de, da; a strut without encoder has no de."""
         return self.system().channels
 
     @cached_property
     def size(self) -> int:
-        """Coordinates of `system`."""
+        """Return the number of coordinates of `system`."""
         return len(self.system().K)
 
     @property
     def scatters(self) -> bool:
-        """Whether the modes of its APA are uncertain parameters, so that it need not be wrong for any strut."""
+        """Return whether the modes of its APA are uncertain parameters, so that it need not be wrong for any strut."""
         return any(is_mode_factor(n) for n in self.sds)
 
     @property
@@ -113,35 +113,36 @@ class Model:
         return Calibrated(names, np.array([self.values[n] for n in names]), np.array([self.sds[n] for n in names]))
 
     def with_values(self, changes: Values) -> "Model":
-        """The same model at other values. Raises ModelError for an unknown name or an impossible value."""
+        """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
         return replace(self, values=self._at(changes))
 
     def clamped(self) -> "Model":
-        """The same with the payload held: its modes are the spurious ones ([STB] 2.4)."""
+        """Return the same with the payload held: its modes are the spurious ones ([STB] 2.4)."""
         return replace(self, held=True)
 
     def without_encoder(self) -> "Model":
-        """The same strut before the encoder is fixed: no head, no ruler, no de ([STB] 5.1.1)."""
+        """Return the same strut before its encoder is fixed: no head, no ruler, no de ([STB] 5.1.1)."""
         bare = {n: v for n, v in self.values.items() if not n.startswith("encoder.")}
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 
     def system(self, changes: Values = PRIOR_ONLY) -> System:
-        """Matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the payload's z [m]."""
+        """Return matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the payload's z
+        [m]."""
         return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
-        """Complex modes of `system`."""
+        """Return complex modes of `system`."""
         return self._solved(self._at(changes))[1]()
 
     def frf(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
-        """(F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.
+        """Return (F, C) responses [V/V, m/V] at f (F,) [Hz] to Va at the DAC, with amplifier, wires and converters.
 
         channels: default all that the model has, in the order Vs, de, da. Raises ModelError for a frequency outside
         0..5000 Hz, an unknown channel or parameter, an impossible value."""
         return self._frf(frequencies(f), self._at(changes), channels)
 
     def direct(self, f: ArrayLike, changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None) -> Complex:
-        """The same as `frf` by solving the matrices anew at every frequency: slow, to test against."""
+        """Return the same as `frf` by solving the matrices anew at every frequency: slow, to test against."""
         f = frequencies(f)
         system = self.system(changes)
         wanted = system.channels if channels is None else tuple(channels)
@@ -151,9 +152,9 @@ class Model:
     def jacobian(
         self, f: ArrayLike, names: Iterable[str], changes: Values = PRIOR_ONLY, channels: Iterable[str] | None = None
     ) -> Complex:
-        """(P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is in the
-        matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion. In memory
-        the channels come before the frequencies."""
+        """Return (P, F, C) derivatives of `frf` by each named parameter, per unit of its name: closed forms for what is
+        in the matrices (`checks.model.dynamics.derivatives`), central differences for what is seen of the motion. In
+        memory the channels come before the frequencies."""
         f, v, names = frequencies(f), self._at(changes), tuple(names)
         known(names, v)
         form = _answering(self, f, *self._solved(v))
@@ -179,8 +180,8 @@ class Model:
         return found
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
-        """(n,) squared frequencies [rad2/s2] of the modes without damping, rising, and (P, n) their derivatives per
-        unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises ModelError."""
+        """Return (n,) squared frequencies [rad2/s2] of the modes without damping, rising, and (P, n) their derivatives
+        per unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises ModelError."""
         names = tuple(names)
         smooth = [n for n in names if self._smooth(n)]
         system, changed, modes, order = self._changed(smooth, changes)
@@ -189,11 +190,11 @@ class Model:
         return w2, np.array([found.get(n, np.zeros_like(w2)) for n in names]).reshape(len(names), w2.size)
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
-        """Poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads them."""
+        """Return poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads them."""
         return self.modal(changes).poles()
 
     def zeros(self, channel: str, changes: Values = PRIOR_ONLY) -> Complex:
-        """Zeros [rad/s] of one channel's mechanics, Im >= 0, by rising magnitude."""
+        """Return zeros [rad/s] of one channel's mechanics, Im >= 0, by rising magnitude."""
         return self.modal(changes).zeros(channel)
 
     def _at(self, changes: Values) -> dict[str, float]:
@@ -202,7 +203,7 @@ class Model:
         return {**self.values, **changes}
 
     def _frf(self, f: Array, v: Values, channels: Iterable[str] | None) -> Complex:
-        """Response at values that are not judged: a derivative may look just past a bound."""
+        """Return the response at values that are not checked: a derivative may look just past a bound."""
         form = _answering(self, f, *self._solved(v))
         wanted = form.channels if channels is None else tuple(channels)
         return self._seen(f, v, form.channels, wanted)(form.frf(f), form.static())
@@ -216,17 +217,17 @@ class Model:
 
     @cached_property
     def mechanical(self) -> tuple[str, ...]:
-        """Names of the parameters that the matrices depend on, in the order of `values`."""
+        """Return names of the parameters that the matrices depend on, in the order of `values`."""
         return tuple(n for n in self.values if is_mechanical(n))
 
     @cached_property
     def _mechanical(self) -> Callable[[Values], tuple[float, ...]]:
-        """Values -> those of the mechanical parameters."""
+        """Return the values of the mechanical parameters among all values."""
         return itemgetter(*self.mechanical)
 
     def _smooth(self, name: str) -> bool:
-        """Whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are taken
-        out of them, and where those turn, so do the coordinates."""
+        """Return whether a parameter changes the matrices in coordinates that stay what they are: rigid directions are
+        taken out of them, and where those turn, so do the coordinates."""
         return is_mechanical(name) and not (self._tied and last(name) in TURNS_TIES)
 
     @cached_property
@@ -235,7 +236,7 @@ class Model:
         return self.held or joints is None or any(bool(np.isinf(j.k).any()) for j in joints)
 
     def _moved(self, f: Array, names: Sequence[str], changes: Values) -> Complex:
-        """(P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
+        """Return (P, 1 + F, c) changes of the motion per newton, first at rest, then at f."""
         system, changed, modes, order = self._changed(names, changes)
         s = 2j * np.pi * np.concatenate([[0.0], f])
         place = {n: i for i, n in enumerate(order)}
@@ -243,7 +244,8 @@ class Model:
         return (modal_derivatives if self.damping == "modal" else derivatives)(system, changed, s, modes, kept)
 
     def _changed(self, names: Sequence[str], changes: Values) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
-        """The system, its changes by some parameters, those by factors on the APA's modes apart, and whose they are."""
+        """Return the system, its changes by some parameters, those by factors on the APA's modes apart, and the names
+        that these belong to."""
         system = self.system(changes)
         factors = any(is_mode_factor(n) for n in names)
         others = [n for n in names if not is_mode_factor(n)]
@@ -253,7 +255,7 @@ class Model:
         return system, changed, modes, (*others, *of_modes)
 
     def _modes(self, system: System, changes: Values) -> tuple[Modes, tuple[str, ...]]:
-        """The free modes of the APA in a system, and the names of the factors on their stiffness and damping."""
+        """Return the free modes of the APA in a system, and the names of the factors on their stiffness and damping."""
         if not isinstance(self.apa, ModalApa):
             raise ModelError(f"model {self.name}: its APA is not given by its modes")
         ratio = {**self.values, **changes}["apa.damping_ratio"]
@@ -263,20 +265,21 @@ class Model:
 
 @lru_cache(maxsize=64)
 def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callable[[], Modal]]:
-    """The matrices at these mechanical values and, once they are asked for, their modes: a search asks for the same
-    again and again."""
+    """Return the matrices at these mechanical values and a function that solves their modes. Cached, because a search
+    asks for the same ones again and again."""
     system = _assembled(model, dict(zip(model.mechanical, mechanical, strict=True)))
     return system, lru_cache(maxsize=1)(lambda: real_modal(system) if model.damping == "modal" else modal(system))
 
 
 def _answering(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
-    """What answers at f (F,) [Hz]: modes, or the parts where damping is of any form and they are known."""
+    """Return what gives the responses at f (F,) [Hz]: the parts if damping is of any form and they are known, else the
+    modes."""
     return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
 
 
 @lru_cache(maxsize=512)
 def _change(model: Model, name: str, others: tuple[tuple[str, float], ...]) -> Change:
-    """Of the matrices by a parameter, at the model's values but for some."""
+    """Return the change of the matrices by a parameter; others: values that differ from the model's own."""
     values = {**model.values, **dict(others)}
     above, below = _ends(values, name)
     h = derivative_step(name, values[name])
@@ -297,20 +300,20 @@ def _fastened(model: Model, apa: ApaBody, v: Values) -> Fastened:
 
 
 def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]]:
-    """Values a step of a parameter above and below."""
+    """Return the values one step of a parameter above and below."""
     h = derivative_step(name, values[name])
     above, below = ({**values, name: values[name] + d} for d in (h, -h))
     return above, below
 
 
 def _seen_otherwise(name: str, values: Values) -> bool:
-    """Whether a parameter of the mechanics also changes how its motion is seen (the sensor of a 2-DoF APA reads the
-    force in one of its springs)."""
+    """Return whether a parameter of the mechanics also changes how its motion is seen (the sensor of a 2-DoF APA reads
+    the force in one of its springs)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 
 def frequencies(f: ArrayLike) -> Array:
-    """(F,) [Hz] as an array. Raises ModelError naming a value that is not within 0..5000 Hz."""
+    """Return (F,) [Hz] as an array. Raises ModelError naming a value that is not within 0..5000 Hz."""
     f = np.asarray(f, dtype=float)
     if f.ndim != 1 or f.size == 0:
         raise ModelError(f"frequencies have shape {f.shape}; expected one row of at least one")
@@ -321,6 +324,6 @@ def frequencies(f: ArrayLike) -> Array:
 
 
 def frequency_and_damping(roots: NDArray[np.complex128]) -> tuple[Array, Array]:
-    """Frequencies [Hz] and damping ratios of poles or zeros [rad/s]; below zero: right half plane."""
+    """Return frequencies [Hz] and damping ratios of poles or zeros [rad/s]; below zero: right half plane."""
     size = np.abs(roots)
     return size / (2.0 * math.pi), -roots.real / size

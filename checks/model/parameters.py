@@ -111,25 +111,25 @@ _TO_SI = {"um": 1e-6, "mm": 1e-3, "us": 1e-6, "N_per_um": 1e6}
 
 @lru_cache(maxsize=4096)
 def rule(name: str) -> Rule:
-    """Rule of a parameter by the last part of its flat name; what is not listed must be positive."""
+    """Return the rule of a parameter by the last part of its flat name; what is not listed must be positive."""
     return _RULES.get(last(name), POSITIVE)
 
 
 @lru_cache(maxsize=4096)
 def last(name: str) -> str:
-    """`kz_N_per_um` of `joint.bottom.kz_N_per_um`."""
+    """Return the last part of a flat name: `kz_N_per_um` of `joint.bottom.kz_N_per_um`."""
     return name.rpartition(".")[2]
 
 
 def matters(changes: Mapping[str, float]) -> dict[str, float]:
-    """Of changed values, in order of their names, those that derivatives of the matrices may depend on: a factor on a
+    """Return those of the changed values, sorted by name, that derivatives of the matrices may depend on: a factor on a
     mode of the APA changes one entry of its own, so of these only damping counts, for the damping of all."""
     found = [n for n in changes if is_mechanical(n) and not n.startswith(MODE_STIFFNESS)]
     return {n: changes[n] for n in sorted(found)}
 
 
 def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[tuple[str, float], ...]:
-    """Of changed values that matter, those that the derivative of the matrices by a mechanical parameter depends on.
+    """Return those of the changed values that the derivative of the matrices by a mechanical parameter depends on.
     tied: there are rigid directions, and the coordinates turn with the offset."""
     no_matter: frozenset[str] = frozenset()
     if last(name) in _IN_PROPORTION:
@@ -144,18 +144,20 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
 
 @lru_cache(maxsize=4096)
 def is_of_body(name: str) -> bool:
-    """Whether a mechanical parameter changes the matrices of the APA itself, and not only what is fastened to it."""
+    """Return whether a mechanical parameter changes the matrices of the APA itself, and not only what is fastened to
+    it."""
     return name.startswith("apa.") and last(name) not in _OFFSET and not last(name).endswith("_stiffening")
 
 
 @lru_cache(maxsize=4096)
 def is_mode_factor(name: str) -> bool:
-    """Is it a factor on one of the APA's free modes? It changes one entry of its matrices and nothing else."""
+    """Return whether a parameter is a factor on one of the APA's free modes, which changes one entry of its matrices
+    and nothing else."""
     return name.startswith((MODE_STIFFNESS, MODE_DAMPING))
 
 
 def si(values: Mapping[str, float], name: str) -> float:
-    """Value of a parameter in SI units; its name says what it is given in."""
+    """Return the value of a parameter in SI units; the end of its name is the unit that it is given in."""
     for suffix in ("N_per_um", "um", "mm", "us"):
         if name.endswith("_" + suffix):
             return values[name] * _TO_SI[suffix]
@@ -163,7 +165,7 @@ def si(values: Mapping[str, float], name: str) -> float:
 
 
 def known(names: Iterable[str], allowed: Iterable[str]) -> None:
-    """Raises ModelError naming the first parameter that a model does not have."""
+    """Raise ModelError naming the first parameter that a model does not have."""
     have = allowed if isinstance(allowed, Mapping) else set(allowed)
     for name in names:
         if name not in have:
@@ -172,12 +174,12 @@ def known(names: Iterable[str], allowed: Iterable[str]) -> None:
 
 @lru_cache(maxsize=4096)
 def is_mechanical(name: str) -> bool:
-    """Whether a parameter changes the modes, and not only what is seen of them."""
+    """Return whether a parameter changes the modes, and not only what is seen of them."""
     return not name.startswith(_SEEN_ONLY)
 
 
 def in_range(values: Mapping[str, float]) -> None:
-    """Raises ModelError naming the first value that is not a number or out of its bounds."""
+    """Raise ModelError naming the first value that is not a number or out of its bounds."""
     for name, value in values.items():
         r = rule(name)
         if r.lo < value < r.hi and math.isfinite(value):
@@ -191,7 +193,8 @@ def in_range(values: Mapping[str, float]) -> None:
 
 
 def derivative_step(name: str, value: float) -> float:
-    """Step of a central difference in the parameter's own unit. Raises ModelError for an effect that is off."""
+    """Return the step of a central difference in the parameter's own unit. Raises ModelError for an effect that is
+    off."""
     if not math.isfinite(value):
         raise ModelError(f"{name} is {value:g}: the effect is off and has no derivative; give it a value")
     r = rule(name)

@@ -16,7 +16,7 @@ Values = Mapping[str, float]
 
 
 def joints_of(values: Values) -> tuple[Joint, Joint] | None:
-    """Bottom and top joint; both the same where the model names one; None without joints."""
+    """Return the bottom and the top joint; both the same if the model names one; None without joints."""
     if "joint.kRx_Nm_per_rad" in values:
         both = _joint(values, "joint")
         return both, both
@@ -41,7 +41,7 @@ def _joint(values: Values, prefix: str) -> Joint:
 
 
 def encoder_of(values: Values) -> Encoder | None:
-    """The encoder that a model's values describe; None without one."""
+    """Return the encoder that a model's values describe; None without one."""
     if "encoder.head_mass_kg" not in values:
         return None
     return Encoder(
@@ -55,27 +55,27 @@ def encoder_of(values: Values) -> Encoder | None:
 
 
 def _arm(values: Values, which: str) -> Array:
-    """(2,) [m]; the ruler is read where the head is, unless its own place is named."""
+    """Return (2,) [m]; the ruler is read where the head is, unless its own place is named."""
     names = (f"encoder.{which}_{axis}_mm" for axis in "xy")
     heads = (f"encoder.arm_{axis}_mm" for axis in "xy")
     return np.array([si(values, own if own in values else head) for own, head in zip(names, heads, strict=True)])
 
 
 def bench_of(values: Values, held: bool) -> Bench:
-    """The bench that a model's values describe, with the payload held or free."""
+    """Return the bench that a model's values describe, with the payload held or free."""
     return Bench(values["bench.payload_kg"], values["bench.guide_damping_N_s_per_m"], held)
 
 
 def offset_of(values: Values) -> Array:
-    """(3,) [m] of the line along which the APA pushes from the joints' axis: where the APA sits, and how far beside its
-    middle it pushes."""
+    """Return (3,) [m] of the line along which the APA pushes from the joints' axis: where the APA sits, and how far
+    beside its middle it pushes."""
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset
 
 
 def electrical_of(values: Values) -> Electrical:
-    """Converters, amplifier and sensor circuit that a model's values describe."""
+    """Return converters, amplifier and sensor circuit that a model's values describe."""
     in_ke = (
         values.get("constants.gs_V_per_N", math.nan) * si(values, "apa.ke_N_per_um") if _reads_force(values) else 0.0
     )

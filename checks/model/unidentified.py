@@ -28,14 +28,14 @@ class Element:
     zeros: tuple[Pair, ...]
 
     def factor(self, f: Array) -> Complex:
-        """(F,) at f (F,) [Hz]."""
+        """Return (F,) at f (F,) [Hz]."""
         out = np.full(f.shape, self.gain, dtype=complex)
         for pole, zero in zip(self.poles, self.zeros, strict=True):
             out *= _square(f, zero) / _square(f, pole)
         return out
 
     def values(self) -> dict[str, float]:
-        """By flat name."""
+        """Return its values by flat name."""
         head = f"{PREFIX}{self.channel}."
         out = {f"{head}gain": self.gain}
         for kind, pairs in (("pole", self.poles), ("zero", self.zeros)):
@@ -50,7 +50,7 @@ def _square(f: Array, pair: Pair) -> Complex:
 
 
 def element_of(values: Mapping[str, float], channel: str) -> Element | None:
-    """That of a channel among a model's values."""
+    """Return the unidentified element of a channel among a model's values; None if the channel has none."""
     head = f"{PREFIX}{channel}."
     if f"{head}gain" not in values:
         return None
@@ -64,13 +64,14 @@ def element_of(values: Mapping[str, float], channel: str) -> Element | None:
 
 
 def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | float:
-    """(F,) by which a channel is multiplied; one where a model has no such element."""
+    """Return (F,) by which a channel is multiplied; one if a model has no such element."""
     found = element_of(values, channel)
     return 1.0 if found is None else found.factor(f)
 
 
 def element(given: Mapping[str, object], where: str) -> Element:
-    """Of an entry of a model file. Raises ModelError naming the key, its value and what was expected."""
+    """Return the element that an entry of a model file describes. Raises ModelError naming the key, its value and what
+    was expected."""
     channel, gain = given.get("channel"), given.get("gain")
     if channel not in ("Vs", "de", "da"):
         raise ModelError(f"{where}: channel is {channel!r}; expected Vs, de or da")

@@ -29,11 +29,11 @@ _HEAVY = (
 def identify(
     reference: Superelement, start: FrameGeometry, max_steps: int = 60
 ) -> tuple[FrameGeometry, dict[str, float]]:
-    """The geometry whose figures come closest to the reference's, and the relative error left in each figure.
+    """Return the geometry whose figures come closest to the reference's, and the relative error left in each figure.
 
     Least squares on log ratios over the fourteen effective dimensions, from `start`, with a weak pull (2 % per 100 %)
     towards it, since the figures leave some directions (the sides of a box) nearly open.
-    Raises ModelError when a figure of the reference has the opposite sign to the start's.
+    Raises ModelError if a figure of the reference has the opposite sign to the start's.
     """
     target = figures(reference)
     first = figures(frame_apa(start))
@@ -64,7 +64,7 @@ def _weight(figure: str) -> float:
 
 
 def effective(g: FrameGeometry) -> Array:
-    """(14,) the identified dimensions, in the order in which `with_effective` takes them."""
+    """Return (14,) the identified dimensions, in the order in which `with_effective` takes them."""
     return np.array(
         [
             g.ceramic.E,
@@ -82,7 +82,7 @@ def effective(g: FrameGeometry) -> Array:
 
 
 def with_effective(g: FrameGeometry, values: Array) -> FrameGeometry:
-    """The geometry with other effective dimensions (14,)."""
+    """Return the geometry with other effective dimensions (14,)."""
     E, root_z, foot_z, t_root, t_foot, width, rise, *blocks = (float(v) for v in values)
     end_x, end_y, end_z, end_width, end_height, top_z, neck = blocks
     return replace(

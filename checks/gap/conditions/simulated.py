@@ -48,5 +48,5 @@ def share_open(corner_Hz: float) -> float:
 
 
 def drive(kind: ExperimentKind, value: float | None) -> float:
-    """Factor on the drive of every record."""
+    """Return factor on the drive of every record."""
     return value if kind is DRIVE_LEVEL and value is not None else 1.0

@@ -17,7 +17,7 @@ STEPS = 60  # halvings of an interval on a logarithmic scale
 def detection_limits(
     projected: Projected, effects: Iterable[Effect], slow: Slow | None, table: Thresholds
 ) -> dict[str, dict[str, float]]:
-    """Effect -> parameter -> size that would be seen with the stated power at the chance of the global test."""
+    """Return effect -> parameter -> size that would be seen with the stated power at the chance of the global test."""
     needed = _noncentrality(table)
     out = {}
     for effect in effects:
@@ -30,7 +30,7 @@ def detection_limits(
 
 
 def _noncentrality(table: Thresholds) -> float:
-    """Squared shift of a standard normal that a two-sided test sees with the stated power."""
+    """Return squared shift of a standard normal that a two-sided test sees with the stated power."""
     return float((stats.norm.isf(table.p_global / 2) + stats.norm.ppf(table.power)) ** 2)
 
 

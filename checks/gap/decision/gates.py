@@ -40,7 +40,7 @@ class HasResponse(Protocol):
 
     @property
     def response(self) -> Augmented:
-        """What was fitted."""
+        """Return what was fitted."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def kept(made: Sequence[Claim]) -> tuple[Claim, ...]:
 def claims(
     search: Search, found: SearchResult, final: Fit, full: Candidate, slow: Slow | None, left_out: Sequence[str] = ()
 ) -> tuple[Claim, ...]:
-    """Every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
+    """Return every named effect of the best explanation against its gates. left_out: channels that nothing explains."""
     out = []
     total = max(found.best.lnL - found.base.lnL, 1.0)
     for effect in found.best.response.effects:
@@ -145,7 +145,7 @@ def acts_alone(effect: Effect, response: Augmented, at: Values, data: Dataset) -
 
 
 def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
-    """Whether an effect that adds a mode has it within the half-widths of one of the strut's own. A lopsided APA
+    """Return whether an effect that adds a mode has it within the half-widths of one of the strut's own. A lopsided APA
     couples its modes otherwise, which no factor on them explains: a small mode there does, and means nothing."""
     values = response.of(at, effect.name)
     if not {"f_Hz", "damping_ratio"} <= values.keys() or not any(p.linear for p in effect.parameters):
@@ -156,7 +156,7 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
 
 
 def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -> bool:
-    """Whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
+    """Return whether the fitted values lie as far off those of no effect as a gain that counts asks for."""
     off = effect.off(full.response.model)
     names = [p.name for p in effect.parameters if p.linear and np.isfinite(off[p.name])]
     if not names:
@@ -167,8 +167,8 @@ def off_zero(table: Thresholds, effect: Effect, final: Fit, full: HasResponse) -
 
 
 def _on_its_ground(effect: Effect, u: UnmodelledMode) -> bool:
-    """Whether a stand-in acts where the effect must show: then the effect alone does not explain even its own channels.
-    What acts on all channels alike is no rival for one that does not."""
+    """Return whether a stand-in acts where the effect must show: then the effect alone does not explain even its own
+    channels. What acts on all channels alike is no rival for one that does not."""
     return set(u.channels) <= set(effect.channels)
 
 
@@ -198,7 +198,7 @@ def _judged(response: object, at: dict[str, float], search: Search) -> float:
 
 
 def _disturbed(full: Candidate, effect: Effect) -> bool:
-    """Whether a channel on which the effect acts holds a window that chance does not explain."""
+    """Return whether a channel on which the effect acts holds a window that chance does not explain."""
     response, data = full.response, full.unseen
     without = response.without(effect.name)
     at = {p.name: full.at.get(p.name, p.begin) for p in without.free()}
@@ -208,15 +208,15 @@ def _disturbed(full: Candidate, effect: Effect) -> bool:
 
 
 def _spread_out(full: Candidate, base: Candidate) -> bool:
-    """Whether what is left lies in no band, so that nothing says that it lies elsewhere, and weighs: where it is more
-    than chance at its worst (a p just below the limit is what one right explanation in a thousand has), or where the
-    tolerance could hold what was there before."""
+    """Return whether what is left lies in no band, so that nothing says that it lies elsewhere, and weighs: where it is
+    more than chance at its worst (a p just below the limit is what one right explanation in a thousand has), or where
+    the tolerance could hold what was there before."""
     weighs = full.adequacy.p < BEYOND_CHANCE * full.table.p_global or base.worst_G < full.table.G
     return weighs and not full.adequacy.windows
 
 
 def _astray(full: Candidate) -> bool:
-    """Whether a calibrated value lies so far off its prior that the calibration explains what it should not."""
+    """Return whether a calibrated value lies so far off its prior that the calibration explains what it should not."""
     free = [p for p in full.response.free() if np.isfinite(p.sd)]
     return any(abs(full.at[p.name] - p.prior) > full.table.pull * p.sd for p in free)
 
@@ -248,7 +248,7 @@ def nameless(
 
 
 def is_bent(slow: Slow, table: Thresholds) -> bool:
-    """Whether the static curve between drive and displacement bends beyond what is worth saying."""
+    """Return whether the static curve between drive and displacement bends beyond what is worth saying."""
     return abs(slow.bends.value) > max(table.bend, 6.0 * slow.bends.u)
 
 

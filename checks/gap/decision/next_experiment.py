@@ -82,7 +82,7 @@ def _words(before: str, kind: ExperimentKind, value: float) -> str:
 
 
 def _rival(name: str, effect: Effect, found: SearchResult, full: Candidate) -> Rival | None:
-    """None: other values of calibrated parameters."""
+    """Return none: other values of calibrated parameters."""
     if name not in EFFECTS:
         return None
     names = frozenset({*full.names, name} - {effect.name})
@@ -113,7 +113,7 @@ def separation(full: Candidate, effect: Effect, rival: Rival | None, A: Dataset,
 
 
 def _by_effect(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
-    """(F, C) of the response by the effect: by its size; as it is, where there is no size to take."""
+    """Return (F, C) of the response by the effect: by its size; as it is, if there is no size to take."""
     change = by_its_size(effect, full.response.model, every, at, data)
     if change is not None:
         return change

@@ -27,7 +27,7 @@ def panels(result: Result) -> dict[str, Panel]:
 
 
 def responses(result: Result) -> tuple[Complex, Complex]:
-    """(F, C) of the model before and after at the bins of the unseen records."""
+    """Return (F, C) of the model before and after at the bins of the unseen records."""
     data = result.before.data
     return tuple(p.response.frf(data.f, p.at, data.channels) for p in shown(result))  # type: ignore[return-value]
 
@@ -38,7 +38,8 @@ def shown(result: Result) -> tuple[Projected, Projected]:
 
 
 def disagreement(result: Result) -> Panel:
-    """Map over frequency and channel, before and after: log10 of the squared residual over noise and tolerance."""
+    """Return map over frequency and channel, before and after: log10 of the squared residual over noise and
+    tolerance."""
     data = result.before.data
     edges = np.geomspace(data.f[0], data.f[-1] * (1 + 1e-9), CELLS + 1)
     middle = np.sqrt(edges[1:] * edges[:-1])
@@ -56,7 +57,7 @@ def disagreement(result: Result) -> Panel:
 
 
 def _by_cell(f: Array, G: Array, edges: Array) -> Array:
-    """Mean within every cell; a cell without a bin takes the nearest bin's."""
+    """Return mean within every cell; a cell without a bin takes the nearest bin's."""
     place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, edges.size - 2)
     count = np.bincount(place, minlength=edges.size - 1)
     mean = np.bincount(place, G, minlength=edges.size - 1) / np.maximum(count, 1)
@@ -93,7 +94,7 @@ def _residual(result: Result, c: int, before: Complex, after: Complex) -> Panel:
 
 
 def smooth(f: Array, x: Array) -> tuple[Array, Array]:
-    """Root mean square within cells of 1 % of f: what the eye would see of the noise."""
+    """Return root mean square within cells of 1 % of f: what the eye would see of the noise."""
     place = np.floor(np.log(f / f[0]) / 0.01).astype(int)
     _, inverse, counts = np.unique(place, return_inverse=True, return_counts=True)
     mean = np.sqrt(np.bincount(inverse, x**2) / counts)
@@ -102,7 +103,8 @@ def smooth(f: Array, x: Array) -> tuple[Array, Array]:
 
 
 def errors(result: Result) -> Mapping[str, tuple[float, float, float, float]]:
-    """Channel -> rms of the level [dB] and of the phase [deg] before, then after, over bins that are not noise."""
+    """Return channel -> rms of the level [dB] and of the phase [deg] before, then after, over bins that are not
+    noise."""
     data = result.before.data
     out = {}
     before, after = responses(result)

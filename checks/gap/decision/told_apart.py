@@ -63,7 +63,8 @@ def settled(
     conditions: Conditions,
     table: Thresholds,
 ) -> Settled:
-    """full: the explanation that was found, with its values; made: its claims; rivals: what is not told apart."""
+    """Return full: the explanation that was found, with its values; made: its claims; rivals: what is not told
+    apart."""
     few = conditions.thinned(table.search_bins)
     state = _State(full.response, full.at, tuple(made), tuple(rivals))
     for claim in made:
@@ -102,7 +103,7 @@ def _one(
 def _against_values(
     state: _State, claim: Claim, effect: Effect, best: Explanation, few: Conditions, table: Thresholds
 ) -> _State:
-    """Whether an effect is needed where calibrated values may be anything."""
+    """Return whether an effect is needed where calibrated values may be anything."""
     alone = by_data_alone(best.response, effect)
     less = alone.without(effect.name)
     free = few.explained(alone, best.fit.at, far=True)
@@ -126,7 +127,7 @@ def _against_values(
 
 
 def _excluded(claimed: Effect, at: Values, effect: Effect, free: Fit, table: Thresholds) -> bool:
-    """Whether an effect as large as the claimed one would have shown."""
+    """Return whether an effect as large as the claimed one would have shown."""
     if effect is not claimed:
         return False
     names = [f"{effect.name}.{p.name}" for p in effect.parameters]
@@ -136,7 +137,7 @@ def _excluded(claimed: Effect, at: Values, effect: Effect, free: Fit, table: Thr
 
 
 def _moved(response: Augmented, fit: Fit, found: SearchResult) -> tuple[str, ...]:
-    """Calibrated values far from the model file, where they explain what no effect does."""
+    """Return calibrated values far from the model file, where they explain what no effect does."""
     model = found.base.response.model
     if response.model is found.best.response.model:
         return ()

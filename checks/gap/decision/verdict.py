@@ -51,7 +51,7 @@ def _from_slow(effect: Effect, found: SlowFinding) -> Named:
 
 
 def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds) -> tuple[Ambiguous, ...]:
-    """Other adequate explanations by name that unseen records do not tell from the best."""
+    """Return other adequate explanations by name that unseen records do not tell from the best."""
     names = found.best.names
     out = []
     for claim in good:
@@ -71,7 +71,7 @@ def not_told_apart(found: SearchResult, good: Sequence[Claim], table: Thresholds
 
 
 def imitated(full: Candidate, good: Sequence[Claim]) -> tuple[Ambiguous, ...]:
-    """Named effects that calibrated parameters imitate: only their priors speak for the effect."""
+    """Return named effects that calibrated parameters imitate: only their priors speak for the effect."""
     found = ((c.effect, imitation(full, c.effect)) for c in good)
     return tuple(
         Ambiguous((effect.name, f"other values of {', '.join(by)}"), effect.experiment.value)
@@ -89,7 +89,7 @@ def bent(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
 
 
 def word(adequate: bool, named: Sequence[Named], rivals: Sequence[Ambiguous], missing: Sequence[Nameless]) -> str:
-    """adequate: the whole explanation, on unseen records."""
+    """Return adequate: the whole explanation, on unseen records."""
     if adequate and not missing:
         if rivals:
             return AMBIGUOUS

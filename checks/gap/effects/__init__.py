@@ -14,7 +14,7 @@ from specs import plugins
 
 
 def effect_problem(effect: Any) -> str:
-    """What is wrong with an effect of another package, "" for nothing."""
+    """Return what is wrong with an effect of another package, "" for nothing."""
     if not isinstance(effect, Effect):
         return f"is a {type(effect).__name__}, expected an Effect"
     if not effect.channels or not effect.sources:
@@ -40,15 +40,15 @@ EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _own()}
 
 
 def effect_named(name: str) -> Effect:
-    """Raises ModelError naming the library."""
+    """Raise ModelError naming the library."""
     if name not in EFFECTS:
         raise ModelError(f"unknown effect '{name}' (known: {', '.join(EFFECTS)})")
     return EFFECTS[name]
 
 
 def with_effects(model: Model, effects: Sequence[tuple[str, Mapping[str, float]]]) -> Model:
-    """The model with effects (name, parameters) built in, in order. Raises ModelError for an effect or a parameter
-    that the model cannot hold."""
+    """Return the model with effects (name, parameters) built in, in order. Raises ModelError for an effect or a
+    parameter that the model cannot hold."""
     for name, parameters in effects:
         effect = effect_named(name)
         if not effect.in_model:

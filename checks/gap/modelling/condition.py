@@ -30,20 +30,21 @@ class Together:
     fixed: Values = field(default_factory=dict)
 
     def free(self, start: Values = NOTHING) -> list[Free]:
-        """Everything that is fitted: the response's own, then what has a value of its own under a condition."""
+        """Return everything that is fitted: the response's own, then what has a value of its own under a condition."""
         return [*self.base.free(start), *self.own(start)]
 
     def own(self, start: Values = NOTHING) -> list[Free]:
-        """What has a value of its own under a condition."""
+        """Return what has a value of its own under a condition."""
         return [replace(p, start=start.get(p.name, p.start)) for s in self.shifts for p in s.free]
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
-        """(F, C)."""
+        """Return (F, C)."""
         response, bare, values = self._under(changes, channels)
         return response.frf(f, values, bare)
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: tuple[str, ...]) -> Complex:
-        """(P, F, C) derivatives per unit of each name; zero for what has its own value under another condition."""
+        """Return (P, F, C) derivatives per unit of each name; zero for what has its own value under another
+        condition."""
         response, bare, values = self._under(changes, channels)
         seen = [n for n in names if n in values]
         out = np.zeros((len(names), f.size, len(channels)), dtype=complex)
@@ -55,7 +56,7 @@ class Together:
         return {p.name for p in self.base.free()}
 
     def _under(self, changes: Values, channels: tuple[str, ...]) -> tuple[Augmented, tuple[str, ...], Values]:
-        """The response under the channels' condition, their own names, and the values that it knows."""
+        """Return the response under the channels' condition, their own names, and the values that it knows."""
         condition = channels[0].partition(AT)[2]
         shift = next((s for s in self.shifts if s.name == condition), None)
         known = self._known | (set() if shift is None else shift.names)
@@ -65,5 +66,5 @@ class Together:
 
 
 def marked(data: Dataset, condition: str) -> Dataset:
-    """A dataset with its condition behind its channels."""
+    """Return a dataset with its condition behind its channels."""
     return replace(data, channels=tuple(f"{c}{AT}{condition}" for c in data.channels))

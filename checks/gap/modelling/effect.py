@@ -62,7 +62,7 @@ class Parameter:
         return not self.grid
 
     def targets(self, model: Model) -> tuple[str, ...]:
-        """The model's parameters that take (or add) the value; empty where the model has none of them."""
+        """Return the model's parameters that take (or add) the value; empty if the model has none of them."""
         return tuple(n for n in (*self.sets, *self.adds) if n in model.values)
 
 
@@ -126,47 +126,47 @@ class Effect:
         return next(p for p in self.parameters if p.name == name)
 
     def targets(self, model: Model, parameter: str) -> tuple[str, ...]:
-        """The model's parameters behind one of its own."""
+        """Return the model's parameters behind one of its own."""
         return self.parameter(parameter).targets(model)
 
     def stands_for(self, model: Model) -> tuple[str, ...]:
-        """The model's parameters behind all of its own."""
+        """Return the model's parameters behind all of its own."""
         return tuple(t for p in self.parameters for t in p.targets(model))
 
     @property
     def adds(self) -> bool:
-        """Whether its values count from the model's."""
+        """Return whether its values count from the model's."""
         return any(p.adds for p in self.parameters)
 
     @property
     def in_model(self) -> bool:
-        """Whether it is a matter of the model's parameters, so that a model can hold it."""
+        """Return whether it is a matter of the model's parameters, so that a model can hold it."""
         return bool(self.turns) or any(p.sets or p.adds for p in self.parameters)
 
     def fits(self, model: Model) -> bool:
-        """Whether a search of responses can look for it in this model."""
+        """Return whether a search of responses can look for it in this model."""
         if not self.parameters:
             return False
         return self.factor is not None or all(p.targets(model) for p in self.parameters)
 
     def off(self, model: Model) -> dict[str, float]:
-        """Values at which it does nothing to this model."""
+        """Return values at which it does nothing to this model."""
         return {p.name: _off(p, model) for p in self.parameters}
 
     def say(self, values: Values, half_widths: Values) -> str:
-        """The sentence with its numbers. half_widths: of their 95 % intervals."""
+        """Return the sentence with its numbers. half_widths: of their 95 % intervals."""
         turned = bool(self.below) and all(v < 0.0 for v in values.values())
         shown = {k: _short(abs(v) if turned else v, half_widths[k]) for k, v in values.items()}
         return (self.below if turned else self.sentence).format(**shown)
 
     def checked(self, values: Values) -> None:
-        """Raises ModelError where values are not those of its parameters."""
+        """Raise ModelError if values are not those of its parameters."""
         expected = {p.name for p in self.parameters}
         if values.keys() != expected:
             raise ModelError(f"effect '{self.name}' is given with {_listed(values)}; expected {_listed(expected)}")
 
     def changes(self, model: Model, values: Values) -> dict[str, float]:
-        """Changes of the model's values that it amounts to. Raises ModelError for what the model cannot hold."""
+        """Return changes of the model's values that it amounts to. Raises ModelError for what the model cannot hold."""
         self.checked(values)
         if self.turns:
             return {n: -model.values[n] for n in self._held(model, self.turns)}
@@ -190,18 +190,18 @@ def _listed(names: Mapping[str, float] | set[str]) -> str:
 
 
 def _off(p: Parameter, model: Model) -> float:
-    """A parameter that is calibrated anyway does nothing at the model's own value."""
+    """Return a parameter that is calibrated anyway does nothing at the model's own value."""
     targets = p.targets(model)
     return model.values[targets[0]] if math.isnan(p.off) and targets else p.off
 
 
 def _short(value: float, U: float) -> str:
-    """Three digits, and none beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
+    """Return three digits, and none beyond the second one of its uncertainty ([JCGM100] 7.2.6)."""
     if math.isfinite(U) and U > 0.0:
         value = float(rounded(value, U))
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
 def spread(lo: float, hi: float, n: int) -> tuple[float, ...]:
-    """n values equally spaced in their logarithm."""
+    """Return n values equally spaced in their logarithm."""
     return tuple(lo * (hi / lo) ** (i / (n - 1)) for i in range(n))

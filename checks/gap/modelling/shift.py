@@ -35,7 +35,8 @@ class Shift:
         return {o.free.name for o in self.own}
 
     def applied(self, changes: Values, values: Values, model: Values) -> dict[str, float]:
-        """Changes of a model's values under the condition. changes: without it; values: of what is its own too."""
+        """Return changes of a model's values under the condition. changes: without it; values: of what is its own
+        too."""
         out = dict(changes)
         for target, more in self.adds:
             out[target] = out.get(target, model[target]) + more

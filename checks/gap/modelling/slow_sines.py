@@ -33,13 +33,14 @@ class Slow:
 
     @property
     def model(self) -> Array:
-        """(L,) opening of every loop by the two shares."""
+        """Return (L,) opening of every loop by the two shares."""
         a = np.array([p.amplitude for p in self.loops])
         return np.asarray(self.constant.value + self.grows.value * a / a.max())
 
 
 def slow_record(record: Record, channel: str = "de") -> Slow | None:
-    """What the record of slow sines (channels Va and `channel`) says; None where it holds too few loops to say it."""
+    """Return what the record of slow sines (channels Va and `channel`) says; None if it holds too few loops to say
+    it."""
     cycles = last_cycles(record["Va"])
     if len(cycles) < MANY:
         return None
@@ -65,7 +66,8 @@ def slow_record(record: Record, channel: str = "de") -> Slow | None:
 
 
 def _bend(loops: tuple[Loop, ...]) -> ScalarEstimate:
-    """Third harmonic share of the response's middle line at the largest amplitude, beside that of the smallest."""
+    """Return third harmonic share of the response's middle line at the largest amplitude, beside that of the
+    smallest."""
     largest = loops[-1]
     v = largest.drive / largest.amplitude
     basis = np.column_stack([np.ones(v.size), v, v**2, v**3])

@@ -50,5 +50,5 @@ THRESHOLDS = Thresholds()
 
 
 def digest(table: Thresholds = THRESHOLDS) -> str:
-    """sha256 of the table."""
+    """Return sha256 of the table."""
     return hashlib.sha256(json.dumps(asdict(table), sort_keys=True).encode()).hexdigest()

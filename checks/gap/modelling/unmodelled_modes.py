@@ -57,11 +57,11 @@ class UnmodelledMode:
 
     @property
     def factor(self) -> Callable[[Values, Complex], Complex]:
-        """(values, s (F,)) -> (F,) by which the channel is multiplied."""
+        """Return (values, s (F,)) -> (F,) by which the channel is multiplied."""
         return self.shape.factor
 
     def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
-        """Frequencies [Hz] of the poles and the zeros."""
+        """Return frequencies [Hz] of the poles and the zeros."""
         if self.shape.name == "mode":
             f, r = values["f_Hz"], values["ratio"]
             return [f], [f * float(np.sqrt(abs(1.0 + r)))]
@@ -108,10 +108,10 @@ DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=5000.0, off=0.
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
-    """What a hysteresis of this relative width does to responses taken with noise of two levels, one below and one
-    above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything causal
-    (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal: [PS12] 3.4), and
-    another gain above. Nothing that counts as missing: the slow records measure it."""
+    """Return what a hysteresis of this relative width does to responses taken with noise of two levels, one below and
+    one above merge_Hz: a lag of each (the loop's area), the slope that goes with a lag of constant angle in anything
+    causal (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal: [PS12]
+    3.4), and another gain above. Nothing that counts as missing: the slow records measure it."""
     parameters = (
         Parameter("lag_below", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
         Parameter("lag_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),

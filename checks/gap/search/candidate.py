@@ -34,12 +34,12 @@ class Candidate:
 
     @property
     def lnL(self) -> float:
-        """Log-likelihood of B at the values from A, priors included, but for a constant."""
+        """Return log-likelihood of B at the values from A, priors included, but for a constant."""
         return -self._settled.cost
 
     @cached_property
     def _settled(self) -> Projected:
-        """The residual as it is: what the parameters could explain takes derivatives by all of them to know."""
+        """Return the residual as it is: what the parameters could explain takes derivatives by all of them to know."""
         return at_known(self.response, self.unseen, self.at)
 
     @cached_property
@@ -48,25 +48,25 @@ class Candidate:
 
     @property
     def adequate(self) -> bool:
-        """Chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error that
-        the tolerance could just explain bin by bin is still one."""
+        """Return chance explains what is left, and no channel is off by more than tolerance as a whole: a smooth error
+        that the tolerance could just explain bin by bin is still one."""
         return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
 
     @cached_property
     def channel_G(self) -> dict[str, float]:
-        """G of every channel on B."""
+        """Return G of every channel on B."""
         model = self.response.frf(self.unseen.f, self.at, self.unseen.channels)
         data = self.unseen.around(model)
         return {channel: g.G for channel, g in gaps([data], [data.H - model]).items()}
 
     @property
     def worst_G(self) -> float:
-        """Largest G of a channel on B."""
+        """Return largest G of a channel on B."""
         return max(self.channel_G.values())
 
     @property
     def gross(self) -> bool:
-        """Whether so much is left that what is linear here promises nothing."""
+        """Return whether so much is left that what is linear here promises nothing."""
         return self.worst_G > GROSS
 
     @property
@@ -75,6 +75,7 @@ class Candidate:
 
     @property
     def score(self) -> float:
-        """lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly better."""
+        """Return lnL less what parameters and stand-ins cost: a name is preferred to a stand-in that is hardly
+        better."""
         parameters = sum(len(m.parameters) for m in self.response.members)
         return self.lnL - 3.0 * parameters - self.table.parsimony * len(self.response.stand_ins)

@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def over(self) -> bool:
-        """What was found so far must do."""
+        """Return what was found so far must do."""
         return self.spent > self.most
 
 
@@ -150,8 +150,8 @@ class Search:
         return Candidate(r.response, r.at, r.cost, self.B, self.table)
 
     def extended(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
-        """Every member added to a candidate and fitted jointly, from the candidate's values and from the priors: a
-        calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
+        """Return every member added to a candidate and fitted jointly, from the candidate's values and from the priors:
+        a calibration that had to do without the effect may have gone astray. known: sets that need no other fit."""
         on_A = project(base.response, self.A, base.at)
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         every = [screen(on_A, m) for m in absent]
@@ -226,9 +226,10 @@ class Search:
         return c
 
     def swapped(self, c: Candidate) -> list[Candidate]:
-        """Candidates in which an effect takes the place of a member, from the other values of the candidate. With more
-        freedom than an effect, a stand-in may have come in first (a lag whose gain turns round is nearly a delay); and
-        a search for the right effect may have ended in a false minimum, where that for its neighbour did not."""
+        """Return candidates in which an effect takes the place of a member, from the other values of the candidate.
+        With more freedom than an effect, a stand-in may have come in first (a lag whose gain turns round is nearly a
+        delay); and a search for the right effect may have ended in a false minimum, where that for its neighbour did
+        not."""
         out = []
         for member in c.response.counted:
             less = c.response.without(member.name)
@@ -251,7 +252,7 @@ class Search:
         return self.go_on(begin(c.response, self.A, self._annealed(quick, own).at), MANY)
 
     def _to_the_end(self, refit: Refit) -> Refit:
-        """First with the scatter held, then with all that is free."""
+        """Return first with the scatter held, then with all that is free."""
         done = self.go_on(refit, MANY)
         return self.go_on(freed(done), POLISH) if done.response.held else done
 
@@ -298,5 +299,5 @@ def quicker(model: Model) -> Model:
 
 
 def _stood_for(member: Member, response: Augmented) -> set[str]:
-    """Calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
+    """Return calibrated parameters that an effect stands for: they go back to their priors when it comes in."""
     return set(member.stands_for(response.model)) if isinstance(member, Effect) else set()

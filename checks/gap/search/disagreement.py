@@ -87,17 +87,17 @@ class Beside:
 
     @cached_property
     def residual(self) -> Complex:
-        """(F, C) of B."""
+        """Return (F, C) of B."""
         return self.unseen.H - self.response.frf(self.unseen.f, self.at, self.unseen.channels)
 
     @cached_property
     def Q(self) -> Array:
-        """(K, C) what is left on B, by cell."""
+        """Return (K, C) what is left on B, by cell."""
         return left_by_cell(self.unseen, self.residual)
 
     @property
     def lnL(self) -> float:
-        """Profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
+        """Return profile log-likelihood of B over the sizes of the disagreement, but for a constant."""
         return -0.5 * TOLD * float(np.log(np.maximum(self.Q, 1.0)).sum()) - self.off_prior
 
 
@@ -166,7 +166,7 @@ def one_more(search: Search, state: Beside, among: Sequence[Member] = ()) -> lis
 
 
 def score_of(member: Member, b: Beside) -> float:
-    """lnL less what parameters cost, and less what a stand-in must be better by."""
+    """Return lnL less what parameters cost, and less what a stand-in must be better by."""
     return b.lnL - PER_PARAMETER * len(member.parameters) - (0.0 if isinstance(member, Effect) else STAND_IN)
 
 

@@ -27,8 +27,8 @@ class SearchResult:
 
 
 def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
-    """Smallest set of at most so many more members that is adequate on B; without one, the set that explains most.
-    width: partial explanations that are followed after the first round."""
+    """Return smallest set of at most so many more members that is adequate on B; without one, the set that explains
+    most. width: partial explanations that are followed after the first round."""
     beam = [base]
     tried: list[Candidate] = []
     for size in range(1, most + 1):

@@ -30,12 +30,12 @@ class HeldScatter:
     tail: Array
 
     def off(self, white: Array) -> Array:
-        """(n + q,) of whitened residuals (n,), the scatter at its best."""
+        """Return (n + q,) of whitened residuals (n,), the scatter at its best."""
         r = np.concatenate([white, self.tail])
         return np.asarray(r - self.Q @ (self.Q.T @ r))
 
     def turned(self, rows: Array) -> Array:
-        """(p, n + q) of whitened derivatives (p, n), the scatter following."""
+        """Return (p, n + q) of whitened derivatives (p, n), the scatter following."""
         r = np.concatenate([rows, np.zeros((rows.shape[0], self.tail.size))], axis=1)
         r -= (r @ self.Q) @ self.Q.T
         return r

@@ -42,7 +42,7 @@ class Refit:
 
 
 def begin(response: Augmented, data: Dataset, start: Mapping[str, float]) -> Refit:
-    """start: values by name; what it does not hold begins at its prior. Raises ModelError where that cannot be."""
+    """Return start: values by name; what it does not hold begins at its prior. Raises ModelError if that cannot be."""
     problem = _Problem(response, data, response.free(start))
     x = problem.begin()
     return Refit(response, data, problem.values(x), problem.cost(x), False)
@@ -132,7 +132,7 @@ class _Problem:
         return np.concatenate([white, self.weight @ (x - self.prior / self.unit)])
 
     def normal(self, x: Array, r: Array) -> tuple[Array, Array]:
-        """J'J and J'r."""
+        """Return j'J and J'r."""
         D = self.response.jacobian(self.data.f, self.names, self.values(x), self.data.channels)
         rest = r[r.size - len(self.weight) :]
         if self.scatter is None:

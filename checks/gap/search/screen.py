@@ -33,12 +33,12 @@ class Score:
 
     @property
     def p(self) -> float:
-        """Chance of so large a gain somewhere, when nothing is missing."""
+        """Return chance of so large a gain somewhere, when nothing is missing."""
         return float(min(1.0, self.looked * stats.chi2.sf(self.gain, self.dof)))
 
 
 def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
-    """Gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
+    """Return gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
     if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
         return score
     lacking = _too_small(projected, member)
@@ -104,7 +104,8 @@ def _too_small(projected: Projected, member: Member) -> list[float]:
 
 
 def _tried(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
-    """(gain, values) at every place of the grid that the model can hold, with the linear parameters at their best."""
+    """Yield (gain, values) at every place of the grid that the model can hold, with the linear parameters at their
+    best."""
     linear = [p for p in member.parameters if p.linear]
     shapes, changes = [], []
     for shape in _grid(projected, member, lacking):
@@ -143,12 +144,13 @@ def _along(
 
 
 def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
-    """(k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values itself."""
+    """Return (k, n) projected rows per unit of the linear parameters; with none, (1, n) of the effect at the values
+    itself."""
     return projected.rows(_changes(projected, member, values))
 
 
 def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
-    """(k, F, C) changes of the response that `directions` whitens."""
+    """Return (k, F, C) changes of the response that `directions` whitens."""
     data, base = projected.data, projected.response
     response = base.with_member(member)
     at = {**projected.at, **{f"{member.name}.{k}": v for k, v in values.items()}}

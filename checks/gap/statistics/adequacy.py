@@ -49,7 +49,8 @@ class Adequacy:
 
 
 def energies(projected: Projected) -> Array:
-    """(F, C) -2 ln p of every bin, with the spread of the estimated noise in it: chi-square of two under the null."""
+    """Return (F, C) -2 ln p of every bin, with the spread of the estimated noise in it: chi-square of two under the
+    null."""
     data = projected.data
     z = projected.by_bin(projected.left)
     x = 0.5 * np.abs(z) ** 2
@@ -64,7 +65,7 @@ def energies(projected: Projected) -> Array:
 
 
 def judge(projected: Projected, p_window: float) -> Adequacy:
-    """Windows with p below p_window are listed."""
+    """Return windows with p below p_window are listed."""
     e = energies(projected)
     channels = projected.data.channels
     found = [w for c, name in enumerate(channels) for w in _scan(e[:, c], projected.data.f, name, len(channels))]
@@ -103,7 +104,8 @@ def _apart(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
 
 
 def _joined(windows: list[ExcessBand]) -> tuple[ExcessBand, ...]:
-    """Windows side by side that stand out about as far are one band. By rising p, then by what stands out most."""
+    """Return windows side by side that stand out about as far are one band. By rising p, then by what stands out
+    most."""
     bands: list[ExcessBand] = []
     for w in sorted(windows, key=lambda w: (w.channel, w.first)):
         last = bands[-1] if bands else None

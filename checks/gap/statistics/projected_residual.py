@@ -30,31 +30,31 @@ class Projected:
 
     @cached_property
     def modelled(self) -> Complex:
-        """(F, C) response at the values."""
+        """Return (F, C) response at the values."""
         return self.response.frf(self.data.f, self.at, self.data.channels)
 
     @cached_property
     def left(self) -> Array:
-        """(n,) what the calibrated parameters cannot explain."""
+        """Return (n,) what the calibrated parameters cannot explain."""
         return self.off(self.r)
 
     def off(self, x: Array) -> Array:
-        """(..., n) without what lies along the parameters."""
+        """Return (..., n) without what lies along the parameters."""
         return x - (x @ self.Q) @ self.Q.T
 
     def rows(self, dH: Complex) -> Array:
-        """(..., n) whitened rows, projected, of changes of the response (..., F, C)."""
+        """Return (..., n) whitened rows, projected, of changes of the response (..., F, C)."""
         white = self.data.whitener(dH)
         zeros = np.zeros((*white.shape[:-1], len(self.pulled)))
         return self.off(np.concatenate([white, zeros], axis=-1))
 
     def by_bin(self, x: Array) -> Complex:
-        """(F, C) complex from the data's rows of x (n,): each of unit variance per real and imaginary part."""
+        """Return (F, C) complex from the data's rows of x (n,): each of unit variance per real and imaginary part."""
         return self.data.whitener.by_bin(x[: 2 * self.data.H.size])
 
     @property
     def pulls(self) -> dict[str, float]:
-        """Standard normal under the null: how far a calibrated value is pulled off its prior by data that it can
+        """Return standard normal under the null: how far a calibrated value is pulled off its prior by data that it can
         explain no other way."""
         last = len(self.pulled)
         room = 1.0 - np.sum(self.Q[-last:] ** 2, axis=1) if last else np.zeros(0)
@@ -63,7 +63,7 @@ class Projected:
 
     @property
     def cost(self) -> float:
-        """Half the squared residuals, before projection."""
+        """Return half the squared residuals, before projection."""
         return 0.5 * float(self.r @ self.r)
 
 
@@ -80,7 +80,7 @@ def project(response: Augmented, data: Dataset, at: Values) -> Projected:
 
 
 def _basis(rows: Array) -> Array:
-    """(n, q) orthonormal basis of rows (p, n), without directions that rounding alone tells from the others."""
+    """Return (n, q) orthonormal basis of rows (p, n), without directions that rounding alone tells from the others."""
     J = rows.T / np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
     Q, R = np.linalg.qr(J)
     U, s, _ = np.linalg.svd(R)

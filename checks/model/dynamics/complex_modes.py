@@ -38,7 +38,7 @@ class Sections:
     paired: NDArray[np.bool_]
 
     def at(self, w: Array) -> Complex:
-        """(c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
+        """Return (c, F) response at w (F,) [rad/s]. A pair is one real section of second order."""
         return summed(self._numerators, self._basis, self._swift(w), w)
 
     def _swift(self, w: Array) -> NDArray[np.bool_]:
@@ -46,7 +46,7 @@ class Sections:
         return self.paired & far(w2, w2 * self._damping, w)
 
     def _basis(self, which: NDArray[np.bool_], w: Array) -> Complex:
-        """(2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
+        """Return the products (2, p, F) of 1, then of s, over each section: over 1 - damping s + (s / w)^2."""
         damping, inverse_w2 = self._damping[which], self._inverse_w[which] ** 2
         real, imaginary = 1.0 - np.multiply.outer(inverse_w2, w * w), np.multiply.outer(damping, w)
         power = real**2 + imaginary**2
@@ -66,7 +66,7 @@ class Sections:
 
     @property
     def _numerators(self) -> Array:
-        """(c, 2, p)."""
+        """Return the coefficients (c, 2, p) of 1 and s in each section's numerator."""
         weight = np.where(self.paired, 2.0, 1.0)[:, None]
         rate = np.where(self.paired, 2.0, 0.0)[:, None] * (self.residues * np.conj(self.mu)[:, None]).real
         return np.stack([-(weight * self.residues.real).T, rate.T], axis=1)
@@ -82,22 +82,22 @@ class Modal(Sections):
     _outputs: Array
 
     def frf(self, f: Array) -> Complex:
-        """(F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
+        """Return (F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
         return self.at(2.0 * np.pi * f).T
 
     def static(self) -> Array:
-        """(c,) response at rest."""
+        """Return (c,) response at rest."""
         at_rest: Array = -np.einsum("pc,p->c", self.residues.real, np.where(self.paired, 2.0, 1.0))
         return at_rest
 
     def poles(self) -> Complex:
-        """Poles [rad/s], Im >= 0, by rising frequency; one per conjugate pair."""
+        """Return poles [rad/s], Im >= 0, by rising frequency; one per conjugate pair."""
         slow = np.abs(self.mu) > FAST
         poles = 1.0 / self.mu[slow]
         return poles[np.argsort(np.abs(poles))]
 
     def zeros(self, channel: str) -> Complex:
-        """Zeros [rad/s], Im >= 0, by rising frequency, of one channel.
+        """Return zeros [rad/s], Im >= 0, by rising frequency, of one channel.
 
         With v = 1/s the response is d + c W (v - W)^-1 (-g), so the zeros in v are eigenvalues of W - g c W / (c g).
         Raises ModelError for a channel without static gain, or an unknown one."""
@@ -131,7 +131,7 @@ class Eigen:
 
 @lru_cache(maxsize=8)
 def eigen(system: System) -> Eigen:
-    """The first-order form of a system, solved. Raises ModelError when its stiffness is not positive definite."""
+    """Return the first-order form of a system, solved. Raises ModelError if its stiffness is not positive definite."""
     W, T = energy_form(system)
     mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real where all of them are
     pushed = np.zeros((len(W), 1 + len(system.outputs)), dtype=complex)
@@ -140,7 +140,7 @@ def eigen(system: System) -> Eigen:
 
 
 def modal(system: System) -> Modal:
-    """Complex modes of a system. Raises ModelError when its stiffness is not positive definite."""
+    """Return the complex modes of a system. Raises ModelError if its stiffness is not positive definite."""
     form = eigen(system)
     n = len(form.T)
     g = np.concatenate([-form.T.T @ system.force, np.zeros(n)])
@@ -152,7 +152,7 @@ def modal(system: System) -> Modal:
 
 
 def energy_form(system: System) -> tuple[Array, Array]:
-    """W (2n, 2n) and the shapes T (n, n) of q = T y, with T^T K T = 1 and T^T M T = diag(1/w^2)."""
+    """Return W (2n, 2n) and the shapes T (n, n) of q = T y, with T^T K T = 1 and T^T M T = diag(1/w^2)."""
     try:
         m, T = linalg.eigh(system.M, system.K, driver="gvd", check_finite=False)
     except linalg.LinAlgError as e:
@@ -169,7 +169,7 @@ def energy_form(system: System) -> tuple[Array, Array]:
 
 
 def direct_frf(system: System, f: Array) -> Complex:
-    """(F, c) response at f (F,) [Hz] by solving the matrices anew at each frequency: slow, to test against."""
+    """Return (F, c) response at f (F,) [Hz] by solving the matrices anew at each frequency: slow, to test against."""
     H = np.empty((f.size, len(system.channels)), dtype=complex)
     for i, w in enumerate(2.0 * np.pi * f):
         H[i] = system.outputs @ np.linalg.solve(system.K + 1j * w * system.C - w * w * system.M, system.force)

@@ -35,7 +35,7 @@ class SymmetricBlock:
     entries: Array
 
     def congruent(self, P: Array) -> Array:
-        """P' A P (p, p) for P (.., p)."""
+        """Return P' A P (p, p) for P (.., p)."""
         part = P[self.rows]
         return np.asarray(part.T @ self.entries @ part)
 
@@ -56,26 +56,27 @@ Shapes = TypeVar("Shapes", Array, Complex)
 
 
 def reached(system: System, P: Shapes) -> Shapes:
-    """(r, p): the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves."""
+    """Return (r, p): the motions that parts are fastened to in the shapes P (n, p), then the shapes themselves."""
     return P if system.motions is None else np.concatenate([system.motions @ P, P])
 
 
 def change_of_system(above: System, below: System, h: float) -> Change:
-    """Central difference of a system over -h..h: exact but for rounding in what enters its matrices in proportion or as
-    a square. Both systems must be in the same coordinates."""
+    """Return the central difference of a system over -h..h: exact but for rounding in what enters its matrices in
+    proportion or as a square. Both systems must be in the same coordinates."""
     m = 0 if above.motions is None else len(above.motions)
     return _change(above, below, _slope(above.force, below.force, h), h, (m, 0))
 
 
 def change_of_fastened(above: Fastened, below: Fastened, h: float, size: int) -> Change:
-    """The same where only what is fastened to the APA differs. size: coordinates of the system."""
+    """Return the same where only what is fastened to the APA differs. size: coordinates of the system."""
     return _change(above, below, np.zeros(len(above.K)), h, (0, size))
 
 
 def _change(
     above: System | Fastened, below: System | Fastened, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
-    """beside: how much of what is reached lies before and behind what both read."""
+    """Return the change of a system from that of its matrices; beside: how much of what is reached lies before and
+    behind what both read."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
     return Change(M, C, K, np.pad(force, beside), np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), beside)))
 
@@ -86,7 +87,7 @@ def _slope(above: Array, below: Array, h: float) -> Array:
 
 
 def _block(D: Array, first: int) -> SymmetricBlock | None:
-    """first: where D begins among what is reached."""
+    """Return first: where D begins among what is reached."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 
@@ -107,8 +108,9 @@ NO_MODES = Modes(np.zeros((0, 0)), np.zeros(0), np.zeros(0))
 def derivatives(
     system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
 ) -> Complex:
-    """(P + 2 m, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form: by the changes, then by
-    the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in this order.
+    """Return (P + 2 m, S, c) derivatives of the responses at s (S,) [rad/s], with damping of any form: by the changes,
+    then by the factors on the modes' stiffness, then by those on their damping; kept: only these of them, in this
+    order.
 
     In memory the channels come before the frequencies: what follows runs along frequencies."""
     x, y = _states(system, s)
@@ -120,8 +122,8 @@ def derivatives(
 
 
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
-    """(r, S) what is `reached` of the coordinates that a force of one newton moves, and (c, r, S) of those that forces
-    along each row of the outputs move."""
+    """Return what is `reached` (r, S) of the coordinates that a force of one newton moves, and (c, r, S) of those that
+    forces along each row of the outputs move."""
     by_parts = receptances(system, s.imag[1:]) if s.size > 1 and s[0] == 0.0 else None
     if by_parts is not None:
         x, *y = by_parts.reached(s.imag)
@@ -135,13 +137,13 @@ def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
 
 
 def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
-    """(2 m, c, S): of a mode's factor it is the product of how far the force and the output's force move it."""
+    """Return (2 m, c, S): of a mode's factor it is the product of how far the force and the output's force move it."""
     both = -product(modes.rows, x)[:, None] * product(modes.rows, y).swapaxes(0, 1)
     return np.concatenate([both * modes.stiffness[:, None, None], both * np.multiply.outer(modes.damping, s)[:, None]])
 
 
 def _by_changes(changes: Sequence[Change], s: Complex, x: Complex, y: Complex) -> Complex:
-    """(P, c, S)."""
+    """Return the derivatives (P, c, S)."""
     out = np.array([d.outputs @ x for d in changes]).reshape(len(changes), len(y), s.size)
     for each, d in zip(out, changes, strict=True):
         if d.force.any():
@@ -156,7 +158,7 @@ def _by_changes(changes: Sequence[Change], s: Complex, x: Complex, y: Complex) -
 def modal_derivatives(
     system: System, changes: Sequence[Change], s: Complex, modes: Modes = NO_MODES, kept: Sequence[int] | None = None
 ) -> Complex:
-    """The same, each real mode damped by itself."""
+    """Return the same derivatives if each real mode is damped by itself."""
     w2, P = real_modes(system)
     C, R = P.T @ system.C @ P, reached(system, P)
     force, outputs = P.T @ system.force, system.outputs @ P
@@ -177,7 +179,7 @@ def modal_derivatives(
     rate, A = np.diag(C), A.reshape(len(A) * len(outputs), 3, w2.size)
 
     def basis(which: NDArray[np.bool_], w: Array) -> Complex:
-        """(3, n, S) of p = 1 / (w2 + rate s + s^2) itself, -p^2 and -s p^2."""
+        """Return (3, n, S): p = 1 / (w2 + rate s + s^2) itself, -p^2 and -s p^2."""
         poles = 1.0 / (w2[which][:, None] + np.multiply.outer(rate[which], 1j * w) - w * w)
         squares = -poles * poles
         return np.array([poles, squares, 1j * w * squares])
@@ -187,8 +189,9 @@ def modal_derivatives(
 
 
 def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_MODES) -> tuple[Array, Array]:
-    """(n,) squared frequencies [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the changes, by the
-    factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as `real_modes` does."""
+    """Return (n,) squared frequencies [rad2/s2] of the real modes, and their derivatives (P + 2 m, n) by the changes,
+    by the factors on the modes' stiffness, and by those on their damping (none). Raises ModelError as `real_modes`
+    does."""
     w2, P = real_modes(system)
     R = reached(system, P)
     own = [_diagonal(d.K, R) - w2 * _diagonal(d.M, R) for d in changes]
@@ -199,7 +202,8 @@ def square_slopes(system: System, changes: Sequence[Change], modes: Modes = NO_M
 def _of_modes(
     modes: Modes, P: Array, C: Array, force: Array, outputs: Array, apart: Array
 ) -> tuple[Array, Array, Array]:
-    """(2 m, c, n) each: derivatives of residues, of squared frequencies and of rates of damping, both as they enter."""
+    """Return (2 m, c, n) each: derivatives of residues, of squared frequencies and of rates of damping, both as they
+    enter."""
     p = modes.rows @ P  # (m, n)
     own, closeness = p * modes.stiffness[:, None], 1.0 / apart
     np.fill_diagonal(closeness, 0.0)
@@ -218,8 +222,8 @@ def _of_modes(
 
 
 def _turn(d: Change, R: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
-    """(n, n) share [j, i] of shape j in the derivative of shape i, and (n,) derivatives of the squared frequencies. R
-    (r, n): what is `reached` of the shapes."""
+    """Return the share [j, i] (n, n) of shape j in the derivative of shape i, and (n,) derivatives of the squared
+    frequencies. R (r, n): what is `reached` of the shapes."""
     nothing = np.zeros((w2.size, 1))
     K = d.K.congruent(R) if d.K else nothing
     M = d.M.congruent(R) if d.M else nothing
@@ -231,7 +235,7 @@ def _turn(d: Change, R: Array, w2: Array, apart: Array) -> tuple[Array, Array]:
 
 
 def _diagonal(block: SymmetricBlock | None, R: Array) -> Array:
-    """(n,) of R' A R."""
+    """Return the diagonal (n,) of R' A R."""
     if block is None:
         return np.zeros(R.shape[1])
     part = R[block.rows]

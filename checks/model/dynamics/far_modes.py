@@ -20,16 +20,16 @@ Basis = Callable[[NDArray[np.bool_], Array], Complex]  # which modes, frequencie
 
 
 def far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
-    """(n,) which of the modes 1 / (w2 + rate s + s^2) need only a few points of w (F,) [rad/s]. An overdamped one has a
-    slow pole, wherever its w2 lies."""
+    """Return which of the modes (n,) 1 / (w2 + rate s + s^2) need only a few points of w (F,) [rad/s]. An overdamped
+    one has a slow pole, wherever its w2 lies."""
     if w.size < MANY or not w.max() > 0.0:
         return np.zeros(w2.size, dtype=bool)
     return np.asarray((w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2))
 
 
 def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Complex:
-    """(m, S) sums at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that are `swift`
-    summed at a few frequencies.
+    """Return (m, S) sums at w (S,) [rad/s] of A (m, k, n) times k functions of each of n modes, those of them that are
+    `swift` summed at a few frequencies.
 
     One real product by whatever is complex in it, real and imaginary parts side by side."""
     rows = _flat(A[..., ~swift])
@@ -43,19 +43,19 @@ def summed(A: Array, basis: Basis, swift: NDArray[np.bool_], w: Array) -> Comple
 
 
 def _flat(A: Array) -> Array:
-    """(m, k n) of (m, k, n)."""
+    """Return A (m, k, n) with its last two axes as one (m, k n)."""
     return A.reshape(len(A), A.shape[1] * A.shape[2])
 
 
 def product(A: Array, z: Complex) -> Complex:
-    """A (m, n) real by z (..., n, S) complex, each z in one piece."""
+    """Return the product of a (m, n) real and z (..., n, S) complex, each z in one piece."""
     return np.asarray((A @ z.view(float)).view(complex))
 
 
 @lru_cache(maxsize=64)
 def _points(band: bytes) -> tuple[Array, Array]:
-    """(K,) [rad/s] Chebyshev points in w^2 of the band that ends with w (F,), given as its bytes, and what each counts
-    for at w, (K, F). Remembered: a search asks for the same few bands all the time."""
+    """Return (K,) [rad/s] Chebyshev points in w^2 of the band that ends with w (F,), given as its bytes, and what each
+    counts for at w, (K, F). Cached, because a search asks for the same few bands all the time."""
     w = np.frombuffer(band)
     top, order = w.max() ** 2, np.arange(POINTS)
     angles = (order + 0.5) * np.pi / POINTS

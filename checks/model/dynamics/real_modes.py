@@ -16,7 +16,7 @@ MASSLESS = 1e-12  # of the largest 1 / w^2: round-off of a coordinate without ma
 
 @lru_cache(maxsize=8)
 def real_modes(system: System) -> tuple[Array, Array]:
-    """w^2 (n,) [rad2/s2], rising, and shapes P (n, n) of unit mass of the undamped system.
+    """Return w^2 (n,) [rad2/s2], rising, and shapes P (n, n) of unit mass of the undamped system.
 
     Solved for 1 / w^2, which keeps all digits of the slow modes: the band holds the slowest seven of thirty. Raises
     ModelError for a coordinate without mass or an assembly that is not held."""
@@ -31,7 +31,7 @@ def real_modes(system: System) -> tuple[Array, Array]:
 
 
 def real_modal(system: System) -> Modal:
-    """`modal(modally_damped(system))`, from the real modes alone (Geradin & Rixen, 3.1.2).
+    """Return `modal(modally_damped(system))`, from the real modes alone (Geradin & Rixen, 3.1.2).
 
     With modes P of unit mass, P^T C P taken as diag(2 z w), each mode is one pair of poles w (-z +- i sqrt(1 - z^2))
     and its response a b / (w^2 + 2 z w s + s^2). Raises ModelError as `real_modes` does."""

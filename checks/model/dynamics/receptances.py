@@ -38,18 +38,18 @@ class Receptances:
         return self.system.channels
 
     def frf(self, f: Array) -> Complex:
-        """(F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
+        """Return (F, c) response at f (F,) [Hz]; in memory each channel lies in one piece."""
         u, _ = _moved(self.parts, (2.0 * np.pi * f).tobytes())
         return np.asarray(product(self.parts.outputs, np.ascontiguousarray(u[:, 0])).T)
 
     def static(self) -> Array:
-        """(c,) response at rest."""
+        """Return (c,) response at rest."""
         at_rest: Array = self.system.outputs @ _at_rest(self.system)[:, 0]
         return at_rest
 
     def reached(self, w: Array) -> Complex:
-        """(1 + c, r, F) at w (F,) [rad/s], the first of them zero: motions, then coordinates, under one newton of drive
-        and under a force along each output."""
+        """Return (1 + c, r, F) at w (F,) [rad/s], the first of them zero: motions, then coordinates, under one newton
+        of drive and under a force along each output."""
         system, parts = self.system, self.parts
         x = _at_rest(system)
         still = np.concatenate([parts.motions @ x, x]).T[:, :, None].astype(complex)
@@ -61,14 +61,15 @@ class Receptances:
 
 
 def receptances(system: System, w: Array) -> Receptances | None:
-    """For responses at w (F,) [rad/s]. None for a system that is not known by its parts, or where w lies too low."""
+    """Return the receptances for responses at w (F,) [rad/s]; None if the system is not known by its parts or w lies
+    too low."""
     return None if system.parts is None or w.min() < LOWEST else Receptances(system, system.parts)
 
 
 @lru_cache(maxsize=8)
 def _moved(parts: Parts, band: bytes) -> tuple[Complex, Complex]:
-    """(m, 1 + c, F) every motion, and forces on the APA's motions, under one newton of drive and under a force along
-    each output. Remembered: derivatives are asked for where a response was."""
+    """Return (m, 1 + c, F) every motion, and forces on the APA's motions, under one newton of drive and under a force
+    along each output. Cached, because derivatives are asked for at values where a response was computed."""
     w = np.frombuffer(band)
     load = np.column_stack([parts.drive, parts.outputs.T])
     on_apa = load.copy()
@@ -94,7 +95,7 @@ def _frequencies_last(a: Complex) -> Complex:
 
 
 def _receptance(parts: Parts, w: Array) -> Complex:
-    """(F, m, m) of the free APA between its motions; zero where the payload's is one."""
+    """Return the receptances (F, m, m) of the free APA between its motions; zero for the payload's motion."""
     rows = parts.motions[:, :-1]
     i, j = np.triu_indices(len(rows))
 
@@ -108,14 +109,14 @@ def _receptance(parts: Parts, w: Array) -> Complex:
 
 
 def _each(parts: Parts, w: Array, which: NDArray[np.bool_] | slice = slice(None)) -> Complex:
-    """(k, F) response of each free mode to a force of one newton along it."""
+    """Return the response (k, F) of each free mode to a force of one newton along it."""
     stiffness: Complex = parts.w2[which][:, None] + np.multiply.outer(parts.rate[which], 1j * w) - w * w
     return 1.0 / stiffness
 
 
 @lru_cache(maxsize=8)
 def _at_rest(system: System) -> Array:
-    """(n, 1 + c) coordinates under such forces that do not change. Raises NotHeld."""
+    """Return the coordinates (n, 1 + c) under such forces if these are constant. Raises NotHeld."""
     try:
         factor = linalg.cho_factor(system.K, check_finite=False)
     except linalg.LinAlgError as e:

@@ -42,7 +42,7 @@ class ApaBody:
 
 
 def superelement_body(s: Superelement) -> ApaBody:
-    """The superelement as it is, unreduced, damped in its free-free elastic modes."""
+    """Return the superelement as it is, unreduced, damped in its free-free elastic modes."""
     sensor, actuator = s.elongation(s.nodes.sensor), s.elongation(s.nodes.actuator)
     K, M = (s.K + s.K.T) / 2, (s.M + s.M.T) / 2
     return ApaBody(
@@ -61,7 +61,8 @@ def superelement_body(s: Superelement) -> ApaBody:
 
 
 def free_free_damping(K: Array, M: Array) -> Array:
-    """(n, n) matrix that gives every elastic mode of the free body a damping ratio of 1 (Geradin & Rixen, 3.3)."""
+    """Return the matrix (n, n) that gives every elastic mode of the free body a damping ratio of 1 (Geradin & Rixen,
+    3.3)."""
     w2, modes = linalg.eigh(K, M)
     momenta = M @ modes[:, ELASTIC_FROM:]
     damping: Array = (momenta * (2.0 * np.sqrt(w2[ELASTIC_FROM:]))) @ momenta.T
@@ -69,7 +70,8 @@ def free_free_damping(K: Array, M: Array) -> Array:
 
 
 def stiffness_across(s: Superelement, elongation: Array) -> float:
-    """Static stiffness [N/m] felt by a pair of forces along an elongation row; the bottom is held against drift."""
+    """Return the static stiffness [N/m] felt by a pair of forces along an elongation row; the bottom is held against
+    drift."""
     held = s.dofs(s.nodes.bottom)
     free = np.setdiff1d(np.arange(s.size), np.arange(held.start, held.stop))
     v = elongation[free]

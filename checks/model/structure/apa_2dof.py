@@ -19,7 +19,7 @@ _SIZE = 8  # coordinates: six motions of the bottom, the elongation of the shell
 def two_dof_body(
     k: float, ke: float, ka: float, c: float, ce: float, ca: float, height: float, name: str = "2dof"
 ) -> ApaBody:
-    """k, ke, ka [N/m], c, ce, ca [N s/m], height [m] between the interfaces.
+    """Return k, ke, ka [N/m], c, ce, ca [N s/m], height [m] between the interfaces.
 
     The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and the
     sensor stack is read as the elongation of ke - the signs of a shell, and of ga and gs in [STB] 4.2.
@@ -50,6 +50,6 @@ def _row(entries: dict[int, float]) -> Array:
 
 
 def _springs(shell: float, sensor: float, actuator: float) -> Array:
-    """(8, 8) matrix of three springs, or of three dampers."""
+    """Return the (8, 8) matrix of three springs, or of three dampers."""
     rows = (_row({_APA: 1.0}), _row({_APA: 1.0, _KA: -1.0}), _row({_KA: 1.0}))
     return sum((s * np.outer(r, r) for s, r in zip((shell, sensor, actuator), rows, strict=True)), np.zeros((8, 8)))

@@ -54,10 +54,10 @@ def fasten(
     offset: Array,
     stack_stiffening: tuple[float, float] = (0.0, 0.0),
 ) -> Fastened:
-    """joints: bottom and top; None: the APA is clamped to the granite and to the payload, and the bench's own encoder
-    reads the payload. encoder: None: no encoder fixed to the strut, no de. offset (3,) [m] of the APA from the joints'
-    axis, the same at both ends. stack_stiffening [N/m]: what open circuits add across the sensor and the actuator
-    stacks."""
+    """Return the strut assembled on its bench. joints: bottom and top; None: the APA is clamped to the granite and to
+    the payload, and the bench's own encoder reads the payload. encoder: None: no encoder fixed to the strut, no de.
+    offset (3,) [m] of the APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: what open circuits
+    add across the sensor and the actuator stacks."""
     b = Builder(MOTIONS)
     payload = np.zeros((6, MOTIONS))
     payload[Z] = PAYLOAD
@@ -90,9 +90,9 @@ def fasten(
 
 
 def assemble(apa: ApaBody, damping_ratio: float, fastened: Fastened) -> System:
-    """System from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the encoder's
-    reading and the payload's z [m]: channels Vs, de, da. Its last coordinate is the payload's z, unless ties leave
-    fewer coordinates, which keep every rigid direction rigid."""
+    """Return the system from a force pair of 1 N on the actuator stacks to the elongation of the sensor stack, the
+    encoder's reading and the payload's z [m]: channels Vs, de, da. Its last coordinate is the payload's z, unless ties
+    leave fewer coordinates, which keep every rigid direction rigid."""
     motions = _motions(apa)
     M, C, K = (motions.T @ A @ motions for A in (fastened.M, fastened.C, fastened.K))
     M[:-1, :-1] += apa.M
@@ -112,7 +112,7 @@ def _parts(apa: ApaBody, damping_ratio: float, f: Fastened, motions: Array) -> P
 
 
 def _motions(apa: ApaBody) -> Array:
-    """(15, n) rows that read the fifteen motions from the APA's coordinates and the payload's."""
+    """Return (15, n) rows that read the fifteen motions from the APA's coordinates and the payload's."""
     rows = np.zeros((MOTIONS, apa.size + 1))
     rows[:, :-1] = np.vstack([apa.bottom, apa.top, np.zeros(apa.size), apa.sensor, apa.actuator])
     rows[AT_PAYLOAD, -1] = 1.0
@@ -120,5 +120,6 @@ def _motions(apa: ApaBody) -> Array:
 
 
 def _to_axis(offset: Array, along: float) -> Array:
-    """From an APA's interface to the point of the joints' axis at `along` [m] from where the interface should be."""
+    """Return the vector (3,) [m] from an APA's interface to the point of the joints' axis at height `along` above its
+    nominal place."""
     return np.array([-offset[0], -offset[1], along - offset[2]])

@@ -24,7 +24,7 @@ class Material:
 
     @property
     def G(self) -> float:
-        """Shear modulus [Pa]."""
+        """Return the shear modulus [Pa]."""
         return self.E / (2.0 * (1.0 + self.nu))
 
 
@@ -45,14 +45,15 @@ class Beams:
 
 
 def torsion_constant(width: Array, height: Array) -> Array:
-    """St Venant's torsion constant [m4] of a rectangle ([ROARK02] table 10.1, case 4; within 0.5 %)."""
+    """Return St Venant's torsion constant [m4] of a rectangle ([ROARK02] table 10.1, case 4; within 0.5 %)."""
     a, b = np.maximum(width, height), np.minimum(width, height)
     constant: Array = a * b**3 * (1.0 / 3.0 - 0.21 * (b / a) * (1.0 - (b / a) ** 4 / 12.0))
     return constant
 
 
 def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:
-    """Deflection N, rotation T and its slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points) each.
+    """Return the deflection N, rotation T and its slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points)
+    each.
 
     Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) ([FK93] eq. 14-17).
     """
@@ -81,9 +82,9 @@ def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:
 
 
 def bending(length: Array, EI: Array, GA: Array, rho_A: Array, rho_I: Array) -> tuple[Array, Array]:
-    """Stiffness and consistent mass (n, 4, 4) of bending in one plane.
+    """Return the stiffness and consistent mass (n, 4, 4) of bending in one plane.
 
-    The dofs are (w1, t1, w2, t2), deflection and rotation; t is dw/dx where there is no shear.
+    The dofs are (w1, t1, w2, t2), deflection and rotation; t is dw/dx if there is no shear.
     EI [N m2], GA = kappa G A [N], rho_A [kg/m], rho_I [kg m] rotary inertia per length.
     """
     phi = 12.0 * EI / (GA * length**2)
@@ -105,7 +106,7 @@ def _put(target: Array, block: Array, dofs: tuple[int, ...], signs: tuple[float,
 
 
 def local_matrices(beams: Beams) -> tuple[Array, Array]:
-    """K, M (n, 12, 12) along each element's own axes: x along it, y the frame's y, z across both."""
+    """Return K, M (n, 12, 12) along each element's own axes: x along it, y the frame's y, z across both."""
     mat, b, h = beams.material, beams.width, beams.height
     L, A = np.linalg.norm(beams.axis, axis=1), b * h
     if not (np.isfinite(L).all() and (L > 0).all() and (A > 0).all()):
@@ -127,7 +128,7 @@ def local_matrices(beams: Beams) -> tuple[Array, Array]:
 
 
 def _to_local(beams: Beams) -> Array:
-    """(n, 12, 12) from the motion of the two nodes to that of the elastic ends in local axes."""
+    """Return (n, 12, 12) from the motion of the two nodes to that of the elastic ends in local axes."""
     ex = beams.axis / np.linalg.norm(beams.axis, axis=1)[:, None]
     if np.abs(ex[:, 1]).max() > 1e-9:
         raise ModelError("a beam of the frame must lie in the x-z plane, as its section is given along y")

@@ -8,10 +8,10 @@ from checks.errors import ModelError
 
 
 def craig_bampton(K: Array, M: Array, interface: int, modes: int) -> tuple[Array, Array]:
-    """K, M reduced to the first `interface` dofs, kept as they are, and `modes` modal dofs with unit modal mass.
+    """Return K, M reduced to the first `interface` dofs, kept as they are, and `modes` modal dofs with unit modal mass.
 
     K, M (n, n) with the interface first; returns two (interface + modes, interface + modes). Exact at rest for loads on
-    the interface ([CB68]). Raises ModelError when the interior is not held by it.
+    the interface ([CB68]). Raises ModelError if the interior is not held by it.
     """
     inside = K.shape[0] - interface
     if not 0 <= modes <= inside:

@@ -23,22 +23,23 @@ class Encoder:
     ruler_arm: Array
 
     def ruler_place(self, bottom: Array) -> Array:
-        """(6, n) motion of the ruler's centre of mass."""
+        """Return the motion (6, n) of the ruler's centre of mass."""
         return lever(self.com) @ bottom
 
     def head_place(self, top: Array) -> Array:
-        """(6, n) motion of the head's centre of mass."""
+        """Return the motion (6, n) of the head's centre of mass."""
         return lever(self.com * np.array([1.0, 1.0, -1.0])) @ top
 
     def reading(self, bottom: Array, top: Array) -> Array:
-        """(n,) what it reads [m]: the difference in z of the two points, so the ends' rotations count."""
+        """Return the row (n,) of its reading [m]: the difference in z of the two points, so the ends' rotations
+        count."""
         head, ruler = (lever((x, y, 0.0))[2] for x, y in (self.arm, self.ruler_arm))
         row: Array = head @ top - ruler @ bottom
         return row
 
 
 def bracket(f: Array, f_Hz: float, damping_ratio: float) -> Complex:
-    """(F,) factor of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
+    """Return (F,) factor of a head on a flexible bracket: w^2 / (s^2 + 2 z w s + w^2); one for an infinite f_Hz."""
     x = 1j * f / f_Hz
     factor: Complex = 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)
     return factor

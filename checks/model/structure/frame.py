@@ -34,13 +34,14 @@ class _Net:
     def beam(
         self, material: Material, a: int, b: int, width: float, height: float, at_a: ArrayLike | None = None
     ) -> None:
-        """Member from node a to node b; at_a: where it starts, when that is not at node a but rigidly held by it."""
+        """Add a member from node a to node b; at_a (3,) [m]: its start, if that is not node a itself but a point
+        rigidly held by it."""
         start = self.points[a] if at_a is None else np.asarray(at_a, dtype=float)
         offset = np.array([start - self.points[a], np.zeros(3)])
         self.members[material].append(((a, b), self.points[b] - start, width, height, offset))
 
     def box(self, ends: tuple[int, int], material: Material, sides: tuple[float, float, float], center: Array) -> None:
-        """A solid box with its sides along the axes; half of its mass and inertia moves with each of two nodes."""
+        """Add a solid box with its sides along the axes; half of its mass and inertia moves with each of two nodes."""
         mass = material.rho * float(np.prod(sides)) / 2.0
         squares = np.square(sides)
         inertia = mass / 12.0 * (squares.sum() - squares)
@@ -57,7 +58,7 @@ class _Net:
 
 
 def frame_apa(geometry: FrameGeometry | None = None, modes: int = MODES) -> Superelement:
-    """The frame APA as a superelement: seven interface nodes (42 dofs) and `modes` internal modes; takes 5 ms.
+    """Return the frame APA as a superelement: seven interface nodes (42 dofs) and `modes` internal modes; takes 5 ms.
 
     Without a geometry: that of the APA300ML, calibrated on its published finite-element matrices (see FrameGeometry).
     Raises ModelError for a geometry that no part can have.
@@ -68,7 +69,8 @@ def frame_apa(geometry: FrameGeometry | None = None, modes: int = MODES) -> Supe
 
 
 def frame_matrices(g: FrameGeometry, arm_elements: int = ARM_ELEMENTS) -> tuple[Array, Array, Array]:
-    """K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m]; the seven interface nodes come first."""
+    """Return K, M (n, n) of all nodes, unreduced, and their places (n/6, 3) [m]; the seven interface nodes come
+    first."""
     net = _Net()
     bottom, top = net.node([0, 0, -g.height / 2]), net.node([0, 0, g.height / 2])
     row = [net.node([x, 0, 0]) for x in g.stations]
@@ -82,12 +84,13 @@ def frame_matrices(g: FrameGeometry, arm_elements: int = ARM_ELEMENTS) -> tuple[
 
 
 def row_end(g: FrameGeometry, side: int) -> float:
-    """x [m] of the left (-1) or right (+1) end of the row of stacks."""
+    """Return x [m] of the left (-1) or right (+1) end of the row of stacks."""
     return g.stations[0] if side < 0 else g.stations[-1]
 
 
 def _row(net: _Net, g: FrameGeometry, row: list[int]) -> None:
-    """Sensor stack, spacer, two actuator stacks. Half of the spacer goes with each of its faces."""
+    """Add the sensor stack, the spacer and the two actuator stacks; half of the spacer's mass moves with each of its
+    faces."""
     for i in (0, 2, 3):
         inner = np.linspace(net.points[row[i]], net.points[row[i + 1]], STACK_ELEMENTS + 1)[1:-1]
         chain = [row[i], *(net.node(p) for p in inner), row[i + 1]]
@@ -99,13 +102,13 @@ def _row(net: _Net, g: FrameGeometry, row: list[int]) -> None:
 
 
 def _end_block(net: _Net, g: FrameGeometry, node: int, side: int) -> int:
-    """Neck and box beyond the row's end; the node that its two arms grow from."""
+    """Add a neck and a box beyond the row's end; return the node that its two arms start from."""
     root = net.node([row_end(g, side) + side * g.arm_beyond, 0, 0])
     return _block(net, g, node, root, g.end)
 
 
 def _top_block(net: _Net, g: FrameGeometry, node: int, up: int) -> int:
-    """Neck and box below the top interface (above the bottom one); the node that its two arms end in."""
+    """Add a neck and a box below the top interface (above the bottom one); return the node that its two arms end at."""
     foot = net.node([0, 0, up * g.arm_foot_z])
     return _block(net, g, node, foot, g.top)
 
@@ -118,7 +121,7 @@ def _block(net: _Net, g: FrameGeometry, node: int, joint: int, block: SolidBlock
 
 
 def _arm(net: _Net, g: FrameGeometry, end: int, foot: int, root_x: float, up: int, elements: int) -> None:
-    """A tapered arm, bowed outwards along a parabola, from above (below) an end block's node to the foot."""
+    """Add a tapered arm, bowed outwards along a parabola, from above (below) an end block's node to the foot."""
     s = np.linspace(0.0, 1.0, elements + 1)
     root = np.array([root_x, 0.0, up * g.arm_root_z])
     path = root + s[:, None] * (net.points[foot] - root) + np.outer(4 * s * (1 - s), [0, 0, up * g.arm_rise])
@@ -129,5 +132,5 @@ def _arm(net: _Net, g: FrameGeometry, end: int, foot: int, root_x: float, up: in
 
 
 def _massless(material: Material) -> Material:
-    """Of a neck only the elasticity counts: its mass is in its block's box."""
+    """Return the material without density, for a neck: its mass is in its block's box."""
     return replace(material, rho=0.0)

@@ -59,7 +59,7 @@ class FrameGeometry:
     ceramic: Material = CERAMIC
 
     def __post_init__(self) -> None:
-        """Raises ModelError naming the dimension that no part can have."""
+        """Raise ModelError naming the dimension that no part can have."""
         for name in (f.name for f in fields(self) if f.name not in ("stations", "arm_rise")):
             for value in _sizes(getattr(self, name)):
                 if not (math.isfinite(value) and value > 0):

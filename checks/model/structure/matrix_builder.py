@@ -52,17 +52,17 @@ class Builder:
         self._masses: list[tuple[Array, Array]] = [(np.zeros((0, size)), np.zeros(0))]
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:
-        """A rigid body at its centre of mass: m [kg], inertia (3,) [kg m2] about x y z."""
+        """Add a rigid body at its centre of mass: m [kg], inertia (3,) [kg m2] about x y z."""
         weights = np.empty(6)
         weights[:3], weights[3:] = m, inertia
         self._masses.append((place, weights))
 
     def spring(self, relative: Array, k: Array, c: Array) -> None:
-        """Springs k (r,) and dampers c (r,) stretched by the rows `relative` (r, n); an infinite k ties its row."""
+        """Add springs k (r,) and dampers c (r,) stretched by the rows `relative` (r, n); an infinite k ties its row."""
         self._springs.append((relative, k, c))
 
     def matrices(self) -> tuple[Array, Array, Array, Array]:
-        """M, C, K (n, n), and the rows (r, n) that are tied."""
+        """Return M, C, K (n, n) and the tied rows (r, n)."""
         place, weights = map(np.concatenate, zip(*self._masses, strict=True))
         rows, k, c = map(np.concatenate, zip(*self._springs, strict=True))
         tied = np.isinf(k)

@@ -7,7 +7,8 @@ from checks.arrays import Array
 
 
 def lever(r: ArrayLike) -> Array:
-    """(6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u + theta x r."""
+    """Return the (6, 6) motion ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u +
+    theta x r."""
     x, y, z = np.asarray(r, dtype=float)
     T = np.eye(6)
     T[0, 4], T[0, 5], T[1, 5] = z, -y, x
@@ -16,7 +17,8 @@ def lever(r: ArrayLike) -> Array:
 
 
 def rigid_motions(xyz: Array, size: int) -> Array:
-    """(size, 6) the six rigid motions of a superelement about the origin; its internal modal dofs stay at rest."""
+    """Return the six rigid motions (size, 6) of a superelement about the origin; its internal modal dofs stay at
+    rest."""
     R = np.zeros((size, 6))
     for i, r in enumerate(xyz):
         R[6 * i : 6 * i + 6] = lever(r)

@@ -21,7 +21,7 @@ INDEPENDENT = 1e-3  # shapes that hold less than this of anything new repeat oth
 
 
 def reduce_apa(body: ApaBody, keep_Hz: float = KEEP_HZ) -> ApaBody:
-    """The same APA in the coordinates of `basis`; the first twelve are the motions of bottom and top."""
+    """Return the same APA in the coordinates of `basis`; the first twelve are the motions of bottom and top."""
     T = basis(body, keep_Hz)
     return replace(
         body,
@@ -37,7 +37,7 @@ def reduce_apa(body: ApaBody, keep_Hz: float = KEEP_HZ) -> ApaBody:
 
 
 def basis(body: ApaBody, keep_Hz: float = KEEP_HZ) -> Array:
-    """(n, r) shapes of the reduction. Raises ModelError when the body is not held by its two interfaces."""
+    """Return the shapes (n, r) of the reduction. Raises ModelError if the body is not held by its two interfaces."""
     held = np.vstack([body.bottom, body.top])
     edge = np.flatnonzero(np.abs(held).sum(axis=0))
     inside = np.setdiff1d(np.arange(body.size), edge)
@@ -60,7 +60,7 @@ def basis(body: ApaBody, keep_Hz: float = KEEP_HZ) -> Array:
 
 
 def _orthonormal(shapes: Array, K: Array, first: Array) -> Array:
-    """`first` and what `shapes` add to it, orthonormal in energy; additions too small to matter are dropped."""
+    """Return `first` and what `shapes` add to it, orthonormal in energy; additions too small to matter are dropped."""
     U = linalg.cholesky(K)
     start, _ = np.linalg.qr(U @ first)
     rest = U @ (shapes / np.sqrt(np.einsum("ni,nm,mi->i", shapes, K, shapes)))

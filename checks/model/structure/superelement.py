@@ -38,15 +38,16 @@ class Superelement:
         return int(self.K.shape[0])
 
     def dofs(self, node: int) -> slice:
-        """The six columns of an interface node."""
+        """Return the six columns of an interface node."""
         return slice(DOFS * node, DOFS * node + DOFS)
 
     def rows(self, node: int) -> Array:
-        """(6, n) rows that read the motion of an interface node."""
+        """Return the rows (6, n) that read the motion of an interface node."""
         return np.eye(self.size)[self.dofs(node)]
 
     def elongation(self, stack: tuple[int, int]) -> Array:
-        """(n,) row that reads the elongation [m] of a stack: the relative motion of its nodes along their line."""
+        """Return the row (n,) that reads the elongation [m] of a stack: the relative motion of its nodes along their
+        line."""
         first, second = stack
         line = self.xyz[second] - self.xyz[first]
         direction = line / np.linalg.norm(line)

@@ -16,7 +16,7 @@ FREE = 1e-3  # force left by a rigid motion, of the sum of the forces that cance
 
 
 def check_superelement(s: Superelement) -> Superelement:
-    """The same superelement, when it is sound: finite, symmetric, M > 0, K >= 0 with exactly the six rigid motions
+    """Return the same superelement if it is sound: finite, symmetric, M > 0, K >= 0 with exactly the six rigid motions
     free. Raises ModelError naming the file, the matrix and the value."""
     _shapes(s)
     for label, matrix in (("K", s.K), ("M", s.M)):
@@ -29,7 +29,7 @@ def check_superelement(s: Superelement) -> Superelement:
 
 
 def mass(s: Superelement) -> float:
-    """Mass of the body [kg]."""
+    """Return the mass of the body [kg]."""
     return float(rigid_motions(s.xyz, s.size)[:, 2] @ s.M @ rigid_motions(s.xyz, s.size)[:, 2])
 
 
@@ -65,7 +65,8 @@ def _symmetric(name: str, label: str, matrix: Array) -> None:
 
 
 def _definite(name: str, label: str, matrix: Array, floor: float) -> None:
-    """Judged with a unit diagonal: newtons per metre and newton metres per radian must not be compared."""
+    """Raise ModelError if a matrix is not positive (semi-)definite, scaled to a unit diagonal: newtons per metre and
+    newton metres per radian must not be compared."""
     diagonal = np.diag(matrix)
     if diagonal.min() <= 0:
         i = int(np.argmin(diagonal))

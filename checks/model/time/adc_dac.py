@@ -24,11 +24,12 @@ class Converters:
         return replace(self, noise={c: factor * rms for c, rms in self.noise.items()})
 
     def dac(self, V: Array) -> Array:
-        """(N,) what the converter gives out [V]."""
+        """Return the output (N,) of the converter [V]."""
         return V if self.ideal else in_volts(V)
 
     def read(self, channel: str, y: Array, rng: np.random.Generator) -> Array:
-        """(N,) what is stored of a channel. An encoder starts counting at zero, a voltage ends at the range."""
+        """Return a channel (N,) as the converter stores it. An encoder starts counting at zero, a voltage ends at the
+        range."""
         seen = y + self.noise.get(channel, 0.0) * rng.standard_normal(y.size)
         if self.ideal:
             return seen
@@ -36,10 +37,10 @@ class Converters:
 
 
 def in_volts(V: Array) -> Array:
-    """16 bit over +-10 V, clipped at its ends."""
+    """Return a converter of 16 bit over +-10 V, clipped at its ends."""
     return np.clip(in_steps(V, LSB_V), -RANGE_V, RANGE_V - LSB_V)
 
 
 def in_steps(x: Array, step: float) -> Array:
-    """To the nearest whole number of steps; zero is never negative."""
+    """Round to the nearest whole number of steps; zero is never negative."""
     return np.asarray(np.round(x / step) * step + 0.0)

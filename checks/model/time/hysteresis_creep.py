@@ -23,7 +23,7 @@ class Rayleigh:
     density: float
 
     def __call__(self, u: Array) -> Array:
-        """(N,) answer to u (N,) about its first sample."""
+        """Return the response (N,) to u (N,) about its first sample."""
         v = u - u[0]
         reach = float(np.ptp(v))
         if reach == 0.0 or self.density == 0.0:
@@ -33,7 +33,8 @@ class Rayleigh:
 
 
 def _plays(v: Array, half_widths: Array) -> Array:
-    """(N,) sum of plays from zero: each follows the drive at its half-width, on whichever side it is pushed from.
+    """Return (N,) sum of plays from zero: each follows the drive at its half-width, on whichever side it is pushed
+    from.
 
     Between turns the drive only rises or only falls, so a play is clipped against its state at the last turn."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(v))) != 0) + 1
@@ -48,8 +49,8 @@ def _plays(v: Array, half_widths: Array) -> Array:
 
 
 def loops_of(relative_width: float, amplitude: float) -> Rayleigh:
-    """Hysteresis whose settled loop at this amplitude opens, at mid-drive, by relative_width of its peak to peak; of
-    small drives the gain is one.
+    """Return a hysteresis whose settled loop at this amplitude opens, at mid-drive, by relative_width of its peak to
+    peak; of small drives the gain is one.
 
     Plays of density c open by c A^2 / 2 and reach 2 A + c A^2 from peak to peak. Raises ModelError outside 0..0.4."""
     if not 0.0 <= relative_width <= 0.4:
@@ -58,8 +59,8 @@ def loops_of(relative_width: float, amplitude: float) -> Rayleigh:
 
 
 def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
-    """Hysteresis that reaches `stroke` on the first rise over the span of the drive, and whose loops over that span
-    then open by relative_width of their peak to peak.
+    """Return a hysteresis that reaches `stroke` on the first rise over the span of the drive, and whose loops over that
+    span then open by relative_width of their peak to peak.
 
     The first rise over S reaches a S + c S^2 / 2; the loop, of amplitude S / 2, opens by c S^2 / 8 and reaches
     a S + c S^2 / 4. Raises ModelError outside 0..0.4."""
@@ -70,7 +71,7 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 
 
 def creep(per_decade: float) -> Fractions:
-    """Creep as a path: the answer to a step grows by this share per decade of time, from 1 ms to 1000 s.
+    """Return creep as a path: the answer to a step grows by this share per decade of time, from 1 ms to 1000 s.
 
     Two relaxations a decade (the law in log time: [JG00]); at high frequency the gain is one."""
     tau = np.logspace(-3.0, 3.0, 13)
@@ -78,8 +79,8 @@ def creep(per_decade: float) -> Fractions:
 
 
 def mass_steps(t: Array, moments: tuple[float, float], deflection: float, per_decade: float) -> Array:
-    """(N,) deflection at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is what it
-    reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a little."""
+    """Return (N,) deflection at t (N,) [s] under a mass put down and taken away at these moments; `deflection` is what
+    it reaches 0.1 s after each, creeping by per_decade per decade of time. Rises within 20 ms and rings a little."""
     out = np.zeros(t.size)
     for moment, sign in zip(moments, (1.0, -1.0), strict=True):
         after = np.maximum(t - moment, 0.0)

@@ -29,7 +29,7 @@ class Fractions:
     direct: float
 
     def at(self, s: Complex) -> Complex:
-        """(S,) value at s (S,) [rad/s]; a pair's two members count half each, which holds for every s."""
+        """Return the value (S,) at s (S,) [rad/s]; a pair's two members count half each, which holds for every s."""
         pair = np.where(self.poles.imag == 0.0, 1.0, 0.5)
         one = (self.residues * pair) @ (1.0 / (s - self.poles[:, None]))
         other = (np.conj(self.residues) * (1.0 - pair)) @ (1.0 / (s - np.conj(self.poles)[:, None]))
@@ -40,7 +40,7 @@ class Fractions:
         return Fractions(poles, residues, self.direct + other.direct)
 
     def times(self, other: "Fractions") -> "Fractions":
-        """One after the other; no pole of one may be a pole of the other."""
+        """Return both in series; they may have no pole in common."""
         residues = np.concatenate([self.residues * other.at(self.poles), other.residues * self.at(other.poles)])
         return Fractions(np.concatenate([self.poles, other.poles]), residues, self.direct * other.direct)
 
@@ -51,8 +51,8 @@ class Fractions:
         return float(self.at(np.zeros(1, dtype=complex))[0].real)
 
     def held(self, u: Array, fs: float, late: float = 0.0) -> Array:
-        """(N,) response from rest to u (N,), each sample held until the next, late by a delay of so many seconds;
-        exact. Read at the tick itself (late = 0), u has just changed and what follows at once has followed."""
+        """Return the response (N,) from rest to u (N,), each sample held until the next, late by a delay of so many
+        seconds; exact. Read at the tick itself (late = 0), u has just changed and what follows at once has followed."""
         ticks = int(np.ceil(late * fs - 1e-9))
         since = ticks / fs - late  # a reading at tick n is taken this long after tick n - ticks, as the path sees it
         y = self.direct * u
@@ -69,12 +69,12 @@ class Fractions:
         return list(zip(self.poles[kept], self.residues[kept], strict=True))
 
     def parts(self) -> tuple[Complex, Complex]:
-        """Poles and residues, (P,) each."""
+        """Return poles and residues, (P,) each."""
         return self.poles, self.residues
 
 
 def real_pole(w: float, highpass: bool = False) -> Fractions:
-    """w / (s + w), or s / (s + w)."""
+    """Return a low-pass w / (s + w) or a high-pass s / (s + w)."""
     rate = -w if highpass else w
     return Fractions(np.array([-w + 0j]), np.array([rate + 0j]), 1.0 if highpass else 0.0)
 
@@ -88,7 +88,7 @@ def oscillator(f_Hz: float, damping_ratio: float, highpass: bool = False) -> Fra
 
 
 def pair(pole: Pair, zero: Pair) -> Fractions:
-    """(1 + 2 z s / w + (s / w)^2) of a zero over that of a pole, each a frequency [Hz] and a damping ratio."""
+    """Return (1 + 2 z s / w + (s / w)^2) of a zero over that of a pole, each a frequency [Hz] and a damping ratio."""
     w, v = 2.0 * np.pi * pole[0], 2.0 * np.pi * zero[0]
     p = w * complex(-pole[1], np.sqrt(1.0 - pole[1] ** 2))
     at_pole = 1.0 + 2.0 * zero[1] * p / v + (p / v) ** 2
@@ -96,7 +96,7 @@ def pair(pole: Pair, zero: Pair) -> Fractions:
 
 
 def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
-    """Channel -> the path from Va at the DAC to it, without the delay. Raises ModelError."""
+    """Return channel -> the path from Va at the DAC to it, without the delay. Raises ModelError."""
     values, form = model.with_values(changes).values, model.modal(changes)
     e = electrical_of(values)
     forces = {c: _mechanics(form, c).scaled(e.gain * e.ga) for c in form.channels}

@@ -34,7 +34,7 @@ class Joined:
     size: int
 
     def __call__(self, Va: Array) -> dict[str, Array]:
-        """Channel -> (N,) for Va (N,) [V], N <= room. Raises ModelError."""
+        """Return channel -> (N,) for Va (N,) [V], N <= room. Raises ModelError."""
         if not 0 < Va.size <= self.room:
             raise ModelError(f"a drive of {Va.size} samples, expected 1 to {self.room}")
         spectrum = fft.rfft(np.concatenate([Va, _going_on(Va)]), self.size)
@@ -42,7 +42,8 @@ class Joined:
 
 
 def _going_on(Va: Array) -> Array:
-    """A little more of a drive, down to zero: cut off at its last sample it would ring back into the record."""
+    """Return a drive lengthened by a little, down to zero: cut off at its last sample it would ring back into the
+    record."""
     n = min(TAIL, Va.size - 1)
     k = np.arange(1, n + 1)
     return np.asarray((2.0 * Va[-1] - Va[-1 - k]) * (0.5 + 0.5 * np.cos(np.pi * k / (n + 1))))
@@ -73,8 +74,8 @@ def answer(
     channels: Iterable[str] | None = None,
     before: Fractions | None = None,
 ) -> Answer:
-    """What answers drives of up to so many samples at fs [Hz] as the model does; hold: see `Held`; before: what the
-    drive passes first.
+    """Return the simulation of the model's responses to drives of up to so many samples at fs [Hz]; hold: see `Held`;
+    before: what the drive passes first.
 
     Raises ModelError for a sampling frequency beyond 0..10 kHz, and where holding meets a negative delay."""
     if not 0.0 < fs <= 2.0 * F_MAX or samples < 1:
@@ -101,7 +102,7 @@ def _joined(model: Model, samples: int, fs: float, channels: tuple[str, ...], be
 
 
 def settling_s(model: Model) -> float:
-    """Time [s] after which what rings has died away, at most a minute."""
+    """Return the time [s] after which free vibrations have died away, at most a minute."""
     rates = [float(rate) for rate in -model.poles().real if rate > 0.0]
     e = electrical_of(model.values)
     rates += [2.0 * np.pi * e.highpass_Hz] if e.highpass_Hz else []
